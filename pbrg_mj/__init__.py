@@ -1,0 +1,1 @@
+"""A physics-based benchmark for distributed reference governors."""

@@ -1,0 +1,1 @@
+"""The analysis room: metrics, comparison, export; reads logs, never live objects."""

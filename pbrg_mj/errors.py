@@ -1,0 +1,19 @@
+"""Errors a user can cause, told in one line."""
+
+from __future__ import annotations
+
+
+class PbrgError(Exception):
+    """Base of every error this package raises on purpose."""
+
+
+class InputError(PbrgError):
+    """The input is wrong: bad file, key, value or argument. The command line exits with 2.
+
+    `str(error)` is one line: `file:line: key: what is wrong and what is allowed`, as far as each is known.
+    """
+
+    def __init__(self, message: str, *, file: str | None = None, line: int | None = None, key: str | None = None):
+        self.message, self.file, self.line, self.key = message, file, line, key
+        where = f"{file}:{line}" if file and line else file
+        super().__init__(": ".join(part for part in (where, key, message) if part).replace("\n", " "))

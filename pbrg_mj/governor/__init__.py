@@ -1,0 +1,1 @@
+"""The governor room: problem, certificate, distributed algorithm, centralized reference, baselines."""

@@ -1,0 +1,50 @@
+"""The reference governor's problem at one tick, its answer, and what every governor offers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal, Protocol
+
+import numpy as np
+
+from pbrg_mj.governor.certificate import Rows
+from pbrg_mj.team.network import Network
+
+Status = Literal["ok", "infeasible", "diverged", "failed"]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """min sum_i delta_i ||r - m||^2 subject to a rho(m, p, xi) + C m - d <= 0 for all rows (eqs. 8-9).
+
+    Row i of each array is private to robot i. A distributed governor may hand it to robot i's update alone.
+    """
+
+    network: Network
+    p: np.ndarray  # (n, 2) shifted hand points q_j - b_j as estimated [m]
+    xi: np.ndarray  # (n, 2) integral states [m]
+    rows: Rows  # (n, R) rows of g_i
+    reference: np.ndarray  # (2,) the operator's r, heard by the leaders only [m]
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A governor's answer at one tick."""
+
+    m: np.ndarray  # (n, 2) governed reference as each robot knows it [m]
+    multipliers: np.ndarray  # (n, R) lambda, one per row; zeros where the governor has none
+    status: Status
+    rounds: int  # communication rounds used
+    bytes_sent: np.ndarray  # (n,) int64, payload sent by each robot to all its neighbours
+
+
+class Governor(Protocol):
+    """Frozen parameters; all that changes is the memory that goes in and comes out."""
+
+    def init(self, problem: Problem) -> Any:
+        """Return the memory before the first tick."""
+        ...
+
+    def step(self, problem: Problem, memory: Any) -> tuple[Solution, Any]:
+        """Return this tick's answer and the memory for the next tick."""
+        ...

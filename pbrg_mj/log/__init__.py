@@ -1,0 +1,1 @@
+"""The log room: MCAP out and in."""

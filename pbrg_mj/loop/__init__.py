@@ -1,0 +1,1 @@
+"""The loop room: the tick, the run, the record."""

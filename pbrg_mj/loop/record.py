@@ -1,0 +1,44 @@
+"""Everything one tick produced, in one frozen record."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pbrg_mj.governor.centralized import Optimum
+from pbrg_mj.governor.problem import Problem, Solution
+from pbrg_mj.perception.half_spaces import HalfSpaces
+from pbrg_mj.sensing.readings import Readings
+from pbrg_mj.world.interface import Truth
+
+
+@dataclass(frozen=True)
+class Timings:
+    """Wall-clock seconds of the tick's stages. The one part of a record that is not reproducible."""
+
+    sense: float
+    perceive: float
+    govern: float
+    control: float
+    advance: float
+    reference_build: float
+    reference_solve: float
+
+
+@dataclass(frozen=True)
+class TickRecord:
+    """State at the start of tick `index`, and what was decided and applied in it."""
+
+    index: int
+    time: float  # [s]
+    truth: Truth
+    readings: Readings
+    hand_world: np.ndarray  # (n, 2) q as estimated from the readings [m]
+    half_spaces: HalfSpaces
+    problem: Problem
+    solution: Solution
+    optimum: Optimum | None  # at reference ticks
+    velocity: np.ndarray  # (n, 2) u of eq. 2 [m/s]
+    command: np.ndarray  # (n, 2) what the plant was given: wheel voltages [V], or u [m/s] in the ideal plant
+    timings: Timings

@@ -1,0 +1,1 @@
+"""The perception room: scans to lines to half-spaces."""

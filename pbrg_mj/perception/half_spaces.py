@@ -1,0 +1,24 @@
+"""Half-spaces G q <= h with unit rows, in fixed slots per robot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class HalfSpaces:
+    """What every robot knows of the walls: K slots a robot, each a half-space for HAND POINTS or empty.
+
+    A wall keeps its slot as long as it is remembered, so that multipliers carry over from tick to tick.
+    """
+
+    G: np.ndarray  # (n, K, 2) unit outward normals in the world; zeros in an empty slot
+    h: np.ndarray  # (n, K) [m]; zeros in an empty slot
+    active: np.ndarray  # (n, K) bool
+
+    @classmethod
+    def empty(cls, robots: int, slots: int) -> HalfSpaces:
+        """Return `robots` x `slots` empty slots."""
+        return cls(np.zeros((robots, slots, 2)), np.zeros((robots, slots)), np.zeros((robots, slots), dtype=bool))

@@ -1,0 +1,1 @@
+"""The scenario room: YAML to frozen, validated data."""

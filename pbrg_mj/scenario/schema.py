@@ -1,0 +1,193 @@
+"""The scenario as frozen, validated data. Every key with its unit and default; SI unless the key says otherwise.
+
+Robots are numbered from 1, as in the paper; arrays inside the package count from 0.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+Vector = tuple[float, float]
+Positive = Annotated[float, Field(gt=0)]
+NonNegative = Annotated[float, Field(ge=0)]
+Probability = Annotated[float, Field(ge=0, le=1)]
+RobotNumber = Annotated[int, Field(ge=1)]
+
+
+class Section(BaseModel):
+    """Base of all sections: frozen, no unknown keys, no NaN, no silent conversion of strings to numbers."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=False, allow_inf_nan=False, populate_by_name=True)
+
+
+class Timing(Section):
+    """Clocks of the run [s]."""
+
+    duration: Positive = Field(60.0, description="simulated time of the run [s]; a whole number of ticks")
+    tick: Positive = Field(0.01, description="period of governor and control [s]; a whole number of physics steps")
+    physics_step: Positive = Field(0.002, description="step of the rigid-body simulation [s]")
+
+
+class Team(Section):
+    """The robots: their number is the length of `start`."""
+
+    start: tuple[Vector, ...] = Field(description="hand points q(0) in the world, one [x, y] per robot [m]", min_length=1)
+    heading_deg: float | tuple[float, ...] = Field(
+        0.0, description="start headings, one for all or one per robot [deg, counter-clockwise from +x]"
+    )
+    formation: tuple[Vector, ...] = Field(description="bias b_j of each robot from the reference [m]")
+    leaders: tuple[RobotNumber, ...] = Field(description="robots that hear the operator, counted from 1", min_length=1)
+
+
+class Graph(Section):
+    """Who talks to whom: fixed, undirected, connected."""
+
+    kind: Literal["ring", "path", "complete", "edges"] = Field("ring", description="shape of the network")
+    edges: tuple[tuple[RobotNumber, RobotNumber], ...] = Field((), description="pairs of robots, for `kind: edges`")
+
+
+class Wall(Section):
+    """A straight wall: a box around the segment from -> to."""
+
+    start: Vector = Field(alias="from", description="one end of the centre line [m]")
+    end: Vector = Field(alias="to", description="the other end of the centre line [m]")
+    thickness: Positive = Field(0.1, description="across the centre line [m]")
+    height: Positive = Field(0.2, description="[m]")
+
+
+class World(Section):
+    """What stands around the robots."""
+
+    walls: tuple[Wall, ...] = Field((), description="straight walls")
+    floor_friction: Positive = Field(1.0, description="sliding friction of the floor against the wheels [-]")
+
+
+class Beams(Section):
+    """Range beams, evenly spread over the full circle around the body's centre."""
+
+    robots: Literal["all"] | tuple[RobotNumber, ...] = Field("all", description="robots that carry beams")
+    count: Annotated[int, Field(ge=1, le=1080)] = Field(72, description="beams per robot")
+    range_min: NonNegative = Field(0.07, description="shortest range reported [m]")
+    range_max: Positive = Field(4.0, description="longest range reported [m]")
+    rate_hz: Positive = Field(10.0, description="scans per second [Hz]")
+    noise_std: NonNegative = Field(0.005, description="standard deviation of additive Gaussian range noise [m]")
+    dropout: Probability = Field(0.0, description="probability that a beam returns nothing [-]")
+
+
+class Camera(Section):
+    """Overhead camera that tells every robot its own pose."""
+
+    rate_hz: Positive = Field(30.0, description="frames per second [Hz]")
+    position_std: NonNegative = Field(0.001, description="standard deviation of x and y [m]")
+    heading_std_deg: NonNegative = Field(0.2, description="standard deviation of the heading [deg]")
+
+
+class Sensors(Section):
+    """Sensors of the physics plant. The ideal plant is seen exactly, at every tick."""
+
+    beams: Beams = Beams()
+    camera: Camera = Camera()
+
+
+class GivenHalfSpace(Section):
+    """A half-space normal . q <= offset that one robot knows from the start."""
+
+    robot: RobotNumber = Field(description="the robot that knows it")
+    normal: Vector = Field(description="outward normal, of any length but zero [-]")
+    offset: float = Field(description="right-hand side, in the units of normal . q [m for a unit normal]")
+
+
+class Estimator(Section):
+    """From scans to half-spaces."""
+
+    source: Literal["beams", "given"] = Field("beams", description="fit lines to the beams, or use `given` as it is")
+    given: tuple[GivenHalfSpace, ...] = Field((), description="the half-spaces for `source: given`")
+    half_spaces_per_robot: Annotated[int, Field(ge=1, le=16)] = Field(4, description="most half-spaces a robot holds")
+    min_points: Annotated[int, Field(ge=3)] = Field(5, description="fewest beams that make a line")
+    split_distance: Positive = Field(0.03, description="largest distance of a point from its line before a split [m]")
+    min_length: Positive = Field(0.25, description="shortest run of points that counts as a wall [m]")
+    memory: NonNegative = Field(1.0, description="how long a wall out of sight is kept [s]")
+
+
+class Control(Section):
+    """Pre-stabiliser (eq. 2)."""
+
+    alpha_r: Positive = Field(1.0, description="gain of the leaders towards their governed reference [1/s]")
+
+
+class Governor(Section):
+    """The reference governor."""
+
+    kind: str = Field("distributed", description="distributed (the paper), centralized, none, or a registered name")
+    alpha: Positive = Field(2.0, description="gain of the distributed optimization [-]")
+    rounds: Annotated[int, Field(ge=1)] = Field(10, description="communication rounds per tick")
+    step: Positive | None = Field(
+        None, description="step of one round [s]; default tick / rounds: the paper's algorithm in real time"
+    )
+    certificate: Literal["ball"] = Field("ball", description="how half-spaces and state become constraints (eq. 9b)")
+    initial: Literal["zero", "start"] = Field(
+        "zero", description="first estimates: zero, or m_i = p_i(0), z_p = p(0), z_xi = 0"
+    )
+
+
+class Reference(Section):
+    """The centralized optimum beside the distributed answer; it is never fed back."""
+
+    solver: Literal["cvxpy", "none"] = Field("cvxpy", description="who solves it; none switches it off")
+    period: Positive = Field(0.1, description="time between solves [s]; a whole number of ticks")
+
+
+class Waypoint(Section):
+    """The operator's reference from a time on."""
+
+    time: NonNegative = Field(description="from when on [s]")
+    reference: Vector = Field(description="r [m]")
+
+
+class Operator(Section):
+    """What the human asks for: one constant reference, or timed waypoints."""
+
+    reference: Vector | None = Field(None, description="constant r [m]")
+    waypoints: tuple[Waypoint, ...] = Field((), description="r over time, each held until the next; the first at 0 s")
+
+
+class Outcome(Section):
+    """When a run counts as converged, and when as at rest."""
+
+    tolerance: Positive = Field(0.05, description="largest ||q_j - b_j - target|| of a converged team [m]")
+    rest_speed: Positive = Field(0.005, description="a robot slower than this, over `rest_time`, is at rest [m/s]")
+    rest_time: Positive = Field(2.0, description="window over which speeds are averaged [s]")
+    diverged_beyond: Positive = Field(1000.0, description="any state or reference larger than this has diverged [m]")
+
+
+class Log(Section):
+    """What goes into the log."""
+
+    timings: bool = Field(True, description="wall-clock timings, on a channel of their own; off: byte-identical files")
+
+
+class Scenario(Section):
+    """One run, completely."""
+
+    description: str = Field("", description="one sentence: what the scenario shows")
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = Field(1, description="of all noise in the run")
+    plant: Literal["physics", "ideal"] = Field("physics", description="MuJoCo, or the paper's integrator dq/dt = u")
+    timing: Timing = Timing()
+    team: Team
+    graph: Graph = Graph()
+    world: World = World()
+    sensors: Sensors = Sensors()
+    estimator: Estimator = Estimator()
+    control: Control = Control()
+    governor: Governor = Governor()
+    reference: Reference = Reference()
+    operator: Operator
+    outcome: Outcome = Outcome()
+    log: Log = Log()
+
+    @property
+    def robots(self) -> int:
+        """Number of robots n."""
+        return len(self.team.start)

@@ -1,0 +1,1 @@
+"""The sensing room: seeded noise between raw readings and what robots see."""

@@ -1,0 +1,1 @@
+"""The vehicle room: hand point and wheels."""

@@ -1,0 +1,48 @@
+"""What every plant offers to the loop: observe, advance, truth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Observation:
+    """Raw, noise-free readings as the sensors hold them at the start of a tick.
+
+    A frame number grows by one with every new sample; between samples the reading is held.
+    """
+
+    body_pose: np.ndarray  # (n, 3) x, y [m], heading [rad] of each body in the world
+    pose_frame: int
+    ranges: np.ndarray  # (beam robots, beams) [m]; -1 where nothing was hit
+    scan_frame: int
+
+
+@dataclass(frozen=True)
+class Truth:
+    """Ground truth for the record. Nothing downstream of the sensors may see it."""
+
+    body_pose: np.ndarray  # (n, 3) x, y [m], heading [rad]
+    hand_world: np.ndarray  # (n, 2) q [m]
+    wheel_speed: np.ndarray  # (n, 2) left, right [rad/s]; zeros in the ideal plant
+    wall_margin: np.ndarray  # (n,) distance of the hand point to the nearest wall's face, less the clearance [m]
+    wall_contact: np.ndarray  # (n,) bool: some part of the robot touched a wall since the previous tick
+
+
+class World(Protocol):
+    """A plant. Time moves only in `advance`."""
+
+    def observe(self) -> Observation:
+        """Return the sensors' readings now."""
+        ...
+
+    def truth(self) -> Truth:
+        """Return the ground truth now."""
+        ...
+
+    def advance(self, command: np.ndarray) -> None:
+        """Hold `command` (n, 2) over one tick: wheel voltages [V], or velocities [m/s] for the ideal plant."""
+        ...

@@ -1,0 +1,69 @@
+"""From raw samples to readings: seeded noise, dropped beams, held frames."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pbrg_mj.sensing.noise import Sensor, SensorNoise, stream
+from pbrg_mj.sensing.readings import Readings
+from pbrg_mj.world.interface import Observation
+
+
+def sense(observation: Observation, previous: Readings | None, noise: SensorNoise) -> Readings:
+    """Return what the robots see of `observation`; pass None as `previous` in the first tick.
+
+    A reading changes only with its frame number and is held bit for bit in between. When several frames have
+    passed since the previous tick only the latest counts. Before a sensor's first frame (-1) its readings are NaN.
+    """
+    if previous is not None and observation.pose_frame == previous.pose_frame:
+        body_pose = previous.body_pose
+    else:
+        body_pose = _poses(observation, noise)
+    if previous is not None and observation.scan_frame == previous.scan_frame:
+        ranges, new_scan = previous.ranges, False
+    else:
+        ranges, new_scan = _ranges(observation, noise), observation.scan_frame >= 0
+    return Readings(body_pose, ranges, new_scan, observation.pose_frame, observation.scan_frame)
+
+
+def _poses(observation: Observation, noise: SensorNoise) -> np.ndarray:
+    """Return (n, 3) poses with Gaussian noise on x, y [m] and heading [rad]."""
+    true = observation.body_pose
+    if observation.pose_frame < 0:
+        return np.full_like(true, np.nan)
+    std = np.array([noise.position_std, noise.position_std, noise.heading_std])
+    draws = [
+        stream(noise.seed, Sensor.CAMERA, robot, observation.pose_frame).standard_normal(3)
+        for robot in range(len(true))
+    ]
+    return true + std * np.array(draws).reshape(true.shape)
+
+
+def _ranges(observation: Observation, noise: SensorNoise) -> np.ndarray:
+    """Return (beam robots, beams) noisy ranges [m], NaN where a beam returned nothing."""
+    raw = observation.ranges
+    if observation.scan_frame < 0:
+        return np.full_like(raw, np.nan)
+    scans = [
+        noisy_scan(row, noise, stream(noise.seed, Sensor.BEAMS, robot, observation.scan_frame))
+        for row, robot in zip(raw, noise.beam_robots, strict=True)
+    ]
+    return np.array(scans).reshape(raw.shape)
+
+
+def noisy_scan(raw: np.ndarray, noise: SensorNoise, random: np.random.Generator) -> np.ndarray:
+    """Return one scan (beams,) [m] with Gaussian noise, NaN for no hit, out of range and dropped beams.
+
+    A raw -1 (no hit) and a raw range at the maximum (the sensor's cutoff) give no point: it would be invented.
+    Each beam takes the same two draws whatever it hit and whatever the parameters, so runs that differ in one of
+    them share the rest of their noise.
+    """
+    gaussian = random.standard_normal(len(raw))
+    dropped = random.random(len(raw)) < noise.dropout
+    noisy = raw + noise.range_std * gaussian
+    seen = _in_range(raw, noise) & _in_range(noisy, noise) & ~dropped
+    return np.where(seen, noisy, np.nan)
+
+
+def _in_range(ranges: np.ndarray, noise: SensorNoise) -> np.ndarray:
+    return (ranges >= noise.range_min) & (ranges < noise.range_max)

@@ -1,0 +1,141 @@
+"""Noise: held frames, statistics, independence, and no invented points."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pbrg_mj.scenario.schema import Beams, Camera, Operator, Scenario, Sensors, Team
+from pbrg_mj.sensing.noise import SensorNoise, beam_robots, sensor_noise
+from pbrg_mj.sensing.sense import sense
+from pbrg_mj.world.interface import Observation
+
+ROBOTS, BEAMS = 3, 50
+NOISE = SensorNoise(7, (0, 1, 2), 0.01, 0.02, 0.07, 4.0, 0.005, 0.0)
+
+
+def observation(frame: int, ranges: np.ndarray | float = 1.0) -> Observation:
+    pose = np.arange(3.0 * ROBOTS).reshape(ROBOTS, 3)
+    return Observation(pose, frame, np.broadcast_to(ranges, (ROBOTS, BEAMS)).astype(float), frame)
+
+
+def errors(frames: range, noise: SensorNoise = NOISE) -> tuple[np.ndarray, np.ndarray]:
+    readings = [sense(observation(frame), None, noise) for frame in frames]
+    poses = np.array([reading.body_pose for reading in readings]) - observation(0).body_pose
+    return poses, np.array([reading.ranges for reading in readings]) - 1.0
+
+
+def scenario(**changes: object) -> Scenario:
+    team = Team(start=((0, 0), (1, 0), (2, 0)), formation=((0, 0),) * 3, leaders=(1,))
+    return Scenario.model_validate({"team": team, "operator": Operator(reference=(0, 0)), **changes})
+
+
+def test_readings_are_held_bit_for_bit_between_frames() -> None:
+    first = sense(observation(4), None, NOISE)
+    moved = replace(observation(4, 2.0), body_pose=np.ones((ROBOTS, 3)))
+    held = sense(moved, first, NOISE)
+    assert first.new_scan and not held.new_scan
+    assert np.array_equal(held.body_pose, first.body_pose) and np.array_equal(held.ranges, first.ranges)
+
+
+def test_pose_and_scan_are_renewed_apart() -> None:
+    first = sense(observation(4), None, NOISE)
+    second = sense(replace(observation(4), pose_frame=5), first, NOISE)
+    assert np.all(second.body_pose != first.body_pose) and np.array_equal(second.ranges, first.ranges)
+    third = sense(replace(observation(4), pose_frame=5, scan_frame=5), second, NOISE)
+    assert third.new_scan and np.array_equal(third.body_pose, second.body_pose)
+    assert np.all(third.ranges != second.ranges)
+
+
+def test_a_frame_does_not_depend_on_the_frames_seen_before() -> None:
+    reading = None
+    for frame in range(6):
+        reading = sense(observation(frame), reading, NOISE)
+    skipped = sense(observation(5), sense(observation(0), None, NOISE), NOISE)
+    assert reading is not None
+    assert np.array_equal(reading.body_pose, skipped.body_pose) and np.array_equal(
+        reading.ranges, skipped.ranges
+    )
+
+
+def test_mean_and_deviation_are_the_configured_ones() -> None:
+    poses, ranges = errors(range(2000))
+    count = poses.shape[0] * ROBOTS
+    for axis, std in enumerate((0.01, 0.01, 0.02)):
+        sample = poses[:, :, axis]
+        assert abs(sample.mean()) < 3.5 * std / np.sqrt(count)
+        assert sample.std() == pytest.approx(std, rel=3.5 / np.sqrt(2 * count))
+    assert abs(ranges.mean()) < 3.5 * 0.005 / np.sqrt(ranges.size)
+    assert ranges.std() == pytest.approx(0.005, rel=3.5 / np.sqrt(2 * ranges.size))
+
+
+def test_robots_beams_frames_and_seeds_are_independent() -> None:
+    poses, ranges = errors(range(1000))
+    other_poses, other_ranges = errors(range(1000), replace(NOISE, seed=8))
+    bound = 4.5 / np.sqrt(1000)  # of 1,711 + 59 + 59 sample correlations of independent series
+    series = np.hstack([poses.reshape(1000, -1), ranges[:, :, :BEAMS].reshape(1000, -1)[:, ::3]])
+    correlation = np.corrcoef(series, rowvar=False) - np.eye(series.shape[1])
+    assert np.abs(correlation).max() < bound
+    for column in range(series.shape[1]):
+        assert abs(np.corrcoef(series[:-1, column], series[1:, column])[0, 1]) < bound
+    others = np.hstack([other_poses.reshape(1000, -1), other_ranges.reshape(1000, -1)[:, ::3]])
+    for column in range(series.shape[1]):
+        assert abs(np.corrcoef(series[:, column], others[:, column])[0, 1]) < bound
+
+
+def test_dropout_takes_its_share() -> None:
+    _, ranges = errors(range(400), replace(NOISE, dropout=0.2))
+    share = np.isnan(ranges).mean()
+    assert abs(share - 0.2) < 3.5 * np.sqrt(0.2 * 0.8 / ranges.size)
+    _, all_seen = errors(range(400))
+    assert np.array_equal(ranges[~np.isnan(ranges)], all_seen[~np.isnan(ranges)])
+
+
+@pytest.mark.parametrize("raw", [-1.0, 0.0, 0.069, 4.0, 4.3, np.nan])
+def test_no_point_where_nothing_was_hit(raw: float) -> None:
+    noise = replace(NOISE, range_std=1.0)  # so large that noise alone could bring a range back
+    assert np.isnan(sense(observation(0, raw), None, noise).ranges).all()
+
+
+def test_noise_that_leaves_the_range_is_no_hit() -> None:
+    ranges = np.array([sense(observation(frame, 3.999), None, NOISE).ranges for frame in range(50)])
+    assert 0.4 < np.isnan(ranges).mean() < 0.6
+    assert np.nanmax(ranges) < 4.0
+    near = np.array([sense(observation(frame, 0.07), None, NOISE).ranges for frame in range(50)])
+    assert 0.4 < np.isnan(near).mean() < 0.6 and np.nanmin(near) >= 0.07
+
+
+def test_nothing_before_the_first_frame() -> None:
+    reading = sense(observation(-1), None, NOISE)
+    assert np.isnan(reading.body_pose).all() and np.isnan(reading.ranges).all() and not reading.new_scan
+    assert sense(observation(0), reading, NOISE).new_scan
+
+
+def test_the_ideal_plant_is_seen_exactly() -> None:
+    exact = sensor_noise(scenario(plant="ideal", sensors=Sensors(beams=Beams(dropout=0.5))))
+    reading = sense(observation(3), None, exact)
+    assert np.array_equal(reading.body_pose, observation(3).body_pose)
+    assert np.array_equal(reading.ranges, observation(3).ranges)
+
+
+def test_the_scenario_sets_the_noise() -> None:
+    sensors = Sensors(
+        beams=Beams(robots=(3, 1), noise_std=0.02, dropout=0.1),
+        camera=Camera(position_std=0.003, heading_std_deg=90),
+    )
+    noise = sensor_noise(scenario(seed=11, sensors=sensors))
+    assert noise == SensorNoise(11, (0, 2), 0.003, np.pi / 2, 0.07, 4.0, 0.02, 0.1)
+    assert beam_robots(scenario()) == (0, 1, 2)
+
+
+def test_a_robot_keeps_its_noise_when_others_lose_their_beams() -> None:
+    alone = replace(NOISE, beam_robots=(2,))
+    seen = sense(replace(observation(9), ranges=np.ones((1, BEAMS))), None, alone)
+    assert np.array_equal(seen.ranges[0], sense(observation(9), None, NOISE).ranges[2])
+
+
+def test_no_beams_at_all() -> None:
+    reading = sense(
+        replace(observation(2), ranges=np.zeros((0, BEAMS))), None, replace(NOISE, beam_robots=())
+    )
+    assert reading.ranges.shape == (0, BEAMS)

@@ -1,0 +1,59 @@
+"""Governors, certificates and solvers by the names a scenario calls them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib.metadata import entry_points
+
+import numpy as np
+
+from pbrg_mj.errors import InputError
+from pbrg_mj.governor.baselines import CentralizedGovernor, NoGovernor
+from pbrg_mj.governor.centralized import CentralizedSolver, CvxpySolver
+from pbrg_mj.governor.certificate import Rows, ball_rows
+from pbrg_mj.governor.distributed import DistributedGovernor
+from pbrg_mj.governor.problem import Governor
+from pbrg_mj.perception.half_spaces import HalfSpaces
+from pbrg_mj.scenario.schema import Scenario
+
+GROUP = "pbrg_mj.governors"
+"""Entry-point group in which another installed package offers its own governor: name -> (Scenario) -> Governor."""
+
+Certificate = Callable[[HalfSpaces, np.ndarray], Rows]
+
+CERTIFICATES: dict[str, Certificate] = {"ball": ball_rows}
+
+SOLVERS: dict[str, Callable[[], CentralizedSolver]] = {"cvxpy": CvxpySolver}
+
+
+def _distributed(scenario: Scenario) -> Governor:
+    settings = scenario.governor
+    step = scenario.timing.tick / settings.rounds if settings.step is None else settings.step
+    return DistributedGovernor(settings.alpha, step, settings.rounds, settings.initial)
+
+
+GOVERNORS: dict[str, Callable[[Scenario], Governor]] = {
+    "distributed": _distributed,
+    "centralized": lambda scenario: CentralizedGovernor(CvxpySolver()),
+    "none": lambda scenario: NoGovernor(),
+}
+
+
+def governor(scenario: Scenario) -> Governor:
+    """Return the scenario's governor: one of ours, or one that an installed package registered.
+
+    Raises InputError when nobody knows the name.
+    """
+    kind = scenario.governor.kind
+    if kind in GOVERNORS:
+        return GOVERNORS[kind](scenario)
+    registered = {entry.name: entry for entry in entry_points(group=GROUP)}
+    if kind not in registered:
+        known = ", ".join([*GOVERNORS, *sorted(registered)])
+        raise InputError(f"no governor is called {kind!r}; allowed: {known}", key="governor.kind")
+    return registered[kind].load()(scenario)
+
+
+def reference_solver(scenario: Scenario) -> CentralizedSolver | None:
+    """Return the solver of the centralized reference, or None where the scenario switched it off."""
+    return None if scenario.reference.solver == "none" else SOLVERS[scenario.reference.solver]()

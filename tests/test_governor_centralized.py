@@ -1,0 +1,84 @@
+"""The four-dimensional centralized program against eqs. 8-9 written out in full, and against planted optima."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import cvxpy as cp
+import numpy as np
+import pytest
+
+from pbrg_mj.governor.centralized import CvxpySolver
+from pbrg_mj.governor.certificate import ball_rows, rho, row_values
+from tests.problems import FORMATION, graph, half_spaces, problem, random_problem
+
+
+def oracle(problem):
+    """Eqs. 8-9, one cone per row, as one reads them in the paper."""
+    m = cp.Variable(2)
+    centre = cp.vstack([cp.reshape(m, (1, 2), order="C")] * problem.network.robots)
+    distance = cp.norm(cp.vstack([centre - problem.p, problem.xi]), "fro")
+    rows = problem.rows
+    constraints = [rows.a[i, r] * distance + rows.C[i, r] @ m - rows.d[i, r] <= 0 for i, r in np.argwhere(rows.active)]
+    leaders = problem.network.leader.sum()
+    program = cp.Problem(cp.Minimize(leaders * cp.sum_squares(problem.reference - m)), constraints)
+    program.solve(solver=cp.CLARABEL)
+    return program.status, m.value, program.value
+
+
+def test_the_small_form_is_the_papers_problem():
+    rng = np.random.default_rng(1)
+    solver, seen = CvxpySolver(), set()
+    for k in range(60):
+        network = graph(leaders=(0, 4)) if k % 3 == 0 else None
+        random = random_problem(rng, network)
+        status, m, cost = oracle(random)
+        got = solver.solve(random)
+        seen.add(got.status)
+        if status == "optimal":
+            assert got.status == "solved"
+            np.testing.assert_allclose(got.m, m, atol=2e-4)  # the oracle's own accuracy
+            assert got.cost == pytest.approx(cost, rel=1e-6, abs=1e-6)
+        else:
+            assert (status, got.status) == ("infeasible", "infeasible")
+            assert np.isnan(got.m).all()
+    assert seen == {"solved", "infeasible"}
+
+
+def test_planted_optima():
+    """Draw m*, lambda* and the state, derive r and h that make them optimal; the solver has to find them."""
+    rng = np.random.default_rng(2)
+    solver = CvxpySolver()
+    for _ in range(200):
+        m, p, xi = rng.normal(size=2), rng.normal(size=(5, 2)), 0.3 * rng.normal(size=(5, 2))
+        walls = [(int(rng.integers(5)), rng.normal(size=2), 0.0) for _ in range(3)]
+        spaces = half_spaces(walls)
+        rows = ball_rows(spaces, FORMATION)
+        lam, slack = np.zeros_like(rows.d), np.zeros(spaces.h.shape)
+        for i, k in np.argwhere(spaces.active):
+            tightest = k * 5 + int(np.argmax(FORMATION @ spaces.G[i, k]))
+            binding = rng.random() < 0.5 and np.count_nonzero(lam) < 2  # three may leave no interior
+            lam[i, tightest] = rng.uniform(0.1, 2.0) if binding else 0.0
+            slack[i, k] = 0.0 if binding else rng.uniform(0.1, 1.0)
+            spaces.h[i, k] = rho(m, p, xi) + spaces.G[i, k] @ m + np.max(FORMATION @ spaces.G[i, k]) + slack[i, k]
+        rows = ball_rows(spaces, FORMATION)
+
+        def gradient_of(lam, m=m, p=p, xi=xi, rows=rows):
+            return (5 * m - p.sum(axis=0)) / rho(m, p, xi) * lam.sum() + np.einsum("ir,irc->c", lam, rows.C)
+
+        planted = problem([], p, m + gradient_of(lam) / 2.0, xi=xi)  # stationarity: 2 (m - r) + grad g' lambda = 0
+        planted = dataclasses.replace(planted, rows=rows)
+        got = solver.solve(planted)
+        assert got.status == "solved"
+        np.testing.assert_allclose(got.m, m, atol=1e-5)
+        assert np.all(got.multipliers >= -1e-9)
+        stationarity = gradient_of(lam) - gradient_of(got.multipliers)
+        np.testing.assert_allclose(stationarity, 0.0, atol=1e-5)
+        assert np.abs(got.multipliers * np.where(rows.active, row_values(rows, got.m, p, xi), 0)).max() < 1e-6
+
+
+def test_without_rows_the_reference_itself_is_optimal():
+    got = CvxpySolver().solve(problem([], np.zeros((5, 2)), [1.25, -0.5]))
+    assert got.status == "solved"
+    np.testing.assert_allclose(got.m, [1.25, -0.5], atol=1e-9)
+    assert got.cost == pytest.approx(0.0, abs=1e-12)

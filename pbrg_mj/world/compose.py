@@ -1,0 +1,128 @@
+"""Scenario -> MuJoCo model: the arena, n robots, walls and sensors.
+
+Robots, their sensors and walls are named from 0 in the order of the scenario: `robot0/hand`, `robot0/beam12`, `wall0`.
+"""
+
+from __future__ import annotations
+
+import colorsys
+
+import mujoco
+import numpy as np
+
+from pbrg_mj.scenario.schema import Scenario, Wall
+from pbrg_mj.world.models import load_spec
+from pbrg_mj.world.robot import RobotModel
+from pbrg_mj.world.sampling import Sampler
+
+GOLDEN_RATIO = (np.sqrt(5) - 1) / 2
+
+
+def start_pose(scenario: Scenario, robot: RobotModel) -> np.ndarray:
+    """Return the body poses (n, 3) x, y [m], heading [rad] that put every hand point at its start."""
+    q = np.asarray(scenario.team.start, dtype=float)
+    heading = np.broadcast_to(np.deg2rad(scenario.team.heading_deg), len(q))
+    ahead = np.column_stack([np.cos(heading), np.sin(heading)])
+    return np.column_stack([q - robot.hand_offset * ahead, heading])
+
+
+def beam_robots(scenario: Scenario) -> tuple[int, ...]:
+    """Return the indices (from 0, in the scenario's order) of the robots that carry beams."""
+    carriers = scenario.sensors.beams.robots
+    return tuple(range(scenario.robots)) if carriers == "all" else tuple(j - 1 for j in carriers)
+
+
+def compose(scenario: Scenario, robot: RobotModel) -> mujoco.MjSpec:
+    """Return the editable model of the scenario's physics plant."""
+    spec = load_spec("arena")
+    spec.option.timestep = scenario.timing.physics_step
+    spec.geom("floor").friction[0] = scenario.world.floor_friction
+    for k, wall in enumerate(scenario.world.walls):
+        _add_wall(spec, k, wall)
+    carriers = set(beam_robots(scenario))
+    for j, pose in enumerate(start_pose(scenario, robot)):
+        _add_robot(spec, _robot_spec(scenario, j, beams=j in carriers), j, pose)
+    spec.compile()
+    return spec
+
+
+def model_xml(spec: mujoco.MjSpec) -> str:
+    """Return MJCF that compiles to the very same simulation, bit for bit."""
+    # Compiled values would be printed with fewer digits than they have; the values as written are not rounded.
+    saved = spec.copy()
+    saved.compiler.savecompiled = 0
+    return saved.to_xml()
+
+
+def _add_wall(spec: mujoco.MjSpec, k: int, wall: Wall) -> None:
+    start, end = np.asarray(wall.start), np.asarray(wall.end)
+    along = end - start
+    angle = float(np.arctan2(along[1], along[0]))
+    spec.body("walls").add_geom(
+        name=f"wall{k}",
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=[np.hypot(*along) / 2, wall.thickness / 2, wall.height / 2],
+        pos=[*(start + end) / 2, wall.height / 2],
+        quat=_about_z(angle),
+        material="wall",
+        friction=[0.2, 0.005, 0.0001],
+    )
+
+
+def _add_robot(spec: mujoco.MjSpec, child: mujoco.MjSpec, j: int, pose: np.ndarray) -> None:
+    frame = spec.worldbody.add_frame(pos=[pose[0], pose[1], 0.0], quat=_about_z(float(pose[2])))
+    spec.attach(child, prefix=f"robot{j}/", frame=frame)
+
+
+def _robot_spec(scenario: Scenario, j: int, beams: bool) -> mujoco.MjSpec:
+    """Return one robot in its own colour, with its pose markers for the camera and, if it has any, its beams."""
+    child = load_spec("robot")
+    rgba = _colour(j)
+    for name in ("tub", "bumper"):
+        child.geom(name).rgba = rgba
+    step = scenario.timing.physics_step
+    _add_camera_sensors(child, Sampler(scenario.sensors.camera.rate_hz, step))
+    if beams:
+        _add_beams(child, scenario.sensors.beams.count, Sampler(scenario.sensors.beams.rate_hz, step))
+    return child
+
+
+def _add_camera_sensors(child: mujoco.MjSpec, sampler: Sampler) -> None:
+    kinds = {"position": mujoco.mjtSensor.mjSENS_FRAMEPOS, "ahead": mujoco.mjtSensor.mjSENS_FRAMEXAXIS}
+    for name, kind in kinds.items():
+        child.add_sensor(name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname="centre", **_sampled(sampler))
+
+
+def _add_beams(child: mujoco.MjSpec, count: int, sampler: Sampler) -> None:
+    """Add `count` beams, counter-clockwise from straight ahead. A beam leaves along its site's z axis."""
+    origin = child.site("beams").pos
+    for k, angle in enumerate(2 * np.pi * np.arange(count) / count):
+        name = f"beam{k}"
+        child.body("robot").add_site(name=name, pos=origin, quat=_along(angle), size=[0.001] * 3, group=4)
+        child.add_sensor(
+            name=name,
+            type=mujoco.mjtSensor.mjSENS_RANGEFINDER,
+            objtype=mujoco.mjtObj.mjOBJ_SITE,
+            objname=name,
+            intprm=[1 << int(mujoco.mjtRayDataField.mjRAYDATA_DIST), 0, 0],
+            **_sampled(sampler),
+        )
+
+
+def _sampled(sampler: Sampler) -> dict:
+    return {} if sampler.every_step else {"nsample": 1, "interval": [sampler.interval, 0.0]}
+
+
+def _along(angle: float) -> list[float]:
+    """Return the turn that takes z to the horizontal ray at `angle`: down to x first, then about z."""
+    c, s = np.sqrt(0.5) * np.cos(angle / 2), np.sqrt(0.5) * np.sin(angle / 2)
+    return [c, -s, c, s]
+
+
+def _about_z(angle: float) -> list[float]:
+    return [np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)]
+
+
+def _colour(j: int) -> list[float]:
+    """Return a colour that differs from those of any other few robots: hues a golden ratio of the circle apart."""
+    return [*colorsys.hsv_to_rgb((0.58 + j * GOLDEN_RATIO) % 1, 0.72, 0.80), 1.0]

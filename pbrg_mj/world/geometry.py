@@ -1,0 +1,48 @@
+"""Distances in the plane from points to walls."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pbrg_mj.scenario.schema import Wall
+
+
+@dataclass(frozen=True)
+class Rectangles:
+    """Footprints of w walls: rectangles along their own axis."""
+
+    centre: np.ndarray  # (w, 2) [m]
+    axis: np.ndarray  # (w, 2) unit vector along the wall
+    half_size: np.ndarray  # (w, 2) half the length, half the thickness [m]
+
+
+def wall_rectangles(walls: Sequence[Wall]) -> Rectangles:
+    """Return the footprints of `walls`, in their order."""
+    start = np.array([wall.start for wall in walls], dtype=float).reshape(-1, 2)
+    end = np.array([wall.end for wall in walls], dtype=float).reshape(-1, 2)
+    length = np.linalg.norm(end - start, axis=1)
+    thickness = np.array([wall.thickness for wall in walls], dtype=float)
+    return Rectangles(
+        centre=(start + end) / 2,
+        axis=(end - start) / length[:, None],
+        half_size=np.column_stack([length, thickness]) / 2,
+    )
+
+
+def signed_distance(points: np.ndarray, walls: Rectangles) -> np.ndarray:
+    """Return the distances (k, w) [m] of points (k, 2) from each wall's nearest face; negative inside the wall."""
+    offset = points[:, None, :] - walls.centre  # (k, w, 2)
+    along = np.abs(np.einsum("kwd,wd->kw", offset, walls.axis))
+    across = np.abs(offset[..., 1] * walls.axis[:, 0] - offset[..., 0] * walls.axis[:, 1])
+    beyond = np.stack([along, across], axis=-1) - walls.half_size
+    outside = np.linalg.norm(np.maximum(beyond, 0.0), axis=-1)
+    inside = np.minimum(beyond.max(axis=-1), 0.0)
+    return outside + inside
+
+
+def wall_margin(hand_world: np.ndarray, walls: Rectangles, clearance: float) -> np.ndarray:
+    """Return the distance (n,) of hand points (n, 2) from the nearest wall, less `clearance`; inf without walls."""
+    return signed_distance(hand_world, walls).min(axis=1, initial=np.inf) - clearance

@@ -1,0 +1,79 @@
+"""The robot's numbers, read from its compiled MJCF so that they are stated once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import mujoco
+
+from pbrg_mj.world.models import load_spec
+
+# Places in MuJoCo's dcmotor parameter arrays; the closed-form tests of the motor would see a shift.
+_GAIN_RESISTANCE, _GAIN_CONSTANT = 0, 1
+_BIAS_COULOMB, _BIAS_STATIC, _BIAS_STRIBECK = 3, 4, 5
+_DYN_STIFFNESS, _DYN_DAMPING = 5, 6
+
+
+@dataclass(frozen=True)
+class RobotModel:
+    """A differential-drive robot. Motor numbers are those at the wheel, after the gear."""
+
+    wheel_radius: float  # [m]
+    track: float  # between the wheels' centres [m]
+    hand_offset: float  # of the hand point ahead of the axle's centre [m]
+    body_radius: float  # of the smallest disc around the axle's centre that holds the robot [m]
+    mass: float  # [kg]
+    voltage: float  # nominal and largest [V]
+    stall_torque: float  # at the nominal voltage [N m]
+    no_load_speed: float  # at the nominal voltage, without friction [rad/s]
+    coulomb_torque: float  # LuGre friction while turning [N m]
+    static_torque: float  # LuGre friction to break away [N m]
+    stribeck_speed: float  # LuGre: speed over which static falls to Coulomb friction [rad/s]
+    bristle_stiffness: float  # LuGre [N m/rad]
+    bristle_damping: float  # LuGre [N m s/rad]
+
+    @property
+    def clearance(self) -> float:
+        """Distance of the hand point from a wall that keeps the body off it at every heading [m]."""
+        return self.body_radius + self.hand_offset
+
+    @property
+    def motor_constant(self) -> float:
+        """Back-EMF per wheel speed, K_e [V s/rad]."""
+        return self.voltage / self.no_load_speed
+
+    @property
+    def top_speed(self) -> float:
+        """Speed of the unloaded, frictionless robot at the nominal voltage [m/s]."""
+        return self.wheel_radius * self.no_load_speed
+
+
+@cache
+def load_robot_model() -> RobotModel:
+    """Return the numbers of models/robot.xml."""
+    return read_robot_model(load_spec("robot").compile())
+
+
+def read_robot_model(model: mujoco.MjModel) -> RobotModel:
+    """Read the numbers of one robot without a prefix. Both motors and wheels are alike."""
+    motor = model.actuator("motor_left").id
+    gain, bias, dyn = model.actuator_gainprm[motor], model.actuator_biasprm[motor], model.actuator_dynprm[motor]
+    voltage = float(model.actuator_ctrlrange[motor, 1])
+    resistance, constant = float(gain[_GAIN_RESISTANCE]), float(gain[_GAIN_CONSTANT])
+    left, right = model.body("wheel_left").pos, model.body("wheel_right").pos
+    return RobotModel(
+        wheel_radius=float(model.geom("tyre_left").size[2]),
+        track=float(left[1] - right[1]),
+        hand_offset=float(model.site("hand").pos[0]),
+        body_radius=float(model.geom("bumper").size[0]),
+        mass=float(model.body("robot").subtreemass[0]),
+        voltage=voltage,
+        stall_torque=constant * voltage / resistance,
+        no_load_speed=voltage / constant,
+        coulomb_torque=float(bias[_BIAS_COULOMB]),
+        static_torque=float(bias[_BIAS_STATIC]),
+        stribeck_speed=float(bias[_BIAS_STRIBECK]),
+        bristle_stiffness=float(dyn[_DYN_STIFFNESS]),
+        bristle_damping=float(dyn[_DYN_DAMPING]),
+    )

@@ -1,0 +1,45 @@
+"""Files that are whole or not there."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TypeVar
+
+from pbrg_mj.errors import InputError
+
+Choice = TypeVar("Choice")
+
+
+def write_whole(path: Path, write: Callable[[Path], None]) -> None:
+    """Let `write` fill a temporary file in the same folder, then give it its name. Raises InputError if it cannot."""
+    try:
+        handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
+    except OSError as error:
+        raise InputError(f"cannot write here: {error.strerror}", file=str(path)) from error
+    os.close(handle)
+    try:
+        write(Path(name))
+        Path(name).chmod(0o666 & ~_umask())
+        Path(name).replace(path)
+    except BaseException as error:
+        Path(name).unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            raise InputError(f"cannot write: {error.strerror}", file=str(path)) from error
+        raise
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def by_suffix(path: Path, writers: Mapping[str, Choice]) -> Choice:
+    """Return the writer for the file's suffix. Raises InputError for another suffix."""
+    if path.suffix.lower() not in writers:
+        allowed = ", ".join(writers)
+        raise InputError(f"the name ends in {path.suffix or 'nothing'!r}; allowed: {allowed}", file=str(path))
+    return writers[path.suffix.lower()]

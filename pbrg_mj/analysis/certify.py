@@ -1,0 +1,64 @@
+"""What the recorded states and references say about safety: certificate rows and margins, vectorised over time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pbrg_mj.analysis.target import given_half_spaces, true_half_spaces
+from pbrg_mj.log.run import Run, TickSeries
+from pbrg_mj.scenario.schema import Scenario
+
+
+def ball_radius(m: np.ndarray, p: np.ndarray, xi: np.ndarray) -> np.ndarray:
+    """Return rho (T,) [m] at references m (T, 2) and states p, xi (T, n, 2)."""
+    return np.sqrt(np.sum((m[:, None, :] - p) ** 2, axis=(1, 2)) + np.sum(xi**2, axis=(1, 2)))
+
+
+def worst_row(ticks: TickSeries, formation: np.ndarray, leaders: np.ndarray) -> np.ndarray:
+    """Return the largest ball row g (T,) [m] (eq. 9b) over leaders' m, everyone's half-spaces and all robots j.
+
+    `formation` is b (n, 2) [m], `leaders` the indices of the leaders. -inf where nobody senses anything.
+    """
+    worst = np.full(len(ticks.time), -np.inf)
+    for leader in leaders:
+        m = ticks.m[:, leader]
+        radius = ball_radius(m, ticks.p, ticks.xi)
+        # One owner of half-spaces at a time: all (T, n, K, n) at once would fill the memory for large teams.
+        for owner in range(ticks.m.shape[1]):
+            G, h = ticks.half_space_G[:, owner], ticks.half_space_h[:, owner]
+            support = (G @ formation.T).max(axis=-1)
+            rows = radius[:, None] + (G @ m[:, :, None])[..., 0] + support - h
+            worst = np.maximum(worst, _largest(rows, ticks.half_space_active[:, owner]))
+    return worst
+
+
+def sensed_margin(ticks: TickSeries) -> np.ndarray:
+    """Return the least h - G.q (T,) [m] of all ESTIMATED hand points and everyone's half-spaces; inf without any."""
+    least = np.full(len(ticks.time), np.inf)
+    for owner in range(ticks.hand.shape[1]):
+        G, h = ticks.half_space_G[:, owner], ticks.half_space_h[:, owner]
+        reach = (G @ ticks.hand.transpose(0, 2, 1)).max(axis=-1)
+        least = np.minimum(least, -_largest(reach - h, ticks.half_space_active[:, owner]))
+    return least
+
+
+def true_margin(run: Run) -> np.ndarray:
+    """Return how far each TRUE hand point stands behind the true line (T, n) [m]; inf where there is none.
+
+    Against the walls; in a run without walls, against the half-spaces given to the robots.
+    """
+    if run.scenario.world.walls:
+        return run.ticks.wall_margin
+    if given_half_spaces(run.scenario):
+        return given_margin(run.scenario, run.ticks.hand_true)
+    return np.full(run.ticks.wall_margin.shape, np.inf)
+
+
+def given_margin(scenario: Scenario, hand: np.ndarray) -> np.ndarray:
+    """Return the least h - G.q (..., n) [m] of hand points (..., n, 2) over the true half-spaces."""
+    G, h = true_half_spaces(scenario)
+    return (h - hand @ G.T).min(axis=-1)
+
+
+def _largest(rows: np.ndarray, active: np.ndarray) -> np.ndarray:
+    return np.where(active, rows, -np.inf).max(axis=-1, initial=-np.inf)

@@ -1,0 +1,220 @@
+"""The numbers of a run. Every definition stands, with its formula, in docs/metrics.md."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pbrg_mj.analysis.certify import sensed_margin, true_margin, worst_row
+from pbrg_mj.analysis.outcome import ROUNDING, final_target, formation_error, outcome
+from pbrg_mj.errors import InputError
+from pbrg_mj.log.run import Run
+
+
+@dataclass(frozen=True)
+class Summary:
+    """A quantity over time, in the unit its owner's name carries; NaN where there is no sample."""
+
+    mean: float
+    p95: float
+    final: float
+
+
+@dataclass(frozen=True)
+class Spent:
+    """Wall-clock time per call, in the unit its owner's name carries; NaN without timings."""
+
+    median: float
+    p95: float
+
+
+@dataclass(frozen=True)
+class RunMetrics:
+    """Everything `compare` prints; units in the names. NaN stands for: does not apply to this run."""
+
+    log: str
+    scenario: str
+    plant: str
+    governor: str
+    seed: int
+    robots: int
+    damage: str | None
+    ticks: int
+    duration_s: float
+    outcome: str
+    reason: str | None
+    violation_robot: int | None
+    violation_time_s: float | None
+    target_x_m: float
+    target_y_m: float
+    terminal_gap_m: float
+    settling_time_s: float
+    true_margin_min_m: float
+    sensed_margin_min_m: float
+    certificate_worst_m: float
+    certificate_violated_share: float
+    optimality_gap_m: Summary
+    leader_optimality_gap_m: Summary
+    cost_gap_m2: Summary
+    consensus_spread_m: Summary
+    governor_not_ok_share: float
+    reference_ticks: int
+    reference_infeasible_share: float
+    reference_failed_share: float
+    rounds_per_tick: float
+    sent_per_robot_per_tick_bytes: float
+    sent_per_robot_per_second_bytes: float
+    sent_per_robot_total_bytes: float
+    governor_ms: Spent
+    reference_build_ms: Spent
+    reference_solve_ms: Spent
+    real_time_factor: float
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain nested data for JSON: NaN and infinities are None."""
+        return _plain(asdict(self))
+
+
+def metrics(run: Run) -> RunMetrics:
+    """Return the metrics of a run. Raises InputError when the log holds no tick."""
+    if not len(run.ticks.time):
+        raise InputError("the log holds no complete tick", file=run.path)
+    # A diverged run overflows here; its NaN and inf are the answer.
+    with np.errstate(all="ignore"):
+        return RunMetrics(
+            **_identity(run), **_end(run), **_safety(run), **_against_optimum(run), **_network(run), **_wall_clock(run)
+        )
+
+
+def summary(values: np.ndarray) -> Summary:
+    """Return mean and 95th percentile of values (S,) or (S, n), and the largest of the last row."""
+    if not values.size:
+        return Summary(math.nan, math.nan, math.nan)
+    return Summary(float(np.mean(values)), float(np.percentile(values, 95)), float(np.max(values[-1])))
+
+
+def consensus_spread(m: np.ndarray) -> np.ndarray:
+    """Return max_{i,k} ||m_i - m_k|| (T,) [m] of references m (T, n, 2)."""
+    apart = [np.linalg.norm(m - m[:, i : i + 1], axis=-1).max(axis=-1) for i in range(m.shape[1])]
+    return np.max(apart, axis=0)
+
+
+def settling_time(run: Run, point: ArrayLike) -> float:
+    """Return how long after the last change of r the formation error stays within tolerance [s]; NaN if never."""
+    late = np.flatnonzero(~(formation_error(run, point) <= run.scenario.outcome.tolerance))
+    settled = late[-1] + 1 if len(late) else 0
+    if settled >= len(run.ticks.time):
+        return math.nan
+    changes = np.flatnonzero(np.any(np.diff(run.ticks.reference, axis=0) != 0, axis=1)) + 1
+    changed = run.ticks.time[changes[-1]] if len(changes) else run.ticks.time[0]
+    return max(0.0, float(run.ticks.time[settled] - changed))
+
+
+def _identity(run: Run) -> dict[str, Any]:
+    scenario, time = run.scenario, run.ticks.time
+    return {
+        "log": run.path,
+        "scenario": run.name,
+        "plant": scenario.plant,
+        "governor": scenario.governor.kind,
+        "seed": scenario.seed,
+        "robots": scenario.robots,
+        "damage": run.damage,
+        "ticks": len(time),
+        "duration_s": float(time[-1] - time[0]),
+    }
+
+
+def _end(run: Run) -> dict[str, Any]:
+    end, point = outcome(run), final_target(run)
+    x, y = (math.nan, math.nan) if point is None else map(float, point)
+    centre = np.mean(run.ticks.hand_true[-1] - np.array(run.scenario.team.formation), axis=0)
+    return {
+        "outcome": end.word,
+        "reason": end.reason,
+        "violation_robot": end.robot,
+        "violation_time_s": end.time,
+        "target_x_m": x,
+        "target_y_m": y,
+        "terminal_gap_m": float(np.linalg.norm(centre - (x, y))),
+        "settling_time_s": settling_time(run, (x, y)) if end.word == "converged" else math.nan,
+    }
+
+
+def _safety(run: Run) -> dict[str, Any]:
+    rows = worst_row(run.ticks, np.array(run.scenario.team.formation), _leaders(run))
+    return {
+        "true_margin_min_m": float(true_margin(run).min()),
+        "sensed_margin_min_m": float(sensed_margin(run.ticks).min()),
+        "certificate_worst_m": float(rows.max()),
+        "certificate_violated_share": float(np.mean(rows > ROUNDING)),
+    }
+
+
+def _against_optimum(run: Run) -> dict[str, Any]:
+    # A log cut short may hold a reference whose tick is lost.
+    known = np.isin(run.optima.index, run.ticks.index)
+    status = run.optima.status[known]
+    solved = known & (run.optima.status == "solved")
+    rows = np.searchsorted(run.ticks.index, run.optima.index[solved])
+    m, leaders = run.ticks.m[rows], _leaders(run)
+    gap = np.linalg.norm(m - run.optima.m[solved][:, None, :], axis=-1)
+    cost = np.sum((run.ticks.reference[rows][:, None, :] - m[:, leaders]) ** 2, axis=(1, 2))
+    return {
+        "optimality_gap_m": summary(gap),
+        "leader_optimality_gap_m": summary(gap[:, leaders]),
+        "cost_gap_m2": summary(cost - run.optima.cost[solved]),
+        "consensus_spread_m": summary(consensus_spread(run.ticks.m)),
+        "governor_not_ok_share": float(np.mean(run.ticks.status != "ok")),
+        "reference_ticks": len(status),
+        "reference_infeasible_share": _share(status == "infeasible"),
+        "reference_failed_share": _share(status == "failed"),
+    }
+
+
+def _network(run: Run) -> dict[str, Any]:
+    per_robot = run.ticks.bytes_sent.mean(axis=1)
+    return {
+        "rounds_per_tick": float(run.ticks.rounds.mean()),
+        "sent_per_robot_per_tick_bytes": float(per_robot.mean()),
+        "sent_per_robot_per_second_bytes": float(per_robot.mean() / run.scenario.timing.tick),
+        "sent_per_robot_total_bytes": float(per_robot.sum()),
+    }
+
+
+def _wall_clock(run: Run) -> dict[str, Any]:
+    t = run.timings
+    at_reference = np.isin(t.index, run.optima.index)
+    stages = (t.sense, t.perceive, t.govern, t.control, t.advance, t.reference_build, t.reference_solve)
+    spent = float(sum(np.nansum(stage) for stage in stages))
+    simulated = float(run.ticks.time[-1] - run.ticks.time[0])
+    return {
+        "governor_ms": _spent(t.govern),
+        "reference_build_ms": _spent(t.reference_build[at_reference]),
+        "reference_solve_ms": _spent(t.reference_solve[at_reference]),
+        "real_time_factor": simulated / spent if spent else math.nan,
+    }
+
+
+def _leaders(run: Run) -> np.ndarray:
+    return np.array(run.scenario.team.leaders) - 1
+
+
+def _spent(seconds: np.ndarray) -> Spent:
+    if not len(seconds):
+        return Spent(math.nan, math.nan)
+    return Spent(1e3 * float(np.median(seconds)), 1e3 * float(np.percentile(seconds, 95)))
+
+
+def _share(flags: np.ndarray) -> float:
+    return float(np.mean(flags)) if len(flags) else math.nan
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,86 @@
+"""How a run ended, in one word."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pbrg_mj.analysis.certify import true_margin
+from pbrg_mj.analysis.target import target
+from pbrg_mj.log.run import Run
+
+Word = Literal["converged", "moving", "stalled", "violated", "diverged"]
+ROUNDING = 1e-6  # [m] a margin above -ROUNDING is on the line, not past it
+CLOCK = 1e-9  # [s] rounding of tick times
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The word, and what led to it where it needs saying; robot and time of the first violation."""
+
+    word: Word
+    reason: str | None = None
+    robot: int | None = None  # counted from 1
+    time: float | None = None  # [s]
+
+
+def outcome(run: Run) -> Outcome:
+    """Judge the run by its truth: violated beats diverged, which beats converged, stalled and moving."""
+    return _violated(run) or _diverged(run) or _ended(run)
+
+
+def formation_error(run: Run, point: ArrayLike) -> np.ndarray:
+    """Return max_j ||q_j - b_j - point|| (T,) [m] with true hand points."""
+    shifted = run.ticks.hand_true - np.array(run.scenario.team.formation)
+    return np.linalg.norm(shifted - np.asarray(point), axis=-1).max(axis=-1)
+
+
+def final_target(run: Run) -> np.ndarray | None:
+    """Return the best admissible formation point (2,) [m] for the last r; None when no formation fits."""
+    return target(run.scenario, run.ticks.reference[-1])
+
+
+def _violated(run: Run) -> Outcome | None:
+    limit = "a wall's line" if run.scenario.world.walls else "a given half-space"
+    past = true_margin(run) < -ROUNDING
+    found = [
+        Outcome("violated", reason, int(robot) + 1, float(run.ticks.time[tick]))
+        for reason, events in (("touched a wall", run.ticks.wall_contact), (f"passed {limit}", past))
+        for tick, robot in np.argwhere(events)[:1]
+    ]
+    return min(found, key=lambda violation: violation.time or 0.0, default=None)
+
+
+def _diverged(run: Run) -> Outcome | None:
+    limit = run.scenario.outcome.diverged_beyond
+    values = (run.ticks.p, run.ticks.xi, run.ticks.m)
+    if not all(np.isfinite(value).all() for value in values):
+        return Outcome("diverged", "not finite")
+    if any(np.any(np.abs(value) > limit) for value in values):
+        return Outcome("diverged", f"beyond {limit:g} m")
+    return None
+
+
+def _ended(run: Run) -> Outcome:
+    rules, time = run.scenario.outcome, run.ticks.time
+    first = np.searchsorted(time, time[-1] - rules.rest_time + CLOCK, side="right") - 1
+    if first < 0:
+        return Outcome("moving", "shorter than rest_time")
+    window = slice(first, None)
+    point = final_target(run)
+    if point is not None and np.all(formation_error(run, point)[window] <= rules.tolerance):
+        return Outcome("converged")
+    if np.all(net_speed(run.ticks.hand_true[window], time[window]) < rules.rest_speed):
+        return Outcome("stalled", None if point is not None else "no admissible formation")
+    return Outcome("moving")
+
+
+def net_speed(hand: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Return the distance between first and last position over the time between (n,) [m/s]; hand (W, n, 2).
+
+    Net, not along the path: a motor that hunts about its position is at rest.
+    """
+    return np.linalg.norm(hand[-1] - hand[0], axis=-1) / (time[-1] - time[0])

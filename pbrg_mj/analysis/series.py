@@ -1,0 +1,107 @@
+"""The log's time series under their public names: quantity, then unit. docs/export.md explains each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from pbrg_mj.log.run import Run
+
+XY = ("x", "y")
+POSE = ("x", "y", "heading")
+SIDE = ("left", "right")
+
+
+@dataclass(frozen=True)
+class Series:
+    """One quantity over time: `values[s]` belongs to tick `index[s]`.
+
+    `axes` names what the axes after the first run over: a tuple of components, or None for a count from 1.
+    """
+
+    name: str
+    unit: str
+    index: np.ndarray  # (S,) int64
+    values: np.ndarray  # (S, ...)
+    axes: tuple[tuple[str, ...] | None, ...] = ()
+
+    @property
+    def key(self) -> str:
+        """Name and unit: `q_true_m`."""
+        return "_".join(part for part in (self.name, self.unit) if part)
+
+    def columns(self) -> Iterator[tuple[str, np.ndarray]]:
+        """Yield every component as a flat column (S,), named like `q_true_x_1_m`: components first, then counts."""
+        for place in product(*(range(size) for size in self.values.shape[1:])):
+            labels = [axis[i] for axis, i in zip(self.axes, place, strict=True) if axis]
+            numbers = [str(i + 1) for axis, i in zip(self.axes, place, strict=True) if not axis]
+            parts = (self.name, *labels, *numbers, self.unit)
+            yield "_".join(part for part in parts if part), self.values[(slice(None), *place)]
+
+
+def series(run: Run) -> list[Series]:
+    """Return all time series of a run, in a fixed order."""
+    return [*_tick_series(run), *_optimum_series(run), *_timing_series(run)]
+
+
+def _tick_series(run: Run) -> list[Series]:
+    t = run.ticks
+    layout = (
+        ("tick", "", t.index, ()),
+        ("time", "s", t.time, ()),
+        ("q_true", "m", t.hand_true, (None, XY)),
+        ("heading_true", "rad", t.body_pose_true[..., 2], (None,)),
+        ("body_true", "m", t.body_pose_true[..., :2], (None, XY)),
+        ("wheel_speed", "rad_s", t.wheel_speed, (None, SIDE)),
+        ("wall_margin", "m", t.wall_margin, (None,)),
+        ("wall_contact", "", t.wall_contact, (None,)),
+        ("q", "m", t.hand, (None, XY)),
+        ("heading", "rad", t.body_pose[..., 2], (None,)),
+        ("body", "m", t.body_pose[..., :2], (None, XY)),
+        ("pose_frame", "", t.pose_frame, ()),
+        ("scan_frame", "", t.scan_frame, ()),
+        ("half_space_G", "", t.half_space_G, (None, None, XY)),
+        ("half_space_h", "m", t.half_space_h, (None, None)),
+        ("half_space_active", "", t.half_space_active, (None, None)),
+        ("p", "m", t.p, (None, XY)),
+        ("xi", "m", t.xi, (None, XY)),
+        ("r", "m", t.reference, (XY,)),
+        ("m", "m", t.m, (None, XY)),
+        ("lambda", "", t.multipliers, (None, None)),
+        ("status", "", t.status.astype(str), ()),
+        ("rounds", "", t.rounds, ()),
+        ("sent", "bytes", t.bytes_sent, (None,)),
+        ("u", "m_s", t.velocity, (None, XY)),
+        ("command", *_command(run)),
+    )
+    return [Series(name, unit, t.index, values, axes) for name, unit, values, axes in layout]
+
+
+def _command(run: Run) -> tuple[str, np.ndarray, tuple[tuple[str, ...] | None, ...]]:
+    return (
+        ("m_s", run.ticks.command, (None, XY))
+        if run.scenario.plant == "ideal"
+        else ("V", run.ticks.command, (None, SIDE))
+    )
+
+
+def _optimum_series(run: Run) -> list[Series]:
+    o = run.optima
+    layout = (
+        ("reference_tick", "", o.index, ()),
+        ("m_star", "m", o.m, (XY,)),
+        ("cost_star", "m2", o.cost, ()),
+        ("lambda_star", "", o.multipliers, (None, None)),
+        ("reference_status", "", o.status.astype(str), ()),
+    )
+    return [Series(name, unit, o.index, values, axes) for name, unit, values, axes in layout]
+
+
+def _timing_series(run: Run) -> list[Series]:
+    t = run.timings
+    stages = ("sense", "perceive", "govern", "control", "advance", "reference_build", "reference_solve")
+    wall = [Series(f"wall_clock_{stage}", "s", t.index, getattr(t, stage)) for stage in stages]
+    return [Series("timed_tick", "", t.index, t.index), *wall] if len(t.index) else []

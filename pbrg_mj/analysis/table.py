@@ -1,0 +1,132 @@
+"""Metrics of one or several runs as aligned plain text, one column per run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from pbrg_mj.analysis.metrics import RunMetrics
+
+LABEL_WIDTH = 38
+COLUMN_WIDTH = 29  # two runs fit 100 columns
+# group -> rows of (label with unit, key in the JSON)
+LAYOUT: dict[str, tuple[tuple[str, str], ...]] = {
+    "run": (
+        ("log", "log"),
+        ("scenario", "scenario"),
+        ("plant", "plant"),
+        ("governor", "governor"),
+        ("seed", "seed"),
+        ("robots", "robots"),
+        ("simulated [s]", "duration_s"),
+        ("ticks", "ticks"),
+    ),
+    "outcome": (
+        ("outcome", "outcome"),
+        ("reason", "reason"),
+        ("violated by robot", "violation_robot"),
+        ("violated at [s]", "violation_time_s"),
+        ("best formation x [m]", "target_x_m"),
+        ("best formation y [m]", "target_y_m"),
+        ("terminal gap [m]", "terminal_gap_m"),
+        ("settling time [s]", "settling_time_s"),
+    ),
+    "safety": (
+        ("true margin, least [m]", "true_margin_min_m"),
+        ("sensed margin, least [m]", "sensed_margin_min_m"),
+        ("certificate row, largest [m]", "certificate_worst_m"),
+        ("certificate violated, share of time", "certificate_violated_share"),
+    ),
+    "distributed against centralized": (
+        ("optimality gap, mean [m]", "optimality_gap_m.mean"),
+        ("optimality gap, p95 [m]", "optimality_gap_m.p95"),
+        ("optimality gap, final [m]", "optimality_gap_m.final"),
+        ("  leaders alone, mean [m]", "leader_optimality_gap_m.mean"),
+        ("  leaders alone, p95 [m]", "leader_optimality_gap_m.p95"),
+        ("  leaders alone, final [m]", "leader_optimality_gap_m.final"),
+        ("cost gap, mean [m^2]", "cost_gap_m2.mean"),
+        ("cost gap, p95 [m^2]", "cost_gap_m2.p95"),
+        ("cost gap, final [m^2]", "cost_gap_m2.final"),
+        ("consensus spread, mean [m]", "consensus_spread_m.mean"),
+        ("consensus spread, p95 [m]", "consensus_spread_m.p95"),
+        ("consensus spread, final [m]", "consensus_spread_m.final"),
+        ("governor not ok, share of time", "governor_not_ok_share"),
+        ("reference solves", "reference_ticks"),
+        ("reference infeasible, share", "reference_infeasible_share"),
+        ("reference failed, share", "reference_failed_share"),
+    ),
+    "network": (
+        ("rounds per tick", "rounds_per_tick"),
+        ("sent per robot per tick [bytes]", "sent_per_robot_per_tick_bytes"),
+        ("sent per robot per second [bytes]", "sent_per_robot_per_second_bytes"),
+        ("sent per robot in all [bytes]", "sent_per_robot_total_bytes"),
+    ),
+    "wall clock": (
+        ("distributed tick, median [ms]", "governor_ms.median"),
+        ("distributed tick, p95 [ms]", "governor_ms.p95"),
+        ("centralized build, median [ms]", "reference_build_ms.median"),
+        ("centralized build, p95 [ms]", "reference_build_ms.p95"),
+        ("centralized solve, median [ms]", "reference_solve_ms.median"),
+        ("centralized solve, p95 [ms]", "reference_solve_ms.p95"),
+        ("simulated per wall second", "real_time_factor"),
+    ),
+}
+SHORT = (
+    "scenario",
+    "duration_s",
+    "outcome",
+    "reason",
+    "terminal_gap_m",
+    "settling_time_s",
+    "true_margin_min_m",
+    "optimality_gap_m.mean",
+    "consensus_spread_m.p95",
+    "sent_per_robot_per_second_bytes",
+    "real_time_factor",
+    "log",
+)
+
+
+def comparison_table(runs: Sequence[RunMetrics]) -> str:
+    """Return the table; values are those of `RunMetrics.as_dict`, four digits, "-" where one does not apply."""
+    data = [run.as_dict() for run in runs]
+    lines: list[str] = []
+    for group, rows in LAYOUT.items():
+        lines += ["", group] if lines else [group]
+        lines += [_line(f"  {label}", [look_up(run, key) for run in data]) for label, key in rows]
+    return "\n".join(lines)
+
+
+def short_summary(run: RunMetrics) -> str:
+    """Return the rows of the table that a run's end is judged by."""
+    data = run.as_dict()
+    labels = {key: label.strip() for rows in LAYOUT.values() for label, key in rows}
+    return "\n".join(f"{labels[key]:<{LABEL_WIDTH}}  {_text(look_up(data, key))}" for key in SHORT)
+
+
+def look_up(data: dict[str, Any], key: str) -> Any:
+    """Return the value at a dotted key of nested data."""
+    for part in key.split("."):
+        data = data[part]
+    return data
+
+
+def cell(value: Any) -> str:
+    """Return a value as text of at most COLUMN_WIDTH characters; the end of a long text says more than its start."""
+    text = _text(value)
+    return text if len(text) <= COLUMN_WIDTH else "..." + text[3 - COLUMN_WIDTH :]
+
+
+def _text(value: Any) -> str:
+    if value is None:
+        return "-"
+    return _number(value) if isinstance(value, float) else str(value)
+
+
+def _number(value: float) -> str:
+    return f"{value:.0f}" if value.is_integer() and abs(value) < 1e15 else f"{value:.4g}"
+
+
+def _line(label: str, values: list[Any]) -> str:
+    cells = "".join(f"  {cell(value):>{COLUMN_WIDTH}}" for value in values)
+    return f"{label:<{LABEL_WIDTH}}{cells}"

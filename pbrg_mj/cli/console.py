@@ -1,0 +1,46 @@
+"""What goes to the terminal: clean stdout, one-line notes on stderr, no control characters from files."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import unicodedata
+from typing import Any, TextIO
+
+
+def plain(text: str, *, keep: str = "") -> str:
+    """Return `text` with every control, format and line-breaking character spelt out, but those in `keep`.
+
+    Names and messages come from files that anybody may have written; a terminal must not act on them.
+    """
+    return "".join(c if c in keep or not _acts(c) else c.encode("unicode_escape").decode() for c in text)
+
+
+def emit(text: str) -> None:
+    """Print lines to stdout. A reader that has gone away (`| head`) is no error."""
+    _write(sys.stdout, plain(text, keep="\n") + "\n")
+
+
+def emit_json(data: Any) -> None:
+    """Print data as JSON to stdout; ASCII, and null for what is not a number."""
+    _write(sys.stdout, json.dumps(data, indent=2, allow_nan=False) + "\n")
+
+
+def note(text: str) -> None:
+    """Print one line to stderr."""
+    _write(sys.stderr, plain(text) + "\n")
+
+
+def _acts(character: str) -> bool:
+    return unicodedata.category(character) in {"Cc", "Cf", "Cs", "Co", "Zl", "Zp"}
+
+
+def _write(stream: TextIO, text: str) -> None:
+    encoding = stream.encoding or "utf-8"
+    try:
+        stream.write(text.encode(encoding, "backslashreplace").decode(encoding))
+        stream.flush()
+    except BrokenPipeError:
+        # Python would complain once more when it flushes at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())

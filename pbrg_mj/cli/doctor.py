@@ -1,0 +1,38 @@
+"""`pbrg doctor`: what works on this machine, and how to mend what does not."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+from pbrg_mj.cli.console import emit, emit_json
+
+
+def doctor(
+    json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
+) -> int:
+    """Show versions, cores, GL and caches: what works here, and how to mend what does not."""
+    from pbrg_mj.cli.checkup import checkup
+
+    found = checkup()
+    if json:
+        emit_json(found)
+    else:
+        emit("\n".join(_lines(found)))
+    return 1 if any(version is None for version in found["required"].values()) else 0
+
+
+def _lines(found: dict[str, Any]) -> list[str]:
+    lines = [f"{'python':<30} {found['python']}", f"{'cores':<30} {found['cores']}"]
+    lines += [f"{name:<30} {version or f'MISSING: pip install {name}'}" for name, version in found["required"].items()]
+    lines += [
+        f"{name:<30} {one['version'] or 'not installed; for ' + one['use'] + ': ' + one['mend']}"
+        for name, one in found["optional"].items()
+    ]
+    for backend, one in found["gl"].items():
+        mend = f"does not work ({one['error']}); on Debian: apt install {' '.join(one['packages'])}"
+        lines.append(f"{'GL ' + backend:<30} {'works' if one['works'] else mend}")
+    cache = found["numba_cache"]
+    state = "writable" if cache["writable"] else "NOT writable: set NUMBA_CACHE_DIR to a folder of yours"
+    return [*lines, f"{'numba cache':<30} {cache['folder']}: {state}"]

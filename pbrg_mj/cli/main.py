@@ -1,0 +1,56 @@
+"""`pbrg`: the commands and their exit codes. 0 done, 1 the run failed its purpose, 2 the input is wrong.
+
+Commands import what they need when they run: help must not wait for the simulator.
+"""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+
+from pbrg_mj.cli import compare, doctor, export, plot, run, scenarios
+from pbrg_mj.cli.console import note
+from pbrg_mj.errors import InputError, PbrgError
+
+INTERRUPTED = 130
+# typer has it only as the base of what it exports.
+_ClickError: type[Exception] = typer.BadParameter.__mro__[2]
+
+app = typer.Typer(
+    help="A physics-based benchmark for distributed reference governors.",
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command("list")(scenarios.list_scenarios)
+app.command("validate")(scenarios.validate)
+app.command("run")(run.run)
+app.command("compare")(compare.compare)
+app.command("export")(export.export)
+app.command("plot")(plot.plot)
+app.command("doctor")(doctor.doctor)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line and return its exit code; `arguments` default to the process's own."""
+    try:
+        code = app(arguments, prog_name="pbrg", standalone_mode=False)
+    except PbrgError as error:
+        note(f"error: {error}")
+        return 2 if isinstance(error, InputError) else 1
+    except _ClickError as error:
+        note(f"error: {error.format_message()} See: pbrg --help")  # type: ignore[attr-defined]
+        return 2
+    except OSError as error:
+        name = f"{error.filename}: " if error.filename else ""
+        note(f"error: {name}{error.strerror or error}")
+        return 2
+    except (KeyboardInterrupt, typer.Abort):
+        return INTERRUPTED
+    return code if isinstance(code, int) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

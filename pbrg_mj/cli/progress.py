@@ -1,0 +1,64 @@
+"""Progress of a run on a terminal: simulated time, speed against real time, outcome so far."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pbrg_mj.loop.record import TickRecord
+
+REFRESH = 0.1  # [s] wall clock between updates
+
+
+class SoFar:
+    """A running summary of the records seen."""
+
+    def __init__(self) -> None:
+        self.trouble = ""
+        self.margin = float("inf")  # [m]
+
+    def add(self, record: TickRecord) -> None:
+        """Take one record into account; the first trouble stays."""
+        self.margin = min(self.margin, float(record.truth.wall_margin.min()))
+        if record.truth.wall_contact.any():
+            self.trouble = "violated: touched a wall"
+        elif self.margin < 0 and not self.trouble.startswith("violated"):
+            self.trouble = "violated: past a wall's line"
+        elif record.solution.status != "ok" and not self.trouble:
+            self.trouble = f"governor {record.solution.status} at {record.time:.1f} s"
+
+    def text(self) -> str:
+        """Return it in a few words."""
+        margin = f"margin {self.margin:.3f} m" if self.margin < float("inf") else ""
+        return ", ".join(part for part in (self.trouble or "no violation", margin) if part)
+
+
+@contextmanager
+def progress(duration: float, wanted: bool) -> Iterator[Callable[[TickRecord], None]]:
+    """Give a function to call with every record. It does nothing unless stderr is a terminal."""
+    if not wanted or not sys.stderr.isatty():
+        yield lambda _record: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn
+
+    columns = (BarColumn(bar_width=20), TextColumn("{task.description}", markup=False))
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("starting", total=duration)
+        so_far, began, shown = SoFar(), time.perf_counter(), 0.0
+
+        def show(record: TickRecord) -> None:
+            nonlocal shown
+            so_far.add(record)
+            elapsed = time.perf_counter() - began
+            if elapsed - shown >= REFRESH:
+                shown = elapsed
+                speed = f"{record.time / elapsed:.1f} x real time"
+                text = f"{record.time:.1f} of {duration:g} s, {speed}, {so_far.text()}"
+                bar.update(task, completed=record.time, description=text)
+
+        yield show

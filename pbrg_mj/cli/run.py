@@ -1,0 +1,91 @@
+"""`pbrg run`."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from pbrg_mj.cli.compare import open_log
+from pbrg_mj.cli.console import emit, emit_json, note
+from pbrg_mj.cli.interrupt import interruptible
+from pbrg_mj.cli.progress import progress
+from pbrg_mj.errors import InputError
+
+if TYPE_CHECKING:
+    from pbrg_mj.scenario.load import Loaded
+
+FAILED = {"violated", "diverged"}
+INTERRUPTED = 130
+
+
+def run(
+    scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A file, or a bundled name (see: pbrg list).")],
+    output: Annotated[Path | None, typer.Option("-o", "--output", metavar="LOG.mcap", help="The log to write.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of all noise: --set seed=N.")] = None,
+    duration: Annotated[float | None, typer.Option(help="Simulated time [s]: --set timing.duration=S.")] = None,
+    overrides: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change path.to.key; may be repeated.")
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print the metrics as JSON, and nothing else.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="No progress and no summary.")] = False,
+) -> int:
+    """Run a scenario headlessly and write its log. Exit code 1 when it was violated or diverged."""
+    # Where MUJOCO_GL names a library that is missing, MuJoCo would not even start; nothing here draws.
+    os.environ.pop("MUJOCO_GL", None)
+    from pbrg_mj.scenario.load import load_scenario
+
+    loaded = load_scenario(scenario, [*(overrides or ()), *_shorthands(seed, duration)])
+    path = _log_path(output, loaded.name)
+    if not _record(loaded, path, show=not quiet):
+        note(f"interrupted; the log so far: {path}")
+        return INTERRUPTED
+    return _report(path, json=json, quiet=quiet)
+
+
+def _shorthands(seed: int | None, duration: float | None) -> list[str]:
+    settings = {"seed": seed, "timing.duration": duration}
+    return [f"{key}={value}" for key, value in settings.items() if value is not None]
+
+
+def _log_path(output: Path | None, name: str) -> Path:
+    from pbrg_mj.log.writer import check_writable
+
+    path = output or Path(f"{name.rsplit('/', 1)[-1]}.mcap")
+    if path.suffix != ".mcap":
+        raise InputError("a log's name ends in .mcap", file=str(path))
+    check_writable(path)  # before the simulation is built, which takes longer
+    return path
+
+
+def _record(loaded: Loaded, path: Path, *, show: bool) -> bool:
+    """Simulate into the log; False when interrupted. The log is closed and whole either way."""
+    from pbrg_mj.log.writer import LogWriter
+    from pbrg_mj.loop.run import Simulation
+
+    simulation = Simulation.build(loaded.scenario)
+    with (
+        interruptible() as pressed,
+        LogWriter(path, loaded, simulation.model_xml) as write,
+        progress(loaded.scenario.timing.duration, show) as shown,
+    ):
+        for record in simulation.records():
+            write(record)
+            shown(record)
+            if pressed():
+                return False
+    return True
+
+
+def _report(path: Path, *, json: bool, quiet: bool) -> int:
+    from pbrg_mj.analysis.metrics import metrics
+    from pbrg_mj.analysis.table import short_summary
+
+    numbers = metrics(open_log(path))
+    if json:
+        emit_json(numbers.as_dict())
+    elif not quiet:
+        emit(short_summary(numbers))
+    return 1 if numbers.outcome in FAILED else 0

@@ -1,0 +1,20 @@
+"""Names of the channels and of what the log embeds; shared by writer and reader."""
+
+from __future__ import annotations
+
+TICK = "/tick"
+OPTIMUM = "/optimum"
+TIMING = "/timing"
+TRANSFORMS = "/tf"
+SCENE = "/scene"
+EVENTS = "/events"
+
+RUN_METADATA = "pbrg"
+VERSIONS_METADATA = "pbrg.versions"
+SCENARIO_ATTACHMENT = "scenario.yaml"
+MODEL_ATTACHMENT = "model.xml"
+
+
+def scan_channel(robot: int) -> str:
+    """Return the channel of robot `robot`'s scans, counted from 1."""
+    return f"/scan/robot_{robot}"

@@ -1,0 +1,90 @@
+"""The project's own messages, declared once: names, shapes, units, and where a record holds each value.
+
+Dimensions: n robots, K half-space slots per robot, R constraint rows per robot. Field numbers follow the
+order, so new fields go to the END of their message; any other change raises `SCHEMA_VERSION`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import prod
+from typing import Literal
+
+SCHEMA_VERSION = 1
+
+Kind = Literal["double", "int", "bool", "text"]
+Dims = dict[str, int]
+
+
+@dataclass(frozen=True)
+class Field:
+    """One field of a message. `source` is the value's path in a TickRecord."""
+
+    name: str
+    source: str
+    shape: tuple[str, ...]  # letters of Dims or numbers; () for a scalar
+    unit: str
+    meaning: str
+    kind: Kind = "double"
+
+    def extent(self, dims: Dims) -> tuple[int, ...]:
+        """Return the shape in numbers, e.g. (5, 2) for ("n", "2")."""
+        return tuple(dims[size] if size in dims else int(size) for size in self.shape)
+
+    def count(self, dims: Dims) -> int:
+        """Return the number of values, 1 for a scalar."""
+        return prod(self.extent(dims))
+
+
+INDEX = Field("index", "index", (), "-", "number of the tick, from 0", "int")
+TIME = Field("time", "time", (), "s", "simulated time at the start of the tick")
+
+TICK: tuple[Field, ...] = (
+    INDEX,
+    TIME,
+    Field("body_pose_true", "truth.body_pose", ("n", "3"), "m, m, rad", "true x, y, heading of each body"),
+    Field("hand_true", "truth.hand_world", ("n", "2"), "m", "true hand points q"),
+    Field("wheel_speed", "truth.wheel_speed", ("n", "2"), "rad/s", "left, right; zeros in the ideal plant"),
+    Field("wall_margin", "truth.wall_margin", ("n",), "m", "hand point to nearest face, less the clearance"),
+    Field("wall_contact", "truth.wall_contact", ("n",), "-", "touched a wall since the last tick", "bool"),
+    Field("body_pose", "readings.body_pose", ("n", "3"), "m, m, rad", "x, y, heading as the camera sees them"),
+    Field("hand", "hand_world", ("n", "2"), "m", "hand points q from `body_pose`"),
+    Field("pose_frame", "readings.pose_frame", (), "-", "frame of `body_pose`; -1 before the first", "int"),
+    Field("scan_frame", "readings.scan_frame", (), "-", "scan of the half-spaces; -1 before the first", "int"),
+    Field("half_space_G", "half_spaces.G", ("n", "K", "2"), "-", "unit normals of G q <= h; zeros if empty"),
+    Field("half_space_h", "half_spaces.h", ("n", "K"), "m", "right-hand sides; zeros if empty"),
+    Field("half_space_active", "half_spaces.active", ("n", "K"), "-", "the slot holds a half-space", "bool"),
+    Field("p", "problem.p", ("n", "2"), "m", "shifted hand points q - b as estimated"),
+    Field("xi", "problem.xi", ("n", "2"), "m", "integral states of the pre-stabiliser"),
+    Field("reference", "problem.reference", ("2",), "m", "the operator's reference r"),
+    Field("m", "solution.m", ("n", "2"), "m", "governed reference as each robot knows it"),
+    Field("multipliers", "solution.multipliers", ("n", "R"), "m", "lambda, one per constraint row"),
+    Field("status", "solution.status", (), "-", "governor: ok, infeasible, diverged, failed", "text"),
+    Field("rounds", "solution.rounds", (), "-", "communication rounds used", "int"),
+    Field("bytes_sent", "solution.bytes_sent", ("n",), "bytes", "sent by each robot to its neighbours", "int"),
+    Field("velocity", "velocity", ("n", "2"), "m/s", "u of eq. 2"),
+    Field("command", "command", ("n", "2"), "V (ideal plant: m/s)", "wheel voltages; u in the ideal plant"),
+)
+
+OPTIMUM: tuple[Field, ...] = (
+    INDEX,
+    TIME,
+    Field("m", "optimum.m", ("2",), "m", "m* of the centralized solver; NaN unless solved"),
+    Field("cost", "optimum.cost", (), "m^2", "leaders times squared distance of m* from r; NaN likewise"),
+    Field("multipliers", "optimum.multipliers", ("n", "R"), "m", "lambda*, one per constraint row; NaN likewise"),
+    Field("status", "optimum.status", (), "-", "solved, infeasible, failed", "text"),
+    Field("solver_status", "optimum.solver_status", (), "-", "in the solver's own words", "text"),
+)
+
+TIMING: tuple[Field, ...] = (
+    INDEX,
+    Field("sense", "timings.sense", (), "s", "wall clock: reading the sensors"),
+    Field("perceive", "timings.perceive", (), "s", "wall clock: scans to half-spaces"),
+    Field("govern", "timings.govern", (), "s", "wall clock: the governor"),
+    Field("control", "timings.control", (), "s", "wall clock: references to voltages"),
+    Field("advance", "timings.advance", (), "s", "wall clock: the plant"),
+    Field("reference_build", "timings.reference_build", (), "s", "wall clock: building the reference"),
+    Field("reference_solve", "timings.reference_solve", (), "s", "wall clock: solving it"),
+)
+
+MESSAGES: dict[str, tuple[Field, ...]] = {"Tick": TICK, "Optimum": OPTIMUM, "Timing": TIMING}

@@ -1,0 +1,109 @@
+"""The MCAP sink: one file per run, whole up to the last moments however the run ends."""
+
+from __future__ import annotations
+
+import os
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import BinaryIO, Self
+
+from mcap.writer import Writer
+
+from pbrg_mj.errors import InputError, PbrgError
+from pbrg_mj.log.fields import Dims
+from pbrg_mj.log.stream import RecordStream, embed
+from pbrg_mj.loop.record import TickRecord
+from pbrg_mj.scenario.load import Loaded
+
+# A killed run loses its open chunk, so a chunk should last less than a second of WALL time. Its ends must not
+# depend on the wall clock though, or the same run would not make the same file. So they are counted in
+# SIMULATED time, short enough that even a run four times slower than real time loses a second at most; shorter chunks
+# compress worse.
+CHUNK_SECONDS = 0.25
+CHUNK_BYTES = 8 * 2**20  # of many robots; bounds memory, and what a reader has to decompress at once
+WHOLE_RECORDS = 2**62  # mcap's own limit cuts anywhere: ours ends chunks between ticks
+
+
+class LogWriter:
+    """A context manager and a sink: call it with every TickRecord, in order.
+
+    The file is created with the first record, so that a run that fails before leaves nothing behind. Messages
+    carry simulated time. Raises InputError when the path cannot be written, PbrgError when the disk fails later.
+    """
+
+    def __init__(self, path: str | Path, loaded: Loaded, model_xml: str):
+        self._path, self._loaded, self._model_xml = Path(path), loaded, model_xml
+        self._ticks_per_chunk = max(1, round(CHUNK_SECONDS / loaded.scenario.timing.tick))
+        self._file: BinaryIO | None = None
+        self._ticks = self._bytes = 0  # in the open chunk
+        self._between_records = True
+
+    def __enter__(self) -> Self:
+        """Refuse a hopeless path early; nothing is created yet."""
+        check_writable(self._path)
+        return self
+
+    def __call__(self, record: TickRecord) -> None:
+        """Write one record."""
+        if self._file is None:
+            self._start(record)
+        try:
+            self._between_records = False
+            self._bytes += self._stream.add(record)
+            self._ticks += 1
+            if self._ticks >= self._ticks_per_chunk or self._bytes >= CHUNK_BYTES:
+                self._writer.flush()
+                self._ticks = self._bytes = 0
+            self._between_records = True
+        except OSError as error:
+            raise self._failed(error) from error
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Finish and close the file, after Ctrl-C or an error as well."""
+        if self._file is None:
+            return
+        try:
+            # cut short inside a record, mcap's writer may be inconsistent: leave the log as a kill would
+            if self._between_records:
+                self._writer.finish()
+            self._file.close()
+        except OSError as failure:
+            raise self._failed(failure) from failure
+
+    def _start(self, first: TickRecord) -> None:
+        n, slots = first.half_spaces.h.shape
+        dims: Dims = {"n": n, "K": slots, "R": first.problem.rows.d.shape[1]}
+        try:
+            self._file = self._path.open("wb")
+        except OSError as error:
+            raise InputError(f"cannot write {self._path}: {error.strerror}") from error
+        try:
+            self._writer = Writer(self._file, chunk_size=WHOLE_RECORDS, enable_data_crcs=True)
+            self._writer.start(profile="", library="pbrg_mj")
+            embed(self._writer, self._loaded, self._model_xml, dims)
+            self._stream = RecordStream(self._writer, self._loaded.scenario, first, dims)
+            self._file.flush()
+        except OSError as error:
+            raise self._failed(error) from error
+
+    def _failed(self, error: OSError) -> PbrgError:
+        """Close what is left of the file; `__exit__` then has nothing more to do."""
+        if self._file is not None:
+            with suppress(OSError):
+                self._file.close()
+            self._file = None
+        return PbrgError(f"cannot write {self._path}: {error.strerror or error}; the log ends there")
+
+
+def check_writable(path: Path) -> None:
+    """Raise InputError unless a file could be created or replaced at `path`."""
+    folder = path.parent
+    if path.is_dir():
+        raise InputError(f"cannot write {path}: it is a folder")
+    if not folder.is_dir():
+        raise InputError(f"cannot write {path}: there is no folder {folder}")
+    if not os.access(path if path.exists() else folder, os.W_OK):
+        raise InputError(f"cannot write {path}: permission denied")

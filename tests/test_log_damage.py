@@ -1,0 +1,205 @@
+from __future__ import annotations
+
+from dataclasses import fields
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+import zstandard
+from mcap.data_stream import RecordBuilder
+from mcap.records import Chunk
+from mcap.writer import Writer
+
+from pbrg_mj.errors import InputError
+from pbrg_mj.log import channels, container
+from pbrg_mj.log.reader import read_run
+from pbrg_mj.log.run import Run
+from pbrg_mj.log.schemas import CLASSES, encoder
+from pbrg_mj.log.writer import LogWriter
+from tests.records import loaded, records
+
+TICKS = 60
+FACTS = {"name": "three", "schema": "1", "seed": "7", "robots": "3", "slots": "2", "rows": "6"}
+DIMS = {"n": 3, "K": 2, "R": 6}
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    path = tmp_path_factory.mktemp("log") / "whole.mcap"
+    with LogWriter(path, loaded(timings=True), "<mujoco/>") as sink:
+        for record in records(TICKS):
+            sink(record)
+    return path.read_bytes()
+
+
+@pytest.fixture(scope="module")
+def reference(whole: bytes, tmp_path_factory: pytest.TempPathFactory) -> Run:
+    path = tmp_path_factory.mktemp("log") / "reference.mcap"
+    path.write_bytes(whole)
+    return read_run(path)
+
+
+def is_prefix(run: Run, reference: Run) -> bool:
+    """All that is read is what was written, from the start."""
+    pairs = ((run.ticks, reference.ticks), (run.optima, reference.optima), (run.timings, reference.timings))
+    for part, full in pairs:
+        for field in fields(part):
+            got, want = getattr(part, field.name), getattr(full, field.name)
+            if got.astype(want.dtype).tobytes() != want[: len(got)].tobytes():
+                return False
+    return True
+
+
+def read_one_line(path: Path) -> Run | None:
+    """Return the run, or None for an InputError of one line. Any other exception is a failure."""
+    try:
+        run = read_run(path)
+    except InputError as error:
+        assert "\n" not in str(error)
+        return None
+    assert run.damage is None or "\n" not in run.damage
+    return run
+
+
+def test_cut_anywhere_keeps_all_whole_chunks(whole: bytes, reference: Run, tmp_path: Path) -> None:
+    path = tmp_path / "cut.mcap"
+    found = []
+    for length in np.linspace(1, len(whole) - 1, 50).astype(int):
+        path.write_bytes(whole[:length])
+        run = read_one_line(path)
+        assert run is None or (run.damage is not None and is_prefix(run, reference))
+        found.append(0 if run is None else len(run.ticks.time))
+    assert found == sorted(found)
+    assert set(found) == {0, 25, 50, 60}
+
+
+def corrupt(whole: bytes, rng: np.random.Generator) -> bytes:
+    """Return the file with one random accident."""
+    start = int(rng.integers(len(whole)))
+    length = int(rng.integers(1, 1 + min(len(whole) - start, int(10 ** rng.uniform(0, 4)))))
+    before, hit, after = whole[:start], whole[start : start + length], whole[start + length :]
+    match rng.integers(6):
+        case 0:  # one bit
+            return before + bytes([hit[0] ^ 1 << int(rng.integers(8))]) + hit[1:] + after
+        case 1:  # nonsense
+            return before + rng.bytes(length) + after
+        case 2:  # a hole
+            return before + after
+        case 3:  # a stutter
+            return before + hit + hit + after
+        case 4:  # a huge number
+            return before + b"\xff" * 8 + whole[start + 8 :]
+        case _:  # a cut
+            return before
+
+
+def test_random_accidents_never_raise_and_never_lie(whole: bytes, reference: Run, tmp_path: Path) -> None:
+    rng = np.random.default_rng(2017)
+    path = tmp_path / "accident.mcap"
+    outcomes = {"refused": 0, "damaged": 0, "whole": 0}
+    for _ in range(300):
+        accident = corrupt(whole, rng)
+        path.write_bytes(accident)
+        run = read_one_line(path)
+        kind = "refused" if run is None else "damaged" if run.damage else "whole"
+        outcomes[kind] += 1
+        assert run is None or is_prefix(run, reference)
+        assert kind != "whole" or accident == whole
+    assert outcomes["refused"] > 20 and outcomes["damaged"] > 100
+
+
+def forge(path: Path, ticks: list[bytes], facts: dict[str, str] | None = FACTS, scenario: str | None = None) -> Path:
+    """Write an MCAP file with valid checksums and these payloads on /tick."""
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        text = loaded(timings=True).yaml_text if scenario is None else scenario
+        writer.add_attachment(0, 0, channels.SCENARIO_ATTACHMENT, "application/yaml", text.encode())
+        if facts is not None:
+            writer.add_metadata(channels.RUN_METADATA, facts)
+        schema = writer.register_schema("pbrg.Tick", "protobuf", b"")
+        channel = writer.register_channel(channels.TICK, "protobuf", schema)
+        for tick in ticks:
+            writer.add_message(channel, 0, tick, 0)
+        writer.finish()
+    return path
+
+
+def ticks_of(count: int) -> list[bytes]:
+    return [encoder("Tick", DIMS)(record) for record in records(count)]
+
+
+def test_messages_that_make_no_sense_end_the_run_there(reference: Run, tmp_path: Path) -> None:
+    good = ticks_of(5)
+    short = CLASSES["Tick"].FromString(good[3])
+    del short.m[-1]  # type: ignore[attr-defined]
+    cases = {
+        "cannot be read": [short.SerializeToString(), b"\xff\xff\xff", b"\x0a\xff\xff\xff\xff\x0f", b""],
+        "out of order": [good[1], good[4]],
+    }
+    for said, forgeries in cases.items():
+        for forgery in forgeries:
+            run = read_run(forge(tmp_path / "forged.mcap", [*good[:3], forgery, good[4]]))
+            assert run.damage == f"message 3 on /tick {said}"
+            assert len(run.ticks.time) == 3 and is_prefix(run, reference)
+
+
+@pytest.mark.parametrize(
+    ("facts", "scenario", "said"),
+    [
+        (None, None, "not a log of pbrg"),
+        (FACTS | {"schema": "2"}, None, "version 2; this program reads versions up to 1"),
+        (FACTS | {"schema": "one"}, None, "metadata are damaged"),
+        (FACTS | {"robots": "4"}, None, "4 robots, its scenario has 3"),
+        (FACTS | {"rows": "9" * 400}, None, "no whole tick"),
+        (FACTS | {"rows": "-1"}, None, "metadata are damaged"),
+        (FACTS, "", "holds no scenario"),
+        (FACTS, "seed: [", "scenario.yaml"),
+        (FACTS, "seeds: 3", "scenario.yaml"),
+    ],
+)
+def test_strange_logs_are_refused_in_one_line(
+    tmp_path: Path, facts: dict[str, str] | None, scenario: str | None, said: str
+) -> None:
+    path = forge(tmp_path / "forged.mcap", ticks_of(2), facts, scenario)
+    with pytest.raises(InputError) as caught:
+        read_run(path)
+    assert said in str(caught.value) and str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_what_is_no_log_is_refused_in_one_line(tmp_path: Path) -> None:
+    (tmp_path / "empty").write_bytes(b"")
+    (tmp_path / "text").write_text("time,x,y\n0,1,2\n")
+    (tmp_path / "magic").write_bytes(container.MAGIC)
+    said = {
+        "absent": "no such file",
+        ".": "a folder",
+        "empty": "is empty",
+        "text": "not an MCAP file",
+        "magic": "not a log of pbrg",
+    }
+    for name, words in said.items():
+        with pytest.raises(InputError, match=words):
+            read_run(tmp_path / name)
+    with pytest.raises(InputError, match="no whole tick"):
+        read_run(forge(tmp_path / "no_ticks", []))
+
+
+@pytest.mark.parametrize("claimed", [2**20 + 1, 10])
+def test_a_decompression_bomb_is_not_opened(claimed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(container, "LARGEST_CHUNK", 2**20)
+    monkeypatch.setattr(container.zstandard, "decompress", lambda data: pytest.fail("decompressed"))
+    builder = RecordBuilder()
+    Chunk(
+        compression="zstd",
+        data=zstandard.compress(bytes(2**20 + 1)),
+        message_end_time=0,
+        message_start_time=0,
+        uncompressed_crc=0,
+        uncompressed_size=claimed,
+    ).write(builder)
+    data = builder.end()
+    with pytest.raises(container.Damage, match="impossible size"):
+        list(container.read_container(BytesIO(data), len(container.MAGIC) + len(data)))

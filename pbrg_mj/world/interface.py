@@ -35,6 +35,11 @@ class Truth:
 class World(Protocol):
     """A plant. Time moves only in `advance`."""
 
+    @property
+    def model_xml(self) -> str:
+        """MJCF that compiles to this very world; empty when it is not a MuJoCo world."""
+        ...
+
     def observe(self) -> Observation:
         """Return the sensors' readings now."""
         ...

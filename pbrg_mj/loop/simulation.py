@@ -1,0 +1,70 @@
+"""A whole run: parts put together, ticks one after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from pbrg_mj.governor.registry import CERTIFICATES, governor, reference_solver
+from pbrg_mj.loop.record import TickRecord
+from pbrg_mj.loop.tick import Parts, State, tick
+from pbrg_mj.perception.perceive import initial
+from pbrg_mj.perception.setup import perception_setup
+from pbrg_mj.scenario.checks import whole_multiple
+from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.sensing.noise import sensor_noise
+from pbrg_mj.team.graph import network
+from pbrg_mj.vehicle.drive import DifferentialDrive, Integrator
+from pbrg_mj.world.build import build_world
+from pbrg_mj.world.robot import load_robot_model
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """One run of a scenario. It can be run once: the world inside moves on."""
+
+    parts: Parts
+    ticks: int  # steps of the clock; the records are one more, the last at t = duration
+
+    @classmethod
+    def build(cls, scenario: Scenario) -> Simulation:
+        """Put a scenario's parts together. Raises InputError when it names something nobody knows."""
+        timing, robot = scenario.timing, load_robot_model()
+        parts = Parts(
+            scenario=scenario,
+            world=build_world(scenario),
+            noise=sensor_noise(scenario),
+            perception=perception_setup(scenario, robot.clearance),
+            network=network(scenario),
+            formation=np.array(scenario.team.formation, dtype=float),
+            hand_offset=robot.hand_offset,
+            certificate=CERTIFICATES[scenario.governor.certificate],
+            governor=governor(scenario),
+            drive=DifferentialDrive(robot) if scenario.plant == "physics" else Integrator(),
+            reference_solver=reference_solver(scenario),
+            reference_every=_whole(scenario.reference.period, timing.tick),
+        )
+        return cls(parts, _whole(timing.duration, timing.tick))
+
+    @property
+    def model_xml(self) -> str:
+        """MJCF of the world as run; empty for the ideal plant."""
+        return self.parts.world.model_xml
+
+    def records(self) -> Iterator[TickRecord]:
+        """Yield one record per tick, from t = 0 to t = duration."""
+        parts = self.parts
+        state = State(None, initial(parts.perception), None, np.zeros((parts.network.robots, 2)))
+        for index in range(self.ticks + 1):
+            state, record = tick(parts, state, index)
+            yield record
+
+
+def _whole(period: float, step: float) -> int:
+    """Return period / step, which the scenario's checks have made sure is a whole number."""
+    count = whole_multiple(period, step)
+    if count is None:
+        raise ValueError(f"{period} s is not a whole number of steps of {step} s")
+    return count

@@ -1,0 +1,107 @@
+"""One tick of the benchmark, in one direction.
+
+physics -> raw ranges, raw poses -> readings -> half-spaces -> problem -> governor (rounds of messages)
+-> governed references -> consensus control -> wheel voltages -> physics
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from pbrg_mj.governor.centralized import CentralizedSolver, Optimum
+from pbrg_mj.governor.problem import Governor, Problem
+from pbrg_mj.governor.registry import Certificate
+from pbrg_mj.loop.operator import operator_reference
+from pbrg_mj.loop.record import TickRecord, Timings
+from pbrg_mj.perception.perceive import PerceptionMemory, perceive
+from pbrg_mj.perception.setup import PerceptionSetup
+from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.sensing.noise import SensorNoise
+from pbrg_mj.sensing.readings import Readings
+from pbrg_mj.sensing.sense import sense
+from pbrg_mj.team.network import Network
+from pbrg_mj.team.pre_stabiliser import pre_stabilise
+from pbrg_mj.vehicle.drive import Drive
+from pbrg_mj.vehicle.hand_point import hand_point
+from pbrg_mj.world.interface import World
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What a run is made of; nothing here changes but the world inside `world`."""
+
+    scenario: Scenario
+    world: World
+    noise: SensorNoise
+    perception: PerceptionSetup
+    network: Network
+    formation: np.ndarray  # (n, 2) b [m]
+    hand_offset: float  # [m]
+    certificate: Certificate
+    governor: Governor
+    drive: Drive
+    reference_solver: CentralizedSolver | None
+    reference_every: int  # ticks
+
+
+@dataclass(frozen=True)
+class State:
+    """What one tick hands to the next, besides the world."""
+
+    readings: Readings | None
+    walls: PerceptionMemory
+    governor: Any  # None before the first tick
+    xi: np.ndarray  # (n, 2) [m]
+
+
+def tick(parts: Parts, state: State, index: int) -> tuple[State, TickRecord]:
+    """Observe, decide, act and advance the world by one tick; return the next state and the record."""
+    scenario = parts.scenario
+    time = index * scenario.timing.tick
+    stamps = [perf_counter()]
+
+    truth = parts.world.truth()
+    readings = sense(parts.world.observe(), state.readings, parts.noise)
+    stamps.append(perf_counter())
+
+    half_spaces, walls = perceive(readings, time, state.walls, parts.perception)
+    stamps.append(perf_counter())
+
+    hand_world = hand_point(readings.body_pose, parts.hand_offset)
+    problem = Problem(
+        network=parts.network,
+        p=hand_world - parts.formation,
+        xi=state.xi,
+        rows=parts.certificate(half_spaces, parts.formation),
+        reference=operator_reference(scenario.operator, time),
+    )
+    memory = parts.governor.init(problem) if state.governor is None else state.governor
+    solution, memory = parts.governor.step(problem, memory)
+    stamps.append(perf_counter())
+
+    velocity, xi_rate = pre_stabilise(parts.network, scenario.control.alpha_r, problem.p, problem.xi, solution.m)
+    command = parts.drive.command(velocity, readings.body_pose)
+    stamps.append(perf_counter())
+
+    parts.world.advance(command)
+    stamps.append(perf_counter())
+
+    optimum = None
+    if parts.reference_solver is not None and index % parts.reference_every == 0:
+        optimum = parts.reference_solver.solve(problem)
+
+    timings = _timings(stamps, optimum)
+    record = TickRecord(
+        index, time, truth, readings, hand_world, half_spaces, problem, solution, optimum, velocity, command, timings
+    )
+    return State(readings, walls, memory, state.xi + scenario.timing.tick * xi_rate), record
+
+
+def _timings(stamps: list[float], optimum: Optimum | None) -> Timings:
+    sense, perceive, govern, control, advance = np.diff(stamps).tolist()
+    build, solve = (optimum.build_seconds, optimum.solve_seconds) if optimum else (0.0, 0.0)
+    return Timings(sense, perceive, govern, control, advance, build, solve)

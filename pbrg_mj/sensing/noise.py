@@ -1,4 +1,4 @@
-"""What the sensors add to the truth: parameters, and random streams fixed by seed, sensor, robot and frame."""
+"""What the sensors add to the truth, and random streams fixed by seed, sensor, robot and frame."""
 
 from __future__ import annotations
 

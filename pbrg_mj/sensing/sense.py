@@ -13,7 +13,7 @@ def sense(observation: Observation, previous: Readings | None, noise: SensorNois
     """Return what the robots see of `observation`; pass None as `previous` in the first tick.
 
     A reading changes only with its frame number and is held bit for bit in between. When several frames have
-    passed since the previous tick only the latest counts. Before a sensor's first frame (-1) its readings are NaN.
+    passed since the previous tick only the latest counts. Before a sensor's first frame its readings are NaN.
     """
     if previous is not None and observation.pose_frame == previous.pose_frame:
         body_pose = previous.body_pose
@@ -54,8 +54,8 @@ def _ranges(observation: Observation, noise: SensorNoise) -> np.ndarray:
 def noisy_scan(raw: np.ndarray, noise: SensorNoise, random: np.random.Generator) -> np.ndarray:
     """Return one scan (beams,) [m] with Gaussian noise, NaN for no hit, out of range and dropped beams.
 
-    A raw -1 (no hit) and a raw range at the maximum (the sensor's cutoff) give no point: it would be invented.
-    Each beam takes the same two draws whatever it hit and whatever the parameters, so runs that differ in one of
+    A raw -1 (no hit) and a raw range at the maximum (the sensor's cutoff) give no point: none was seen.
+    Each beam takes the same two draws whatever it hit and whatever the parameters: runs that differ in one of
     them share the rest of their noise.
     """
     gaussian = random.standard_normal(len(raw))

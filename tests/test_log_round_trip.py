@@ -208,7 +208,7 @@ class Interrupted:
 
 def test_interrupted_inside_a_record_reads_as_killed(tmp_path: Path) -> None:
     path = tmp_path / "log.mcap"
-    written = records(60)
+    written = records(51)
     with pytest.raises(KeyboardInterrupt), LogWriter(path, loaded(timings=True), MODEL) as sink:
         for record in written[:-1]:
             sink(record)

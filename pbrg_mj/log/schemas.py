@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from operator import attrgetter
+from struct import Struct
 from typing import Any
 
 import numpy as np
@@ -31,8 +32,9 @@ DTYPE: dict[Kind, np.dtype] = {
     "bool": np.dtype("?"),
     "text": np.dtype("U"),
 }
+SCALAR = {"double": Struct("<d"), "int": Struct("<q")}
 REPEATED, SINGULAR = FieldDescriptorProto.LABEL_REPEATED, FieldDescriptorProto.LABEL_OPTIONAL
-VARINT, FIXED64, LENGTH_DELIMITED = 0, 1, 2
+FIXED64, LENGTH_DELIMITED = 1, 2  # wire types
 
 
 def message_classes() -> dict[str, type[Message]]:
@@ -75,12 +77,15 @@ def _text_packer(number: int) -> Callable[[Any], bytes]:
     return pack
 
 
-def _number_packer(number: int, field: Field, dims: Dims) -> Callable[[Any], bytes]:
+def _scalar_packer(number: int, field: Field) -> Callable[[Any], bytes]:
+    head = varint(number << 3 | FIXED64)
+    pack = SCALAR[field.kind].pack
+    return lambda value: head + pack(value)
+
+
+def _array_packer(number: int, field: Field, dims: Dims) -> Callable[[Any], bytes]:
     dtype, extent = DTYPE[field.kind], field.extent(dims)
-    if extent:
-        head = varint(number << 3 | LENGTH_DELIMITED) + varint(field.count(dims) * dtype.itemsize)
-    else:
-        head = varint(number << 3 | (VARINT if field.kind == "bool" else FIXED64))
+    head = varint(number << 3 | LENGTH_DELIMITED) + varint(field.count(dims) * dtype.itemsize)
 
     def pack(value: Any) -> bytes:
         array = np.asarray(value, dtype)
@@ -91,6 +96,12 @@ def _number_packer(number: int, field: Field, dims: Dims) -> Callable[[Any], byt
     return pack
 
 
+def _packer(number: int, field: Field, dims: Dims) -> Callable[[Any], bytes]:
+    if field.kind == "text":
+        return _text_packer(number)
+    return _array_packer(number, field, dims) if field.shape else _scalar_packer(number, field)
+
+
 def encoder(name: str, dims: Dims) -> Callable[[Any], bytes]:
     """Return a function from a TickRecord to the serialised message `name`.
 
@@ -98,10 +109,7 @@ def encoder(name: str, dims: Dims) -> Callable[[Any], bytes]:
     """
     fields = MESSAGES[name]
     values = attrgetter(*(field.source for field in fields))
-    packers = [
-        _text_packer(number) if field.kind == "text" else _number_packer(number, field, dims)
-        for number, field in enumerate(fields, start=1)
-    ]
+    packers = [_packer(number, field, dims) for number, field in enumerate(fields, start=1)]
     return lambda record: b"".join([pack(value) for pack, value in zip(packers, values(record), strict=True)])
 
 

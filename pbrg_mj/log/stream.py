@@ -19,6 +19,7 @@ from pbrg_mj.log.versions import versions
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.scenario.load import Loaded
 from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.sensing.noise import beam_robots
 
 
 def embed(writer: Writer, loaded: Loaded, model_xml: str, dims: Dims) -> None:
@@ -50,7 +51,7 @@ class RecordStream:
         self._writer = writer
         self._tick, self._optimum = encoder("Tick", dims), encoder("Optimum", dims)
         self._timing = encoder("Timing", dims) if scenario.log.timings else None
-        self._scanning = _scanning_robots(scenario, len(first.readings.ranges))
+        self._scanning = tuple(j + 1 for j in beam_robots(scenario)) if len(first.readings.ranges) else ()
         self._floor_plan: bytes | None = scene.floor_plan(scenario)
         self._channels = self._register(timings=scenario.log.timings)
         self._pose_frame: int | None = None
@@ -106,10 +107,3 @@ class RecordStream:
             types[channels.TIMING] = CLASSES["Timing"]
         schemas = {kind: register_schema(self._writer, kind) for kind in dict.fromkeys(types.values())}
         return {topic: self._writer.register_channel(topic, "protobuf", schemas[kind]) for topic, kind in types.items()}
-
-
-def _scanning_robots(scenario: Scenario, scans: int) -> tuple[int, ...]:
-    """Return the robots with beams, counted from 1; none where the plant has no beams."""
-    robots = scenario.sensors.beams.robots
-    numbers = tuple(range(1, scenario.robots + 1)) if robots == "all" else robots
-    return numbers if scans else ()

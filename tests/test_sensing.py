@@ -53,9 +53,7 @@ def test_a_frame_does_not_depend_on_the_frames_seen_before() -> None:
         reading = sense(observation(frame), reading, NOISE)
     skipped = sense(observation(5), sense(observation(0), None, NOISE), NOISE)
     assert reading is not None
-    assert np.array_equal(reading.body_pose, skipped.body_pose) and np.array_equal(
-        reading.ranges, skipped.ranges
-    )
+    assert np.array_equal(reading.body_pose, skipped.body_pose) and np.array_equal(reading.ranges, skipped.ranges)
 
 
 def test_mean_and_deviation_are_the_configured_ones() -> None:
@@ -124,7 +122,7 @@ def test_the_scenario_sets_the_noise() -> None:
         camera=Camera(position_std=0.003, heading_std_deg=90),
     )
     noise = sensor_noise(scenario(seed=11, sensors=sensors))
-    assert noise == SensorNoise(11, (0, 2), 0.003, np.pi / 2, 0.07, 4.0, 0.02, 0.1)
+    assert noise == SensorNoise(11, (2, 0), 0.003, np.pi / 2, 0.07, 4.0, 0.02, 0.1)
     assert beam_robots(scenario()) == (0, 1, 2)
 
 
@@ -135,7 +133,5 @@ def test_a_robot_keeps_its_noise_when_others_lose_their_beams() -> None:
 
 
 def test_no_beams_at_all() -> None:
-    reading = sense(
-        replace(observation(2), ranges=np.zeros((0, BEAMS))), None, replace(NOISE, beam_robots=())
-    )
+    reading = sense(replace(observation(2), ranges=np.zeros((0, BEAMS))), None, replace(NOISE, beam_robots=()))
     assert reading.ranges.shape == (0, BEAMS)

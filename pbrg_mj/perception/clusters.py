@@ -36,12 +36,13 @@ def cluster(points: Points, range_std: float) -> tuple[Points, list[tuple[int, i
 
 def _apart_from_next(points: Points, range_std: float) -> np.ndarray:
     """Return (N,) bool: point i and the next one round the circle belong to different things."""
-    after = np.roll(np.arange(len(points)), -1)
+    after = np.arange(1, len(points) + 1) % len(points)
     step = (points.beam[after] - points.beam) % points.beams
     step[step == 0] = points.beams  # a lone point is a full circle from itself
     angle = 2 * np.pi * step / points.beams
     # Beams farther apart than the grazing angle say nothing about a surface between them: no limit.
     spread = np.sin(angle) / np.sin(np.maximum(GRAZING - angle, 1e-9))
     limit = np.minimum(points.range, points.range[after]) * spread + NOISE_MARGIN * range_std
-    gap = np.hypot(*(points.xy_body[after] - points.xy_body).T)
+    across = points.xy_body[after] - points.xy_body
+    gap = np.hypot(across[:, 0], across[:, 1])
     return (step > MAX_STEP) | (gap > limit)

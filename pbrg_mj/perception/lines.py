@@ -79,7 +79,7 @@ def _chord_normal(xy: np.ndarray) -> np.ndarray:
 
 
 def _weight(direction: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    return np.maximum((direction @ normal) ** 2, LEAST_COSINE**2) ** -1
+    return 1 / np.maximum((direction @ normal) ** 2, LEAST_COSINE**2)
 
 
 def _covariance(along: np.ndarray, weight: np.ndarray, range_std: float) -> np.ndarray:

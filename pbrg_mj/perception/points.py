@@ -21,7 +21,7 @@ class Points:
         """Return the number of points."""
         return len(self.beam)
 
-    def take(self, index: np.ndarray) -> Points:
+    def take(self, index: np.ndarray | slice) -> Points:
         """Return the points at `index`, in that order."""
         return Points(self.beam[index], self.direction[index], self.range[index], self.xy_body[index], self.beams)
 

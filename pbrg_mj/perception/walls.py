@@ -30,7 +30,7 @@ def find_walls(ranges: np.ndarray, directions: np.ndarray, rules: SegmentRules) 
     points, clusters, ring = cluster(scan_points(ranges, directions), rules.range_std)
     pieces = split_and_merge(points.xy_body, clusters, rules.split_distance)
     curved = _curved(points.xy_body, pieces, clusters, ring)
-    fits = [_wall(points.take(np.arange(*piece)), rules) for piece, c in zip(pieces, curved, strict=True) if not c]
+    fits = [_wall(points.take(slice(*piece)), rules) for piece, c in zip(pieces, curved, strict=True) if not c]
     return [line for _, line in _joined([fit for fit in fits if fit is not None], rules)]
 
 
@@ -64,16 +64,18 @@ def _curved(xy: np.ndarray, pieces: list[Piece], clusters: list[Piece], ring: bo
     direction of their own and do not count.
     """
     low, high = np.array(pieces, dtype=int).reshape(-1, 2).T
-    chord = xy[high - 1] - xy[low] if len(pieces) else np.zeros((0, 2))
-    after = np.roll(np.arange(len(pieces)), -1)
+    if len(pieces) < 3:
+        return np.zeros(len(pieces), dtype=bool)
+    here = np.arange(len(pieces))
+    after, before = (here + 1) % len(here), here - 1
+    x, y = (xy[high - 1] - xy[low]).T
+    turn = np.arctan2(x * y[after] - y * x[after], x * x[after] + y * y[after])
     long = high - low >= 3
-    turn = np.arctan2(
-        chord[:, 0] * chord[after, 1] - chord[:, 1] * chord[after, 0], np.sum(chord * chord[after], axis=1)
-    )
     gentle = (np.abs(turn) > MIN_TURN) & (np.abs(turn) < MAX_TURN) & long & long[after]
     if not ring:
-        gentle &= ~np.isin(high, [stop for _, stop in clusters])  # the next piece is of another cluster
-    return gentle & np.roll(gentle, 1) & (turn * np.roll(turn, 1) > 0)
+        ends = {stop for _, stop in clusters}
+        gentle &= [stop not in ends for _, stop in pieces]  # else the next piece is of another cluster
+    return gentle & gentle[before] & (turn * turn[before] > 0)
 
 
 def _joined(fits: list[tuple[Points, Line]], rules: SegmentRules) -> list[tuple[Points, Line]]:

@@ -22,7 +22,7 @@ class SensorNoise:
     """Noise of all sensors of a run. SI; angles in rad."""
 
     seed: int
-    beam_robots: tuple[int, ...]  # robot of each row of the ranges, from 0, ascending
+    beam_robots: tuple[int, ...]  # robot of each row of the ranges, from 0
     position_std: float  # [m]
     heading_std: float  # [rad]
     range_min: float  # [m]
@@ -32,11 +32,9 @@ class SensorNoise:
 
 
 def beam_robots(scenario: Scenario) -> tuple[int, ...]:
-    """Return the robots that carry beams, counted from 0 and ascending: the rows of all range arrays."""
+    """Return the robots that carry beams, counted from 0, in the scenario's order: the rows of all range arrays."""
     listed = scenario.sensors.beams.robots
-    return (
-        tuple(range(scenario.robots)) if listed == "all" else tuple(sorted({robot - 1 for robot in listed}))
-    )
+    return tuple(range(scenario.robots)) if listed == "all" else tuple(robot - 1 for robot in listed)
 
 
 def sensor_noise(scenario: Scenario) -> SensorNoise:

@@ -3,6 +3,9 @@
 Robots, their sensors and walls are named from 0 in the order of the scenario: `robot0/hand`, `robot0/beam12`, `wall0`.
 """
 
+# MuJoCo ships no type stubs for its compiled modules.
+# pyright: reportAttributeAccessIssue=false
+
 from __future__ import annotations
 
 import colorsys

@@ -1,5 +1,8 @@
 """Where each robot's numbers stand in MuJoCo's arrays."""
 
+# MuJoCo ships no type stubs for its compiled modules.
+# pyright: reportAttributeAccessIssue=false
+
 from __future__ import annotations
 
 from dataclasses import dataclass

@@ -1,5 +1,8 @@
 """Where the hand-written MJCF lies: in an installed package or in a checkout."""
 
+# MuJoCo ships no type stubs for its compiled modules.
+# pyright: reportAttributeAccessIssue=false
+
 from __future__ import annotations
 
 from pathlib import Path

@@ -1,5 +1,8 @@
 """The physics plant: robots, motors, friction, walls, beams and camera in MuJoCo."""
 
+# MuJoCo ships no type stubs for its compiled modules.
+# pyright: reportAttributeAccessIssue=false
+
 from __future__ import annotations
 
 from fractions import Fraction

@@ -1,5 +1,8 @@
 """The robot's numbers, read from its compiled MJCF so that they are stated once."""
 
+# MuJoCo ships no type stubs for its compiled modules.
+# pyright: reportAttributeAccessIssue=false
+
 from __future__ import annotations
 
 from dataclasses import dataclass

@@ -1,0 +1,69 @@
+import numpy as np
+import pytest
+
+from pbrg_mj.vehicle.drive import DifferentialDrive, Integrator, saturate
+from pbrg_mj.vehicle.hand_point import hand_point, hand_velocity, wheel_speeds
+from pbrg_mj.world.robot import load_robot_model
+
+ROBOT = load_robot_model()
+
+
+def random_motion(seed: int, n: int = 50) -> tuple[np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    return rng.normal(size=(n, 2)), rng.uniform(-9, 9, n)
+
+
+def test_hand_point_is_ahead_of_the_axle():
+    pose = np.array([[1.0, 2.0, 0.0], [1.0, 2.0, np.pi / 2]])
+    np.testing.assert_allclose(hand_point(pose, 0.04), [[1.04, 2.0], [1.0, 2.04]], atol=1e-15)
+
+
+def test_wheel_speeds_are_inverted_exactly():
+    velocity, heading = random_motion(1)
+    back = hand_velocity(wheel_speeds(velocity, heading, ROBOT), heading, ROBOT)
+    np.testing.assert_allclose(back, velocity, rtol=0, atol=1e-13)
+
+
+def test_ahead_turns_both_wheels_alike_and_left_turns_the_right_wheel_forward():
+    speeds = wheel_speeds(np.array([[0.1, 0.0], [0.0, 0.1]]), np.zeros(2), ROBOT)
+    turn = 0.1 / ROBOT.hand_offset * ROBOT.track / 2 / ROBOT.wheel_radius
+    np.testing.assert_allclose(speeds, [[0.1 / ROBOT.wheel_radius] * 2, [-turn, turn]], rtol=1e-14)
+
+
+def test_wheel_speeds_move_the_hand_point_as_wanted():
+    """Roll the unicycle for a short while and difference its hand point."""
+    velocity, heading = random_motion(2)
+    rim = ROBOT.wheel_radius * wheel_speeds(velocity, heading, ROBOT)
+    v, omega, dt = rim.mean(axis=1), (rim[:, 1] - rim[:, 0]) / ROBOT.track, 1e-7
+    poses = [
+        np.column_stack([v * s * np.cos(heading), v * s * np.sin(heading), heading + omega * s]) for s in (-dt, dt)
+    ]
+    moved = (hand_point(poses[1], ROBOT.hand_offset) - hand_point(poses[0], ROBOT.hand_offset)) / (2 * dt)
+    np.testing.assert_allclose(moved, velocity, atol=1e-6)
+
+
+def test_drive_gives_the_back_emf_of_the_wanted_speed():
+    command = DifferentialDrive(ROBOT).command(np.array([[0.2, 0.0]]), np.zeros((1, 3)))
+    np.testing.assert_allclose(command, [[0.2 / ROBOT.top_speed * ROBOT.voltage] * 2], rtol=1e-13)
+
+
+def test_saturation_keeps_the_ratio_and_leaves_small_voltages_alone():
+    wanted = np.array([[12.0, -3.0], [1.0, 2.0], [0.0, 0.0]])
+    np.testing.assert_array_equal(saturate(wanted, 6.0), [[6.0, -1.5], [1.0, 2.0], [0.0, 0.0]])
+
+
+def test_a_drive_told_too_much_still_moves_the_hand_point_in_the_wanted_direction():
+    velocity, heading = random_motion(3)
+    pose = np.column_stack([np.zeros((50, 2)), heading])
+    voltage = DifferentialDrive(ROBOT).command(100 * velocity, pose)
+    assert np.abs(voltage).max(axis=1) == pytest.approx(np.full(50, ROBOT.voltage))
+    moved = hand_velocity(voltage / ROBOT.motor_constant, heading, ROBOT)
+    cosine = (moved * velocity).sum(axis=1) / np.linalg.norm(moved, axis=1) / np.linalg.norm(velocity, axis=1)
+    np.testing.assert_allclose(cosine, 1, atol=1e-12)
+
+
+def test_integrator_passes_velocities_on_as_a_copy():
+    velocity, heading = random_motion(4)
+    command = Integrator().command(velocity, heading)
+    np.testing.assert_array_equal(command, velocity)
+    assert not np.shares_memory(command, velocity)

@@ -1,0 +1,108 @@
+import mujoco
+import numpy as np
+import pytest
+
+from pbrg_mj.world.build import build_world
+from pbrg_mj.world.compose import compose, model_xml
+from pbrg_mj.world.ideal import IdealWorld
+from pbrg_mj.world.mujoco_world import MujocoWorld, whole_steps
+from pbrg_mj.world.robot import load_robot_model
+from tests.worlds import scenario, wall
+
+ROBOT = load_robot_model()
+WALLS = (wall((1.1, -1 / 3), (0.7, 1.234567890123)),)
+
+
+@pytest.mark.parametrize("robots", [1, 3, 12])
+def test_any_number_of_robots_starts_with_hand_points_in_place(robots):
+    headings = tuple(np.linspace(-170, 170, robots))
+    world = MujocoWorld(scenario(robots, team={"heading_deg": headings}))
+    np.testing.assert_allclose(world.truth().hand_world, [(0.5 * j, 0) for j in range(robots)], atol=1e-12)
+    np.testing.assert_allclose(np.rad2deg(world.truth().body_pose[:, 2]), headings, atol=1e-9)
+    np.testing.assert_allclose(world.observe().body_pose, world.truth().body_pose, atol=1e-12)
+
+
+def test_saved_xml_compiles_to_the_same_trajectory_bit_for_bit():
+    spec = compose(scenario(3, walls=WALLS, beams="all", team={"heading_deg": 100 / 7}), ROBOT)
+    models = [spec.compile(), mujoco.MjModel.from_xml_string(model_xml(spec))]
+    states = []
+    for model in models:
+        data, rng, seen = mujoco.MjData(model), np.random.default_rng(3), []
+        for _ in range(100):
+            data.ctrl[:] = rng.uniform(-6, 6, model.nu)
+            mujoco.mj_step(model, data, nstep=5)
+            seen.append(np.concatenate([data.qpos, data.qvel, data.act, data.sensordata]))
+        states.append(np.array(seen))
+    assert states[0].tobytes() == states[1].tobytes()
+
+
+def test_two_runs_are_bit_identical():
+    runs = []
+    for _ in range(2):
+        world, rng, seen = MujocoWorld(scenario(2, walls=WALLS, beams="all")), np.random.default_rng(4), []
+        for _ in range(100):
+            world.advance(rng.uniform(-6, 6, (2, 2)))
+            truth, readings = world.truth(), world.observe()
+            seen += [truth.body_pose, truth.wheel_speed, readings.body_pose, readings.ranges]
+        runs.append(b"".join(a.tobytes() for a in seen))
+    assert runs[0] == runs[1]
+
+
+def test_the_floor_rules_the_wheels_and_the_casters_rule_themselves():
+    for mu in (0.02, 0.7):
+        world = MujocoWorld(scenario(world={"floor_friction": mu}))
+        for _ in range(50):
+            world.advance(np.zeros((1, 2)))
+        contacts = {
+            world.model.geom(int(max(c.geom))).name.split("/")[1].split("_")[0]: c.friction[0]
+            for c in world.data.contact
+        }
+        assert contacts == {"tyre": mu, "caster": 0.01}
+
+
+def test_every_part_lies_within_the_body_radius():
+    """The smallest disc: no point of any geom that can touch lies beyond it at any height."""
+    model = MujocoWorld(scenario()).model
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    axle = data.body("robot0/robot").xpos
+    for k in range(model.ngeom):
+        if model.geom_bodyid[k] == 0:
+            continue
+        low, high = model.geom_aabb[k, :3] - model.geom_aabb[k, 3:], model.geom_aabb[k, :3] + model.geom_aabb[k, 3:]
+        corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
+        if model.geom(k).name.endswith(("tub", "bumper", "mark_centre")):
+            assert model.geom_size[k, 0] <= ROBOT.body_radius
+        else:
+            placed = corners @ data.geom_xmat[k].reshape(3, 3).T + data.geom_xpos[k] - axle
+            assert np.hypot(placed[:, 0], placed[:, 1]).max() <= ROBOT.body_radius
+
+
+def test_whole_steps_refuses_what_does_not_fit():
+    assert whole_steps(0.01, 0.002) == 5
+    assert whole_steps(0.3, 0.1) == 3
+    for tick, step in ((0.01, 0.003), (0.001, 0.002)):
+        with pytest.raises(ValueError, match="whole number"):
+            whole_steps(tick, step)
+
+
+def test_the_scenario_names_the_plant():
+    assert isinstance(build_world(scenario()), MujocoWorld)
+    assert isinstance(build_world(scenario(plant="ideal")), IdealWorld)
+
+
+def test_the_ideal_plant_integrates_exactly_and_is_seen_exactly():
+    world = IdealWorld(scenario(2, walls=(wall((2, -1), (2, 1)),), plant="ideal"))
+    u = np.array([[0.5, -0.25], [1.0, 0.0]])
+    for _ in range(100):
+        world.advance(u)
+    truth, seen = world.truth(), world.observe()
+    np.testing.assert_allclose(truth.hand_world, [[0.5, -0.25], [1.5, 0.0]], atol=1e-12)
+    np.testing.assert_allclose(truth.body_pose, [[0.46, -0.25, 0], [1.46, 0, 0]], atol=1e-12)
+    np.testing.assert_array_equal(seen.body_pose, truth.body_pose)
+    np.testing.assert_allclose(truth.wall_margin, [1.95 - 0.5 - 0.1, 1.95 - 1.5 - 0.1], atol=1e-12)
+    assert (seen.pose_frame, seen.scan_frame, seen.ranges.shape) == (100, -1, (0, 72))
+    assert not truth.wall_contact.any()
+    for _ in range(50):
+        world.advance(u)
+    np.testing.assert_array_equal(world.truth().wall_contact, [False, True])

@@ -46,10 +46,10 @@ class LogWriter:
 
     def __call__(self, record: TickRecord) -> None:
         """Write one record."""
+        self._between_records = False
         if self._file is None:
             self._start(record)
         try:
-            self._between_records = False
             self._bytes += self._stream.add(record)
             self._ticks += 1
             if self._ticks >= self._ticks_per_chunk or self._bytes >= CHUNK_BYTES:

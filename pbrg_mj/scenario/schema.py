@@ -25,17 +25,21 @@ class Section(BaseModel):
 class Timing(Section):
     """Clocks of the run [s]."""
 
-    duration: Positive = Field(60.0, description="simulated time of the run [s]; a whole number of ticks")
-    tick: Positive = Field(0.01, description="period of governor and control [s]; a whole number of physics steps")
-    physics_step: Positive = Field(0.002, description="step of the rigid-body simulation [s]")
+    duration: Positive = Field(default=60.0, description="simulated time of the run [s]; a whole number of ticks")
+    tick: Positive = Field(
+        default=0.01, description="period of governor and control [s]; a whole number of physics steps"
+    )
+    physics_step: Positive = Field(default=0.002, description="step of the rigid-body simulation [s]")
 
 
 class Team(Section):
     """The robots: their number is the length of `start`."""
 
-    start: tuple[Vector, ...] = Field(description="hand points q(0) in the world, one [x, y] per robot [m]", min_length=1)
+    start: tuple[Vector, ...] = Field(
+        description="hand points q(0) in the world, one [x, y] per robot [m]", min_length=1
+    )
     heading_deg: float | tuple[float, ...] = Field(
-        0.0, description="start headings, one for all or one per robot [deg, counter-clockwise from +x]"
+        default=0.0, description="start headings [deg], one for all or one per robot, counter-clockwise from +x"
     )
     formation: tuple[Vector, ...] = Field(description="bias b_j of each robot from the reference [m]")
     leaders: tuple[RobotNumber, ...] = Field(description="robots that hear the operator, counted from 1", min_length=1)
@@ -44,8 +48,10 @@ class Team(Section):
 class Graph(Section):
     """Who talks to whom: fixed, undirected, connected."""
 
-    kind: Literal["ring", "path", "complete", "edges"] = Field("ring", description="shape of the network")
-    edges: tuple[tuple[RobotNumber, RobotNumber], ...] = Field((), description="pairs of robots, for `kind: edges`")
+    kind: Literal["ring", "path", "complete", "edges"] = Field(default="ring", description="shape of the network")
+    edges: tuple[tuple[RobotNumber, RobotNumber], ...] = Field(
+        default=(), description="pairs of robots, for `kind: edges`"
+    )
 
 
 class Wall(Section):
@@ -53,35 +59,35 @@ class Wall(Section):
 
     start: Vector = Field(alias="from", description="one end of the centre line [m]")
     end: Vector = Field(alias="to", description="the other end of the centre line [m]")
-    thickness: Positive = Field(0.1, description="across the centre line [m]")
-    height: Positive = Field(0.2, description="[m]")
+    thickness: Positive = Field(default=0.1, description="across the centre line [m]")
+    height: Positive = Field(default=0.2, description="above the floor [m]")
 
 
 class World(Section):
     """What stands around the robots."""
 
-    walls: tuple[Wall, ...] = Field((), description="straight walls")
-    floor_friction: Positive = Field(1.0, description="sliding friction of the floor against the wheels [-]")
+    walls: tuple[Wall, ...] = Field(default=(), description="straight walls")
+    floor_friction: Positive = Field(default=1.0, description="sliding friction of the floor against the wheels [-]")
 
 
 class Beams(Section):
     """Range beams, evenly spread over the full circle around the body's centre."""
 
-    robots: Literal["all"] | tuple[RobotNumber, ...] = Field("all", description="robots that carry beams")
-    count: Annotated[int, Field(ge=1, le=1080)] = Field(72, description="beams per robot")
-    range_min: NonNegative = Field(0.07, description="shortest range reported [m]")
-    range_max: Positive = Field(4.0, description="longest range reported [m]")
-    rate_hz: Positive = Field(10.0, description="scans per second [Hz]")
-    noise_std: NonNegative = Field(0.005, description="standard deviation of additive Gaussian range noise [m]")
-    dropout: Probability = Field(0.0, description="probability that a beam returns nothing [-]")
+    robots: Literal["all"] | tuple[RobotNumber, ...] = Field(default="all", description="robots that carry beams")
+    count: Annotated[int, Field(ge=1, le=1080)] = Field(default=72, description="beams per robot")
+    range_min: NonNegative = Field(default=0.07, description="shortest range reported [m]")
+    range_max: Positive = Field(default=4.0, description="longest range reported [m]")
+    rate_hz: Positive = Field(default=10.0, description="scans per second [Hz]")
+    noise_std: NonNegative = Field(default=0.005, description="standard deviation of additive Gaussian range noise [m]")
+    dropout: Probability = Field(default=0.0, description="probability that a beam returns nothing [-]")
 
 
 class Camera(Section):
     """Overhead camera that tells every robot its own pose."""
 
-    rate_hz: Positive = Field(30.0, description="frames per second [Hz]")
-    position_std: NonNegative = Field(0.001, description="standard deviation of x and y [m]")
-    heading_std_deg: NonNegative = Field(0.2, description="standard deviation of the heading [deg]")
+    rate_hz: Positive = Field(default=30.0, description="frames per second [Hz]")
+    position_std: NonNegative = Field(default=0.001, description="standard deviation of x and y [m]")
+    heading_std_deg: NonNegative = Field(default=0.2, description="standard deviation of the heading [deg]")
 
 
 class Sensors(Section):
@@ -96,47 +102,59 @@ class GivenHalfSpace(Section):
 
     robot: RobotNumber = Field(description="the robot that knows it")
     normal: Vector = Field(description="outward normal, of any length but zero [-]")
-    offset: float = Field(description="right-hand side, in the units of normal . q [m for a unit normal]")
+    offset: float = Field(
+        description="right-hand side of normal . q <= offset [m], with the normal as long as it is given"
+    )
 
 
 class Estimator(Section):
     """From scans to half-spaces."""
 
-    source: Literal["beams", "given"] = Field("beams", description="fit lines to the beams, or use `given` as it is")
-    given: tuple[GivenHalfSpace, ...] = Field((), description="the half-spaces for `source: given`")
-    half_spaces_per_robot: Annotated[int, Field(ge=1, le=16)] = Field(4, description="most half-spaces a robot holds")
-    min_points: Annotated[int, Field(ge=3)] = Field(5, description="fewest beams that make a line")
-    split_distance: Positive = Field(0.03, description="largest distance of a point from its line before a split [m]")
-    min_length: Positive = Field(0.25, description="shortest run of points that counts as a wall [m]")
-    memory: NonNegative = Field(1.0, description="how long a wall out of sight is kept [s]")
+    source: Literal["beams", "given"] = Field(
+        default="beams", description="fit lines to the beams, or use `given` as it is"
+    )
+    given: tuple[GivenHalfSpace, ...] = Field(default=(), description="the half-spaces for `source: given`")
+    half_spaces_per_robot: Annotated[int, Field(ge=1, le=16)] = Field(
+        default=4, description="most half-spaces a robot holds"
+    )
+    min_points: Annotated[int, Field(ge=3)] = Field(default=5, description="fewest beams that make a line")
+    split_distance: Positive = Field(
+        default=0.03, description="largest distance of a point from its line before a split [m]"
+    )
+    min_length: Positive = Field(default=0.25, description="shortest run of points that counts as a wall [m]")
+    memory: NonNegative = Field(default=1.0, description="how long a wall out of sight is kept [s]")
 
 
 class Control(Section):
     """Pre-stabiliser (eq. 2)."""
 
-    alpha_r: Positive = Field(1.0, description="gain of the leaders towards their governed reference [1/s]")
+    alpha_r: Positive = Field(default=1.0, description="gain of the leaders towards their governed reference [1/s]")
 
 
 class Governor(Section):
     """The reference governor."""
 
-    kind: str = Field("distributed", description="distributed (the paper), centralized, none, or a registered name")
-    alpha: Positive = Field(2.0, description="gain of the distributed optimization [-]")
-    rounds: Annotated[int, Field(ge=1)] = Field(10, description="communication rounds per tick")
-    step: Positive | None = Field(
-        None, description="step of one round [s]; default tick / rounds: the paper's algorithm in real time"
+    kind: str = Field(
+        default="distributed", description="distributed (the paper), centralized, none, or a registered name"
     )
-    certificate: Literal["ball"] = Field("ball", description="how half-spaces and state become constraints (eq. 9b)")
+    alpha: Positive = Field(default=2.0, description="gain of the distributed optimization [-]")
+    rounds: Annotated[int, Field(ge=1)] = Field(default=10, description="communication rounds per tick")
+    step: Positive | None = Field(
+        default=None, description="step of one round [s]; default tick / rounds: the paper's algorithm in real time"
+    )
+    certificate: Literal["ball"] = Field(
+        default="ball", description="how half-spaces and state become constraints (eq. 9b)"
+    )
     initial: Literal["zero", "start"] = Field(
-        "zero", description="first estimates: zero, or m_i = p_i(0), z_p = p(0), z_xi = 0"
+        default="zero", description="first estimates: zero, or m_i = p_i(0), z_p = p(0), z_xi = 0"
     )
 
 
 class Reference(Section):
     """The centralized optimum beside the distributed answer; it is never fed back."""
 
-    solver: Literal["cvxpy", "none"] = Field("cvxpy", description="who solves it; none switches it off")
-    period: Positive = Field(0.1, description="time between solves [s]; a whole number of ticks")
+    solver: Literal["cvxpy", "none"] = Field(default="cvxpy", description="who solves it; none switches it off")
+    period: Positive = Field(default=0.1, description="time between solves [s]; a whole number of ticks")
 
 
 class Waypoint(Section):
@@ -149,31 +167,41 @@ class Waypoint(Section):
 class Operator(Section):
     """What the human asks for: one constant reference, or timed waypoints."""
 
-    reference: Vector | None = Field(None, description="constant r [m]")
-    waypoints: tuple[Waypoint, ...] = Field((), description="r over time, each held until the next; the first at 0 s")
+    reference: Vector | None = Field(default=None, description="constant r [m]")
+    waypoints: tuple[Waypoint, ...] = Field(
+        default=(), description="r over time, each held until the next; the first at 0 s"
+    )
 
 
 class Outcome(Section):
     """When a run counts as converged, and when as at rest."""
 
-    tolerance: Positive = Field(0.05, description="largest ||q_j - b_j - target|| of a converged team [m]")
-    rest_speed: Positive = Field(0.005, description="a robot slower than this, over `rest_time`, is at rest [m/s]")
-    rest_time: Positive = Field(2.0, description="window over which speeds are averaged [s]")
-    diverged_beyond: Positive = Field(1000.0, description="any state or reference larger than this has diverged [m]")
+    tolerance: Positive = Field(default=0.05, description="largest ||q_j - b_j - target|| of a converged team [m]")
+    rest_speed: Positive = Field(
+        default=0.005, description="a robot slower than this, over `rest_time`, is at rest [m/s]"
+    )
+    rest_time: Positive = Field(default=2.0, description="window over which speeds are averaged [s]")
+    diverged_beyond: Positive = Field(
+        default=1000.0, description="any state or reference larger than this has diverged [m]"
+    )
 
 
 class Log(Section):
     """What goes into the log."""
 
-    timings: bool = Field(True, description="wall-clock timings, on a channel of their own; off: byte-identical files")
+    timings: bool = Field(
+        default=True, description="wall-clock timings, on a channel of their own; off: byte-identical files"
+    )
 
 
 class Scenario(Section):
     """One run, completely."""
 
-    description: str = Field("", description="one sentence: what the scenario shows")
-    seed: Annotated[int, Field(ge=0, lt=2**63)] = Field(1, description="of all noise in the run")
-    plant: Literal["physics", "ideal"] = Field("physics", description="MuJoCo, or the paper's integrator dq/dt = u")
+    description: str = Field(default="", description="one sentence: what the scenario shows")
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = Field(default=1, description="of all noise in the run")
+    plant: Literal["physics", "ideal"] = Field(
+        default="physics", description="MuJoCo, or the paper's integrator dq/dt = u"
+    )
     timing: Timing = Timing()
     team: Team
     graph: Graph = Graph()

@@ -1,0 +1,142 @@
+"""What must hold between the keys of a scenario."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+from pbrg_mj.scenario.findings import Finding
+from pbrg_mj.scenario.graph import edge_list, unreachable
+from pbrg_mj.scenario.placement import placement
+from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.scenario.words import Path, show
+
+
+def check(scenario: Scenario) -> list[Finding]:
+    """Return all that is wrong between keys that are right one by one; empty for a good scenario."""
+    lengths = list(_lengths(scenario))
+    # Where the lists of the team differ in length, places of robots mean nothing.
+    rest = (_robot_numbers, _graph, _timing, _sensing, _operator) + (() if lengths else (placement,))
+    return lengths + [finding for part in rest for finding in part(scenario)]
+
+
+def whole_multiple(period: float, step: float) -> int | None:
+    """Return how many steps make the period, 1 or more; None if it is no whole number to 1e-9 relative."""
+    ratio = period / step
+    if not math.isfinite(ratio):
+        return None
+    count = round(ratio)
+    return count if count >= 1 and abs(count * step - period) <= 1e-9 * period else None
+
+
+def _lengths(scenario: Scenario) -> Iterator[Finding]:
+    team, n = scenario.team, scenario.robots
+    if len(team.formation) != n:
+        yield Finding(
+            ("team", "formation"), f"has {len(team.formation)} entries; allowed: {n}, one per robot in team.start"
+        )
+    if isinstance(team.heading_deg, tuple) and len(team.heading_deg) != n:
+        yield Finding(
+            ("team", "heading_deg"),
+            f"has {len(team.heading_deg)} entries; allowed: one number, or {n}, one per robot in team.start",
+        )
+
+
+def _robot_numbers(scenario: Scenario) -> Iterator[Finding]:
+    n = scenario.robots
+    yield from _numbered(("team", "leaders"), scenario.team.leaders, n)
+    robots = scenario.sensors.beams.robots
+    if robots != "all":
+        yield from _numbered(("sensors", "beams", "robots"), robots, n)
+    for k, given in enumerate(scenario.estimator.given):
+        path = ("estimator", "given", k)
+        yield from _in_range((*path, "robot"), given.robot, n)
+        if math.hypot(*given.normal) == 0:
+            yield Finding((*path, "normal"), f"is {show(given.normal)}; allowed: any direction, not zero")
+
+
+def _numbered(path: Path, robots: Sequence[int], n: int) -> Iterator[Finding]:
+    for k, robot in enumerate(robots):
+        yield from _in_range((*path, k), robot, n)
+        if robot in robots[:k]:
+            yield Finding((*path, k), f"is {robot}, which stands in the list twice; allowed: each robot once")
+
+
+def _in_range(path: Path, robot: int, n: int) -> Iterator[Finding]:
+    if robot > n:
+        yield Finding(path, f"is robot {robot}; allowed: 1 to {n}, the number of robots in team.start")
+
+
+def _graph(scenario: Scenario) -> Iterator[Finding]:
+    graph, n = scenario.graph, scenario.robots
+    path = ("graph", "edges")
+    if graph.kind != "edges":
+        if graph.edges:
+            yield Finding(path, f"is given, but graph.kind is {graph.kind}; allowed: only with `kind: edges`")
+        return
+    if n > 1 and not graph.edges:
+        yield Finding(path, "is empty; required with `kind: edges`: pairs of robots such as [1, 2]")
+        return
+    wrong = list(_edges(path, graph.edges, n))
+    yield from wrong
+    lonely = () if wrong else unreachable(edge_list(graph, n), n)
+    if lonely:
+        yield Finding(
+            path, f"leave robot {lonely[0] + 1} out of reach of robot 1; allowed: a connected graph of {n} robots"
+        )
+
+
+def _edges(path: Path, edges: Sequence[tuple[int, int]], n: int) -> Iterator[Finding]:
+    seen: set[tuple[int, int]] = set()
+    for k, (i, j) in enumerate(edges):
+        edge = (min(i, j), max(i, j))
+        yield from _in_range((*path, k), edge[1], n)
+        if i == j:
+            yield Finding((*path, k), f"is {show((i, j))}, robot {i} with itself; allowed: two different robots")
+        elif edge in seen:
+            yield Finding((*path, k), f"is {show((i, j))}, an edge given twice; allowed: each pair once")
+        seen.add(edge)
+
+
+def _timing(scenario: Scenario) -> Iterator[Finding]:
+    timing = scenario.timing
+    if scenario.plant == "physics":  # the ideal plant takes no physics steps
+        yield from _whole(("timing", "tick"), timing.tick, "timing.physics_step", timing.physics_step)
+    yield from _whole(("timing", "duration"), timing.duration, "timing.tick", timing.tick)
+    yield from _whole(("reference", "period"), scenario.reference.period, "timing.tick", timing.tick)
+
+
+def _whole(path: Path, period: float, name: str, step: float) -> Iterator[Finding]:
+    if whole_multiple(period, step) is None:
+        yield Finding(path, f"is {period} s; allowed: a whole multiple of {name}, {step} s")
+
+
+def _sensing(scenario: Scenario) -> Iterator[Finding]:
+    beams, estimator = scenario.sensors.beams, scenario.estimator
+    if beams.range_min >= beams.range_max:
+        yield Finding(
+            ("sensors", "beams"),
+            f"has range_min {beams.range_min} m; allowed: less than range_max, {beams.range_max} m",
+        )
+    if estimator.source == "given":
+        return
+    if scenario.plant == "ideal":
+        yield Finding(("plant",), "is ideal, which has no beams; allowed: with `estimator.source: given` only")
+    elif estimator.given:
+        yield Finding(("estimator", "given"), "is given, but estimator.source is beams; allowed: with `source: given`")
+
+
+def _operator(scenario: Scenario) -> Iterator[Finding]:
+    operator = scenario.operator
+    if (operator.reference is None) == (not operator.waypoints):
+        both = "has both reference and waypoints" if operator.waypoints else "has neither reference nor waypoints"
+        yield Finding(("operator",), f"{both}; allowed: one of them")
+    times = [waypoint.time for waypoint in operator.waypoints]
+    if times and times[0] != 0:
+        yield Finding(("operator", "waypoints", 0, "time"), f"is {times[0]} s; allowed: 0, the first waypoint's time")
+    for k, (before, after) in enumerate(pairwise(times), start=1):
+        if after <= before:
+            yield Finding(
+                ("operator", "waypoints", k, "time"), f"is {after} s; allowed: later than the one before, {before} s"
+            )

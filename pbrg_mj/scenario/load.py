@@ -1,0 +1,96 @@
+"""From a file, or a bundled scenario's name, to a Scenario."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from pbrg_mj.errors import InputError
+from pbrg_mj.scenario.bundled import bundled_scenarios
+from pbrg_mj.scenario.document import MOST_BYTES, TOO_LARGE, Document, read_document, write_document
+from pbrg_mj.scenario.overrides import apply_overrides
+from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.scenario.validation import build
+from pbrg_mj.scenario.words import show
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """A scenario, and the YAML text it can be had from again."""
+
+    scenario: Scenario
+    name: str  # the bundled name, or the file's stem
+    yaml_text: str  # as run: with the overrides in it
+
+
+def load_scenario(source: str | Path, overrides: Sequence[str] = ()) -> Loaded:
+    """Return the scenario in a YAML file, or the bundled one of that name, with `path.to.key=value` overrides.
+
+    Raises InputError: one line with file, line, key, what is wrong and what is allowed.
+    """
+    path, name = _find(source)
+    file = str(path)
+    text = _read(path)
+    document = _document(text, file)
+    if not overrides:
+        return Loaded(build(document, file), name, text)
+    document = apply_overrides(document, overrides)
+    return Loaded(build(document, file), name, write_document(document.data))
+
+
+def parse_scenario(yaml_text: str, file: str = "<scenario>") -> Scenario:
+    """Return the scenario in a YAML text, as a log embeds it; `file` is for the errors. Raises InputError."""
+    return build(_document(yaml_text, file), file)
+
+
+def _document(text: str, file: str) -> Document:
+    document = read_document(text, file)
+    if document.data is None:
+        raise InputError("is empty; allowed: a scenario in YAML", file=file, line=1)
+    if not isinstance(document.data, dict):
+        raise InputError(
+            f"is no scenario: its top level is {show(document.data)}; allowed: keys and values in YAML",
+            file=file,
+            line=1,
+        )
+    return document
+
+
+def _find(source: str | Path) -> tuple[Path, str]:
+    """Return the file, and the scenario's name. A file goes before a bundled scenario of the same name."""
+    path = Path(source)
+    if _is_there(path) and not path.is_dir():
+        return path, path.stem
+    bundled = bundled_scenarios()
+    name = path.as_posix().removesuffix(".yaml")
+    if name in bundled:
+        return bundled[name], name
+    if _is_there(path):
+        raise InputError("is a folder; allowed: a scenario's YAML file", file=str(path))
+    near = difflib.get_close_matches(name, bundled, n=1)
+    hint = f"did you mean {near[0]}?" if near else f"bundled: {', '.join(bundled) or 'none'}"
+    raise InputError(f"{show(str(source))} is neither a file nor a bundled scenario; {hint}")
+
+
+def _is_there(path: Path) -> bool:
+    try:
+        return path.exists()
+    except OSError:  # a name that is too long, a folder that may not be searched
+        return False
+
+
+def _read(path: Path) -> str:
+    try:
+        with path.open("rb") as stream:
+            content = stream.read(MOST_BYTES + 1)
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=str(path)) from None
+    if len(content) > MOST_BYTES:
+        raise InputError(TOO_LARGE, file=str(path))
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise InputError("is not UTF-8 text", file=str(path), line=line) from None

@@ -1,0 +1,63 @@
+"""Overrides such as `governor.rounds=20`, applied to the data before they are validated."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from pbrg_mj.errors import InputError
+from pbrg_mj.scenario.document import Document, read_document
+from pbrg_mj.scenario.words import Path, dotted, show
+
+
+def apply_overrides(document: Document, overrides: Sequence[str]) -> Document:
+    """Return the document with the overrides applied in their order.
+
+    An entry of a list goes by its index from 0; sections that are not there yet are made. Whether a key is known is for
+    the validation to say. Raises InputError naming the override for one that has no place to go.
+    """
+    for text in overrides:
+        document = _apply(document, text)
+    return document
+
+
+def _apply(document: Document, text: str) -> Document:
+    path, value = _parse(text)
+    data, path = _replaced(document.data, path, (), value, text)
+    origins = {known: origin for known, origin in document.origins.items() if known[: len(path)] != path}
+    made = {path[:length]: text for length in range(1, len(path) + 1) if path[:length] not in origins}
+    return Document(data, origins | made)
+
+
+def _parse(text: str) -> tuple[list[str], Any]:
+    """Take `path.to.key=value` apart; the value is YAML."""
+    key, equals, value = text.partition("=")
+    path = [part.strip() for part in key.split(".")]
+    if not equals or not all(path):
+        raise InputError(f"override {show(text)}; allowed: path.to.key=value")
+    try:
+        return path, read_document(value, "").data
+    except InputError as error:
+        raise InputError(f"override {show(text)}: the value {error.message}") from None
+
+
+def _replaced(data: Any, path: list[str], done: Path, value: Any, text: str) -> tuple[Any, Path]:
+    """Return the data with the value at `path`, below `done`, and the whole path with indices as numbers."""
+    if not path:
+        return value, done
+    part, *rest = path
+    if isinstance(data, dict):
+        inner, whole = _replaced(data.get(part, {} if rest else None), rest, (*done, part), value, text)
+        return {**data, part: inner}, whole
+    if isinstance(data, list):
+        k = _index(part, data, done, text)
+        inner, whole = _replaced(data[k], rest, (*done, k), value, text)
+        return [*data[:k], inner, *data[k + 1 :]], whole
+    raise InputError(f"override {show(text)}: {dotted(done)} is {show(data)}, neither a section nor a list")
+
+
+def _index(part: str, data: list[Any], done: Path, text: str) -> int:
+    allowed = f"an index from 0 to {len(data) - 1}" if data else "nothing, the list is empty"
+    if not (part.isascii() and part.isdigit() and len(part) < 10 and int(part) < len(data)):
+        raise InputError(f"override {show(text)}: {dotted(done)} has no entry {show(part)}; allowed: {allowed}")
+    return int(part)

@@ -1,0 +1,93 @@
+"""Plain data to a Scenario. Pydantic finds what is wrong; the words are ours."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from pydantic import ValidationError
+
+from pbrg_mj.scenario.checks import check
+from pbrg_mj.scenario.describe import describe_at, describe_field, keys, section_at
+from pbrg_mj.scenario.document import Document
+from pbrg_mj.scenario.findings import Finding, first_error
+from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.scenario.words import Path, show
+
+
+def build(document: Document, file: str) -> Scenario:
+    """Return the scenario that a document holds.
+
+    Raises InputError with file, line and key of the first thing that is wrong.
+    """
+    try:
+        # Strict: neither `true` nor "1" is a number. By alias: a wall has `from` and `to`, no second spelling.
+        scenario = Scenario.model_validate(_tuples(document.data), strict=True, by_alias=True, by_name=False)
+        findings: Sequence[Finding] = check(scenario)
+    except ValidationError as error:
+        raise first_error(_findings(error, document.data), document, file) from None
+    if findings:
+        raise first_error(findings, document, file)
+    return scenario
+
+
+def _tuples(data: Any) -> Any:
+    """Return the data with tuples for lists: what strict validation takes for a tuple."""
+    if isinstance(data, dict):
+        return {key: _tuples(value) for key, value in data.items()}
+    return tuple(map(_tuples, data)) if isinstance(data, list) else data
+
+
+def _findings(error: ValidationError, data: Any) -> list[Finding]:
+    """Return pydantic's errors, one a place and only the innermost, in our words."""
+    found: dict[Path, Finding] = {}
+    for item in error.errors(include_url=False, include_context=False, include_input=False):
+        finding = _finding(item, data)
+        found.setdefault(finding.path, finding)
+    outer = {path[:length] for path in found for length in range(len(path))}
+    return [finding for path, finding in found.items() if path not in outer]
+
+
+def _finding(item: Mapping[str, Any], data: Any) -> Finding:
+    kind, loc = item["type"], item["loc"]
+    path, value = _locate(loc, data)
+    if kind == "extra_forbidden":
+        return Finding(path, _unknown(path))
+    if kind == "missing" and isinstance(loc[-1], str):
+        field = keys(section_at(path))[loc[-1]]
+        meaning = f" ({field.description})" if field.description else ""
+        return Finding((*path, loc[-1]), f"is missing; required: {describe_field(field)}{meaning}")
+    if kind == "too_short" and isinstance(path[-1], str):
+        meaning = keys(section_at(path[:-1]))[path[-1]].description
+        return Finding(path, f"is empty; allowed: {describe_at(path)} ({meaning})")
+    quoted = isinstance(value, str) and kind in ("float_type", "int_type") and _is_number(value)
+    hint = " (a number stands without quotes)" if quoted else ""
+    return Finding(path, f"is {show(value)}; allowed: {describe_at(path)}{hint}")
+
+
+def _locate(loc: tuple[str | int, ...], data: Any) -> tuple[Path, Any]:
+    """Return the part of pydantic's location that is in the data, and the value there.
+
+    The rest names members of unions, or entries that are missing.
+    """
+    path: Path = ()
+    for part in loc:
+        entries: Any = dict(enumerate(data)) if isinstance(data, list) else data
+        if isinstance(entries, dict) and part in entries:
+            path, data = (*path, part), entries[part]
+    return path, data
+
+
+def _unknown(path: Path) -> str:
+    known = list(keys(section_at(path[:-1])))
+    near = difflib.get_close_matches(str(path[-1]), known, n=1)
+    return f"is unknown; did you mean `{near[0]}`?" if near else f"is unknown; known: {', '.join(known)}"
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,39 @@
+"""How errors speak of keys and values."""
+
+from __future__ import annotations
+
+from typing import Any
+
+Path = tuple[str | int, ...]
+LONGEST = 60  # characters of a value shown
+
+
+def dotted(path: Path) -> str | None:
+    """Return `world.walls.0.from` for ("world", "walls", 0, "from"); None for the top level."""
+    return ".".join(_key(part) for part in path) or None
+
+
+def show(value: Any) -> str:
+    """Return a value on one line, much as YAML has it, cut when long."""
+    text = _flow(value)
+    return text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."
+
+
+def _key(part: str | int) -> str:
+    text = str(part)
+    return text if text and text.isprintable() and len(text) <= LONGEST else show(text)
+
+
+def _flow(value: Any) -> str:
+    match value:
+        case None:
+            return "empty"
+        case bool():
+            return str(value).lower()
+        case str():
+            return repr(value)
+        case dict():
+            return "{" + ", ".join(f"{_key(key)}: {_flow(item)}" for key, item in value.items()) + "}"
+        case list() | tuple():
+            return "[" + ", ".join(_flow(item) for item in value) + "]"
+    return str(value)

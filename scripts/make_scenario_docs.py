@@ -1,0 +1,102 @@
+"""Write docs/scenario.md, the table of every key of a scenario, from the schema.
+
+python scripts/make_scenario_docs.py           # write the page
+python scripts/make_scenario_docs.py --check   # exit with 1 if the page is out of date
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, get_args
+
+from pydantic.fields import FieldInfo
+
+from pbrg_mj.scenario.describe import describe_field, keys
+from pbrg_mj.scenario.schema import Scenario, Section
+
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "scenario.md"
+UNIT = re.compile(r" ?\[(-|m|s|Hz|deg|1/s|m/s)\]")
+
+HEAD = """# Scenario: every key
+
+<!-- Written by scripts/make_scenario_docs.py from pbrg_mj/scenario/schema.py: change it there. -->
+
+A scenario is one YAML 1.2 file. Only `team` and `operator` are required; every other key has a default.
+
+- SI units, unless the key says otherwise (`heading_deg`). Positions are in the world frame.
+- Robots are numbered from 1, as in the paper. Their number is the length of `team.start`.
+- An unknown key, a key given twice, a quoted number and a tag are errors: nothing is guessed or ignored.
+- A key's full name is its path with dots, entries of a list counted from 0: `world.walls.0.thickness`. Errors use these
+  names, and so do overrides: `pbrg run SCENARIO --set governor.rounds=20 --set world.walls.0.thickness=0.2`.
+- In the tables, N stands for an entry's index.
+
+Between keys, this must hold as well: `team.formation` (and `team.heading_deg`, if a list) is as long as
+`team.start`; robot numbers exist and stand in a list once; the graph is connected; `timing.tick` is a whole
+multiple of `timing.physics_step` (physics plant), and `timing.duration` and `reference.period` are whole
+multiples of `timing.tick`; `plant: ideal` goes with `estimator.source: given`, and `estimator.given` with
+that source alone; `operator` has either `reference` or `waypoints`, which start at 0 s and move on in time;
+walls have a length; and at the start no wall passes through a robot and, in the physics plant, no two robots
+overlap.
+"""
+
+
+def page() -> str:
+    """Return the whole page."""
+    return HEAD + "".join(tables(Scenario, ""))
+
+
+def tables(section: type[Section], path: str) -> Iterator[str]:
+    """Yield the section's table, then those of the sections in it."""
+    inner = {name: inside for name, field in keys(section).items() if (inside := section_inside(field.annotation))}
+    rows = [row(name, field) for name, field in keys(section).items() if name not in inner or is_list(field)]
+    title = f"`{path}`" if path else "Top level"
+    yield f"\n## {title}\n\n{section.__doc__}\n"
+    if rows:
+        yield "\n| key | allowed | unit | default | meaning |\n|---|---|---|---|---|\n" + "".join(rows)
+    if not path:
+        yield f"\nAnd the sections {', '.join(f'`{name}`' for name in inner)}.\n"
+    for name, inside in inner.items():
+        place = f"{path}.{name}" if path else name
+        yield from tables(inside, f"{place}.N" if is_list(section.model_fields[name]) else place)
+
+
+def section_inside(kind: Any) -> type[Section] | None:
+    """Return the section that a key holds, by itself or in a list."""
+    candidates = [kind, *get_args(kind)]
+    return next((c for c in candidates if isinstance(c, type) and issubclass(c, Section)), None)
+
+
+def is_list(field: FieldInfo) -> bool:
+    return not isinstance(field.annotation, type)
+
+
+def row(name: str, field: FieldInfo) -> str:
+    units = UNIT.findall(field.description or "")
+    meaning = UNIT.sub("", field.description or "")
+    cells = [f"`{name}`", describe_field(field), " ".join(units), default(field), meaning]
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |\n"
+
+
+def default(field: FieldInfo) -> str:
+    if field.is_required():
+        return "required"
+    value = field.default
+    return f"`{(value or repr(value)) if isinstance(value, str) else json.dumps(value)}`"
+
+
+def main() -> int:
+    if "--check" not in sys.argv[1:]:
+        PAGE.write_text(page(), encoding="utf-8")
+        return 0
+    if PAGE.is_file() and PAGE.read_text(encoding="utf-8") == page():
+        return 0
+    print("docs/scenario.md is out of date: run scripts/make_scenario_docs.py", file=sys.stderr)
+    return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

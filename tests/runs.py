@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import dataclasses
+from dataclasses import replace as replaced
 from typing import Any
 
 import numpy as np
@@ -43,12 +43,12 @@ def run(plan: Scenario | None = None, *, ticks: dict[str, Any] | None = None, **
         scenario_yaml="seed: 1\n",
         model_xml="",
         versions={"python": "3.11"},
-        ticks=dataclasses.replace(resting(plan), **(ticks or {})),
+        ticks=replaced(resting(plan), **(ticks or {})),
         optima=optima(plan),
         timings=timings(),
         damage=None,
     )
-    return dataclasses.replace(made, **changes)
+    return replaced(made, **changes)
 
 
 def resting(plan: Scenario, steps: int = 21) -> TickSeries:

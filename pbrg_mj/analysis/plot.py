@@ -22,7 +22,8 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#0
 LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 SIZE = (7.2, 3.4)  # [inch], two columns of a journal page
 # Without these the file would carry the date and random names.
-STYLE = {"svg.hashsalt": "pbrg-mj", "font.size": 8, "legend.fontsize": 7, "axes.titlesize": 8, "pdf.fonttype": 42}
+STYLE: Any = {"svg.hashsalt": "pbrg-mj", "font.size": 8, "legend.fontsize": 7, "axes.titlesize": 8, "pdf.fonttype": 42}
+POINT: dict[str, Any] = {"color": "black", "linestyle": "none"}
 METADATA: dict[str, dict[str, Any]] = {
     ".pdf": {"CreationDate": None},
     ".png": {},
@@ -67,13 +68,15 @@ def _trajectories(axes: Axes, run: Run) -> None:
         axes.plot(q[:, robot, 0], q[:, robot, 1], **look)
         axes.plot(*q[0, robot], "o", color=look["color"], markerfacecolor="white", markersize=4)
         axes.plot(*q[-1, robot], "o", color=look["color"], markersize=4)
+        axes.annotate(str(robot + 1), q[-1, robot], xytext=(-9, -9), textcoords="offset points", fontsize=7)
     _formation(axes, q[-1])
     _points(axes, run)
+    # Walls and lines run through the whole picture; they must not stretch it.
+    axes.set_xlim(axes.get_xlim())
+    axes.set_ylim(axes.get_ylim())
+    axes.set_aspect("equal")
     for wall in run.scenario.world.walls:
         axes.fill(*_wall_corners(wall).T, facecolor="0.8", edgecolor="0.4", linewidth=0.6)
-    # The lines run through the whole picture; they must not stretch it.
-    axes.set_aspect("equal", adjustable="datalim")
-    axes.autoscale(False)
     for G, h in zip(*true_half_spaces(run.scenario), strict=True):
         axes.axline(tuple(h * G), slope=_slope(G), color="black", linewidth=0.9, linestyle=(0, (8, 2)))
     axes.set_xlabel("x [m]")
@@ -90,10 +93,10 @@ def _formation(axes: Axes, q: np.ndarray) -> None:
 
 
 def _points(axes: Axes, run: Run) -> None:
-    axes.plot(*run.ticks.reference[-1], "*", color="black", markersize=8, linestyle="none", label="r")
+    axes.plot(*run.ticks.reference[-1], "*", label="r", **POINT, markersize=9, markerfacecolor="white")
     best = final_target(run)
     if best is not None:
-        axes.plot(*best, "x", color="black", markersize=6, linestyle="none", label="best admissible")
+        axes.plot(*best, "x", label="best admissible", **POINT, markersize=5)
 
 
 def _references(axes: Axes, run: Run, component: int) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from pbrg_mj.analysis.metrics import RunMetrics
+from pbrg_mj.analysis.text import plain
 
 LABEL_WIDTH = 38
 COLUMN_WIDTH = 29  # two runs fit 100 columns
@@ -120,7 +121,7 @@ def cell(value: Any) -> str:
 def _text(value: Any) -> str:
     if value is None:
         return "-"
-    return _number(value) if isinstance(value, float) else str(value)
+    return _number(value) if isinstance(value, float) else plain(str(value))
 
 
 def _number(value: float) -> str:

@@ -5,16 +5,9 @@ from __future__ import annotations
 import json
 import os
 import sys
-import unicodedata
 from typing import Any, TextIO
 
-
-def plain(text: str, *, keep: str = "") -> str:
-    """Return `text` with every control, format and line-breaking character spelt out, but those in `keep`.
-
-    Names and messages come from files that anybody may have written; a terminal must not act on them.
-    """
-    return "".join(c if c in keep or not _acts(c) else c.encode("unicode_escape").decode() for c in text)
+from pbrg_mj.analysis.text import plain
 
 
 def emit(text: str) -> None:
@@ -30,10 +23,6 @@ def emit_json(data: Any) -> None:
 def note(text: str) -> None:
     """Print one line to stderr."""
     _write(sys.stderr, plain(text) + "\n")
-
-
-def _acts(character: str) -> bool:
-    return unicodedata.category(character) in {"Cc", "Cf", "Cs", "Co", "Zl", "Zp"}
 
 
 def _write(stream: TextIO, text: str) -> None:

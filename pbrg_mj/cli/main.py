@@ -6,11 +6,12 @@ Commands import what they need when they run: help must not wait for the simulat
 from __future__ import annotations
 
 import sys
+from typing import Annotated
 
 import typer
 
 from pbrg_mj.cli import compare, doctor, export, plot, run, scenarios
-from pbrg_mj.cli.console import note
+from pbrg_mj.cli.console import emit, note
 from pbrg_mj.errors import InputError, PbrgError
 
 INTERRUPTED = 130
@@ -18,12 +19,33 @@ INTERRUPTED = 130
 _ClickError: type[Exception] = typer.BadParameter.__mro__[2]
 
 app = typer.Typer(
-    help="A physics-based benchmark for distributed reference governors.",
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
     add_completion=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import PackageNotFoundError, version
+
+        try:
+            emit(f"pbrg {version('pbrg-mj')}")
+        except PackageNotFoundError:
+            emit("pbrg (not installed)")
+        raise typer.Exit()
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", is_eager=True, callback=_version, help="Show the version.")
+    ] = False,
+) -> None:
+    """A physics-based benchmark for distributed reference governors."""
+
+
 app.command("list")(scenarios.list_scenarios)
 app.command("validate")(scenarios.validate)
 app.command("run")(run.run)

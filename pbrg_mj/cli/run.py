@@ -63,7 +63,7 @@ def _log_path(output: Path | None, name: str) -> Path:
 def _record(loaded: Loaded, path: Path, *, show: bool) -> bool:
     """Simulate into the log; False when interrupted. The log is closed and whole either way."""
     from pbrg_mj.log.writer import LogWriter
-    from pbrg_mj.loop.run import Simulation
+    from pbrg_mj.loop.simulation import Simulation
 
     simulation = Simulation.build(loaded.scenario)
     with (

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from pbrg_mj.analysis.text import plain
 from pbrg_mj.cli.console import emit, note
 from pbrg_mj.errors import InputError
 
@@ -36,5 +37,5 @@ def validate(
             note(f"error: {error}")
             wrong += 1
         else:
-            emit(f"{file}: ok, {scenario.robots} robots, {scenario.plant} plant, {scenario.timing.duration:g} s")
+            emit(f"{plain(file)}: ok, {scenario.robots} robots, {scenario.plant} plant, {scenario.timing.duration:g} s")
     return 2 if wrong else 0

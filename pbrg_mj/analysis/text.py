@@ -1,0 +1,11 @@
+"""Text from logs and scenarios, made safe to show."""
+
+from __future__ import annotations
+
+
+def plain(text: str, *, keep: str = "") -> str:
+    r"""Return `text` with all that is not printable spelt out (`\x1b`), but for the characters in `keep`.
+
+    Names and messages come from files that anybody may have written; a terminal must not act on them.
+    """
+    return "".join(c if c in keep or c.isprintable() else c.encode("unicode_escape").decode() for c in text)

@@ -1,0 +1,124 @@
+import numpy as np
+import pytest
+
+from pbrg_mj.analysis.outcome import formation_error, net_speed, outcome
+from tests.runs import resting, run, scenario, walled
+
+STEPS = 21  # of 0.5 s
+
+
+def hands(plan, offset):
+    """Hand points at the target plus offset (steps, 2)."""
+    q = resting(plan).hand_true + np.asarray(offset)[:, None, :]
+    return {"hand_true": q}
+
+
+def still(x):
+    return np.tile([x, 0.0], (STEPS, 1))
+
+
+def moving(speed):
+    return np.column_stack([-1.0 + 0.5 * speed * np.arange(STEPS), np.zeros(STEPS)])
+
+
+def test_a_team_at_its_target_has_converged():
+    assert outcome(run()).word == "converged"
+
+
+def test_the_tolerance_is_the_border_between_converged_and_stalled():
+    assert outcome(run(ticks=hands(scenario(), still(-0.0499)))).word == "converged"
+    assert outcome(run(ticks=hands(scenario(), still(-0.0501)))).word == "stalled"
+
+
+def test_converged_means_over_the_whole_window():
+    offset = still(0.0)
+    offset[-5] = (-0.2, 0.0)  # 2 s before the end, the window's first tick
+    assert outcome(run(ticks=hands(scenario(), offset))).word != "converged"
+    assert outcome(run(ticks=hands(scenario(), np.roll(offset, -1, axis=0)))).word == "converged"
+
+
+def test_rest_speed_is_the_border_between_stalled_and_moving():
+    assert outcome(run(ticks=hands(scenario(), moving(0.0049)))).word == "stalled"
+    assert outcome(run(ticks=hands(scenario(), moving(0.0051)))).word == "moving"
+
+
+def test_one_robot_still_moving_is_not_at_rest():
+    q = resting(scenario()).hand_true - (0.3, 0.0)
+    q[:, 1] += moving(0.1)
+    assert outcome(run(ticks={"hand_true": q})).word == "moving"
+
+
+def test_speed_is_net_not_along_the_path():
+    hand = np.zeros((5, 1, 2))
+    hand[1::2, 0, 0] = 1.0
+    assert net_speed(hand, np.arange(5.0)) == pytest.approx([0.0])
+    hand[-1, 0] = (3.0, 4.0)
+    assert net_speed(hand, np.arange(5.0)) == pytest.approx([1.25])
+
+
+def test_a_contact_is_a_violation_with_robot_and_time():
+    contact = np.zeros((STEPS, 2), dtype=bool)
+    contact[7:, 1] = True
+    found = outcome(run(walled(), ticks={"wall_contact": contact}))
+    assert (found.word, found.reason, found.robot, found.time) == ("violated", "touched a wall", 2, 3.5)
+
+
+def test_a_margin_below_zero_is_a_violation():
+    margin = np.ones((STEPS, 2))
+    margin[4, 0] = -1e-3
+    found = outcome(run(walled(), ticks={"wall_margin": margin}))
+    assert (found.word, found.reason, found.robot, found.time) == ("violated", "passed a wall's line", 1, 2.0)
+    assert outcome(run(walled(), ticks={"wall_margin": np.maximum(margin, 0.0)})).word == "converged"
+
+
+def test_the_first_of_contact_and_line_is_told():
+    margin, contact = np.ones((STEPS, 2)), np.zeros((STEPS, 2), dtype=bool)
+    margin[4:, 0] = -1e-3
+    contact[6, 0] = True
+    found = outcome(run(walled(), ticks={"wall_margin": margin, "wall_contact": contact}))
+    assert (found.reason, found.time) == ("passed a wall's line", 2.0)
+
+
+def test_without_walls_the_given_half_space_counts():
+    q = resting(scenario()).hand_true.copy()
+    q[3, 1] = (2.01, -1.0)
+    found = outcome(run(ticks={"hand_true": q, "wall_margin": np.full((STEPS, 2), np.inf)}))
+    assert (found.word, found.reason, found.robot, found.time) == ("violated", "passed a given half-space", 2, 1.5)
+
+
+@pytest.mark.parametrize("name", ["p", "xi", "m"])
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1001.0, -1001.0])
+def test_states_and_references_may_diverge(name, value):
+    values = getattr(resting(scenario()), name).copy()
+    values[9, 1, 0] = value
+    assert outcome(run(ticks={name: values})).word == "diverged"
+
+
+def test_violated_beats_diverged():
+    contact = np.ones((STEPS, 2), dtype=bool)
+    m = np.full((STEPS, 2, 2), np.nan)
+    assert outcome(run(walled(), ticks={"wall_contact": contact, "m": m})).word == "violated"
+
+
+def test_a_run_shorter_than_the_window_is_moving():
+    plan = scenario(outcome={"rest_time": 10.5})
+    assert outcome(run(plan)).word == "moving"
+    assert outcome(run(scenario(outcome={"rest_time": 10.0}))).word == "converged"
+
+
+def test_without_an_admissible_formation_a_team_at_rest_has_stalled():
+    given = (
+        {"robot": 1, "normal": (0.0, 1.0), "offset": 0.0},
+        {"robot": 1, "normal": (0.0, -1.0), "offset": 0.5},  # y >= -0.5: too narrow for b_2 = (0, -1)
+    )
+    plan = scenario(estimator={"source": "given", "given": given})
+    found = outcome(run(plan, ticks={"hand_true": np.zeros((STEPS, 2, 2))}))
+    assert (found.word, found.reason) == ("stalled", "no admissible formation")
+
+
+def test_the_formation_error_is_the_worst_robot_s():
+    q = resting(scenario()).hand_true.copy()
+    q[-1, 0] += (3.0, 4.0)
+    error = formation_error(run(ticks={"hand_true": q}), np.array([1.0, 0.0]))
+    assert error[-1] == pytest.approx(5.0)
+    assert error[0] == 0.0

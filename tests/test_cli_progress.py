@@ -1,0 +1,71 @@
+import io
+import signal
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pbrg_mj.cli import progress as room
+from pbrg_mj.cli.interrupt import interruptible
+from pbrg_mj.cli.progress import SoFar, progress
+from tests.records import records
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def record(margin=1.0, contact=False, status="ok", time=3.0):
+    base = records(1)[0]
+    truth = replace(base.truth, wall_margin=np.full(3, margin), wall_contact=np.full(3, contact))
+    return replace(base, time=time, truth=truth, solution=replace(base.solution, status=status))
+
+
+def test_the_worst_so_far_is_told():
+    so_far = SoFar()
+    so_far.add(record(margin=0.5))
+    assert so_far.text() == "no violation, margin 0.500 m"
+    so_far.add(record(status="infeasible"))
+    assert so_far.text() == "governor infeasible at 3.0 s, margin 0.500 m"
+    so_far.add(record(margin=-0.01))
+    so_far.add(record())
+    assert so_far.text() == "violated: past a wall's line, margin -0.010 m"
+    so_far.add(record(contact=True))
+    assert so_far.text().startswith("violated: touched a wall")
+
+
+def test_without_walls_there_is_no_margin_to_tell():
+    so_far = SoFar()
+    so_far.add(record(margin=np.inf))
+    assert so_far.text() == "no violation"
+
+
+def test_a_terminal_sees_time_speed_and_outcome(monkeypatch):
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    monkeypatch.setattr(room, "REFRESH", 0.0)
+    with progress(10.0, True) as show:
+        show(record())
+    text = sys.stderr.getvalue()
+    assert "3.0 of 10 s" in text
+    assert "x real time, no violation, margin 1.000 m" in text
+
+
+@pytest.mark.parametrize(("stream", "wanted"), [(io.StringIO, True), (Terminal, False)])
+def test_no_progress_without_a_terminal_or_when_not_wanted(monkeypatch, stream, wanted):
+    monkeypatch.setattr(sys, "stderr", stream())
+    monkeypatch.setattr(room, "REFRESH", 0.0)
+    with progress(10.0, wanted) as show:
+        show(record())
+    assert sys.stderr.getvalue() == ""
+
+
+def test_ctrl_c_waits_for_the_tick_and_a_second_one_does_not():
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt), interruptible() as pressed:
+        assert not pressed()
+        signal.raise_signal(signal.SIGINT)
+        assert pressed()
+        signal.raise_signal(signal.SIGINT)
+    assert signal.getsignal(signal.SIGINT) is before

@@ -126,6 +126,27 @@ def forge(path: Path, ticks: list[bytes], facts: dict[str, str] | None = FACTS, 
     return path
 
 
+def test_an_altered_scenario_is_noticed(whole: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "altered.mcap"
+    assert whole.count(b"seed: 7") == 1
+    path.write_bytes(whole.replace(b"seed: 7", b"seed: 8"))
+    with pytest.raises(InputError, match="the checksum of an attachment does not match"):
+        read_run(path)
+
+
+def test_a_message_on_no_channel_ends_the_run(tmp_path: Path) -> None:
+    with (tmp_path / "stray.mcap").open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        writer.add_message(9, 0, b"", 0)
+        writer.finish()
+    with (tmp_path / "stray.mcap").open("rb") as file:
+        size = len(file.read())
+        file.seek(len(container.MAGIC))
+        with pytest.raises(container.Damage, match="belongs to no channel"):
+            list(container.read_container(file, size))
+
+
 def ticks_of(count: int) -> list[bytes]:
     return [encoder("Tick", DIMS)(record) for record in records(count)]
 
@@ -178,7 +199,7 @@ def test_what_is_no_log_is_refused_in_one_line(tmp_path: Path) -> None:
         ".": "a folder",
         "empty": "is empty",
         "text": "not an MCAP file",
-        "magic": "not a log of pbrg",
+        "magic": "not a log of pbrg, or damaged",
     }
     for name, words in said.items():
         with pytest.raises(InputError, match=words):

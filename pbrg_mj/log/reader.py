@@ -104,6 +104,8 @@ def _dims(metadata: dict[str, dict[str, str]], path: str) -> Dims:
 
 
 def _assemble(contents: _Contents, path: str) -> Run:
+    if contents.damage and channels.RUN_METADATA not in contents.metadata:
+        raise InputError(f"this is not a log of pbrg, or damaged at its start ({contents.damage})", file=path)
     dims = _dims(contents.metadata, path)
     scenario_yaml = _text(contents, channels.SCENARIO_ATTACHMENT, path)
     if not scenario_yaml:

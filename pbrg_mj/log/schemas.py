@@ -129,6 +129,4 @@ def _value(message: Message, field: Field, dims: Dims) -> Any:
         return value
     if not field.shape:
         return np.array(value, DTYPE[field.kind])
-    if len(value) != field.count(dims):
-        raise ValueError(f"{field.name} holds {len(value)} values, not {field.count(dims)}")
     return np.fromiter(value, DTYPE[field.kind], len(value)).reshape(field.extent(dims))

@@ -135,3 +135,39 @@ def test_pieces_cover_their_clusters_and_are_straight() -> None:
             a, chord = points.xy_body[low], points.xy_body[high - 1] - points.xy_body[low]
             off = (points.xy_body[low:high] - a) @ np.array([-chord[1], chord[0]])
             assert np.all(np.abs(off) <= 0.03 * np.hypot(*chord) + 1e-12)
+
+
+@pytest.mark.parametrize("beams", [72, 360])
+@pytest.mark.parametrize("radius", [0.06, 0.3, 0.5, 0.65])
+def test_a_pillar_is_no_wall(radius: float, beams: int) -> None:
+    for distance in (0.2, 0.4, 0.7, 1.0):
+        assert walls(Scene((), ((radius + distance, 0.0, radius),)), beams=beams) == []
+
+
+def test_a_rough_surface_is_no_wall() -> None:
+    ranges = cast(Scene(((0.8, -0.5, 0.8, 0.5),)), np.zeros(3), BEAMS)
+    assert len(find_walls(ranges, beam_directions(BEAMS), RULES)) == 1
+    rough = ranges + 0.012 * (-1.0) ** np.arange(BEAMS)  # no single point is an outlier, all together are
+    assert find_walls(rough, beam_directions(BEAMS), RULES) == []
+
+
+def test_a_step_in_depth_parts_clusters() -> None:
+    stepped = cast(Scene(((1.0, -0.5, 1.0, 0.05), (2.5, -0.5, 2.5, 1.0))), np.zeros(3), BEAMS)
+    points, clusters, _ = cluster(scan_points(stepped, beam_directions(BEAMS)), RULES.range_std)
+    assert len(clusters) == 2
+    assert [np.ptp(points.xy_body[slice(*piece), 0]) for piece in clusters] == pytest.approx([0, 0], abs=1e-9)
+
+
+def test_a_ring_is_cut_at_its_farthest_corner() -> None:
+    ranges = cast(ROOM, np.array([0.3, 0.2, 0.0]), BEAMS)
+    points, clusters, ring = cluster(scan_points(ranges, beam_directions(BEAMS)), RULES.range_std)
+    assert ring and clusters == [(0, BEAMS)]
+    assert points.range[0] == ranges.max()
+
+
+def test_a_corner_is_split_and_what_is_straight_together_is_merged() -> None:
+    corner = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0], [3.0, 1.0], [3.0, 2.0]])
+    assert split_and_merge(corner, [(0, 6)], 0.03) == [(0, 3), (3, 6)]
+    # The first cut puts the last point of the one wall with the next; merging gives it back.
+    wide = np.array([[0, 0], [1, 0], [2, 0], [3, 0], [3.5, 0.6], [3.5, 1.6], [3.5, 2.6], [3.5, 3.6]])
+    assert split_and_merge(wide, [(0, 8)], 0.03) == [(0, 4), (4, 8)]

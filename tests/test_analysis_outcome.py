@@ -77,6 +77,9 @@ def test_the_first_of_contact_and_line_is_told():
     contact[6, 0] = True
     found = outcome(run(walled(), ticks={"wall_margin": margin, "wall_contact": contact}))
     assert (found.reason, found.time) == ("passed a wall's line", 2.0)
+    contact[3, 1] = True
+    found = outcome(run(walled(), ticks={"wall_margin": margin, "wall_contact": contact}))
+    assert (found.reason, found.robot, found.time) == ("touched a wall", 2, 1.5)
 
 
 def test_without_walls_the_given_half_space_counts():

@@ -28,6 +28,7 @@ REQUIRED = (
     "ruamel.yaml",
     "typer",
     "rich",
+    "zstandard",
 )
 OPTIONAL = {"matplotlib": ("pbrg plot", "pip install 'pbrg-mj[plot]'")}
 GL_PACKAGES = {"egl": ("libegl1", "libgl1"), "osmesa": ("libosmesa6",)}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pbrg_mj.scenario.schema import Beams, Camera, Operator, Scenario, Sensors, Team
-from pbrg_mj.sensing.noise import SensorNoise, beam_robots, sensor_noise
+from pbrg_mj.sensing.noise import SensorNoise, sensor_noise
 from pbrg_mj.sensing.sense import sense
 from pbrg_mj.world.interface import Observation
 
@@ -122,8 +122,8 @@ def test_the_scenario_sets_the_noise() -> None:
         camera=Camera(position_std=0.003, heading_std_deg=90),
     )
     noise = sensor_noise(scenario(seed=11, sensors=sensors))
-    assert noise == SensorNoise(11, (2, 0), 0.003, np.pi / 2, 0.07, 4.0, 0.02, 0.1)
-    assert beam_robots(scenario()) == (0, 1, 2)
+    assert noise == SensorNoise(11, (0, 2), 0.003, np.pi / 2, 0.07, 4.0, 0.02, 0.1)
+    assert scenario().beam_robots == (0, 1, 2)
 
 
 def test_a_robot_keeps_its_noise_when_others_lose_their_beams() -> None:

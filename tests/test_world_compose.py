@@ -2,10 +2,11 @@ import mujoco
 import numpy as np
 import pytest
 
+from pbrg_mj.scenario.checks import whole_number
 from pbrg_mj.world.build import build_world
 from pbrg_mj.world.compose import compose, model_xml
 from pbrg_mj.world.ideal import IdealWorld
-from pbrg_mj.world.mujoco_world import MujocoWorld, whole_steps
+from pbrg_mj.world.mujoco_world import MujocoWorld
 from pbrg_mj.world.robot import load_robot_model
 from tests.worlds import scenario, wall
 
@@ -78,12 +79,12 @@ def test_every_part_lies_within_the_body_radius():
             assert np.hypot(placed[:, 0], placed[:, 1]).max() <= ROBOT.body_radius
 
 
-def test_whole_steps_refuses_what_does_not_fit():
-    assert whole_steps(0.01, 0.002) == 5
-    assert whole_steps(0.3, 0.1) == 3
+def test_whole_number_refuses_what_does_not_fit():
+    assert whole_number(0.01, 0.002) == 5
+    assert whole_number(0.3, 0.1) == 3
     for tick, step in ((0.01, 0.003), (0.001, 0.002)):
         with pytest.raises(ValueError, match="whole number"):
-            whole_steps(tick, step)
+            whole_number(tick, step)
 
 
 def test_the_scenario_names_the_plant():

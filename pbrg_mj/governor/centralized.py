@@ -120,7 +120,7 @@ def _program(n: int, count: int, leaders: int) -> _Program:
     """Compile min leaders ||r - m||^2 subject to t >= rho(m, p, xi) and a t + C m <= d in `count` rows.
 
     All rows share rho, and rho^2 = n ||m - mean p||^2 + s^2 with s^2 = sum ||p_j - mean p||^2 + ||xi||^2, so that one
-    cone of dimension 4 serves n robots; in this form Clarabel reaches these tolerances, with cones of dimension 4n often not.
+    cone of dimension 4 serves n robots; so Clarabel reaches these tolerances, with cones of dimension 4n often not.
     """
     m, t, r = cp.Variable(2), cp.Variable(), cp.Parameter(2)
     cost = cp.Minimize(leaders * cp.sum_squares(m - r))

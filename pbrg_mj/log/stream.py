@@ -19,7 +19,6 @@ from pbrg_mj.log.versions import versions
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.scenario.load import Loaded
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.sensing.noise import beam_robots
 
 
 def embed(writer: Writer, loaded: Loaded, model_xml: str, dims: Dims) -> None:
@@ -51,7 +50,7 @@ class RecordStream:
         self._writer = writer
         self._tick, self._optimum = encoder("Tick", dims), encoder("Optimum", dims)
         self._timing = encoder("Timing", dims) if scenario.log.timings else None
-        self._scanning = tuple(j + 1 for j in beam_robots(scenario)) if len(first.readings.ranges) else ()
+        self._scanning = tuple(j + 1 for j in scenario.beam_robots) if len(first.readings.ranges) else ()
         self._floor_plan: bytes | None = scene.floor_plan(scenario)
         self._channels = self._register(timings=scenario.log.timings)
         self._pose_frame: int | None = None

@@ -12,7 +12,7 @@ from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.loop.tick import Parts, State, tick
 from pbrg_mj.perception.perceive import initial
 from pbrg_mj.perception.setup import perception_setup
-from pbrg_mj.scenario.checks import whole_multiple
+from pbrg_mj.scenario.checks import whole_number
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.sensing.noise import sensor_noise
 from pbrg_mj.team.graph import network
@@ -44,9 +44,9 @@ class Simulation:
             governor=governor(scenario),
             drive=DifferentialDrive(robot) if scenario.plant == "physics" else Integrator(),
             reference_solver=reference_solver(scenario),
-            reference_every=_whole(scenario.reference.period, timing.tick),
+            reference_every=whole_number(scenario.reference.period, timing.tick),
         )
-        return cls(parts, _whole(timing.duration, timing.tick))
+        return cls(parts, whole_number(timing.duration, timing.tick))
 
     @property
     def model_xml(self) -> str:
@@ -60,11 +60,3 @@ class Simulation:
         for index in range(self.ticks + 1):
             state, record = tick(parts, state, index)
             yield record
-
-
-def _whole(period: float, step: float) -> int:
-    """Return period / step, which the scenario's checks have made sure is a whole number."""
-    count = whole_multiple(period, step)
-    if count is None:
-        raise ValueError(f"{period} s is not a whole number of steps of {step} s")
-    return count

@@ -9,7 +9,7 @@ import numpy as np
 from pbrg_mj.errors import InputError
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.schema import Estimator, GivenHalfSpace, Scenario
-from pbrg_mj.sensing.noise import beam_robots, sensor_noise
+from pbrg_mj.sensing.noise import sensor_noise
 
 NOISE_FLOOR = 1e-3  # [m] below this, straight walls and exact ranges no longer are
 NOISE_MARGIN = 4.0  # in standard deviations: points this far from their line are split off, never nearer ones
@@ -60,7 +60,7 @@ def perception_setup(scenario: Scenario, clearance: float) -> PerceptionSetup:
         robots=scenario.robots,
         slots=estimator.half_spaces_per_robot,
         clearance=clearance,
-        beam_robots=beam_robots(scenario),
+        beam_robots=scenario.beam_robots,
         directions=beam_directions(count),
         rules=SegmentRules(
             range_std,

@@ -30,6 +30,14 @@ def whole_multiple(period: float, step: float) -> int | None:
     return count if count >= 1 and abs(count * step - period) <= 1e-9 * period else None
 
 
+def whole_number(period: float, step: float) -> int:
+    """Return how many steps make the period. Raises ValueError if it is no whole number, 1 or more."""
+    count = whole_multiple(period, step)
+    if count is None:
+        raise ValueError(f"{period} s is not a whole number of steps of {step} s")
+    return count
+
+
 def _lengths(scenario: Scenario) -> Iterator[Finding]:
     team, n = scenario.team, scenario.robots
     if len(team.formation) != n:

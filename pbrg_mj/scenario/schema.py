@@ -178,9 +178,9 @@ class Outcome(Section):
 
     tolerance: Positive = Field(default=0.05, description="largest ||q_j - b_j - target|| of a converged team [m]")
     rest_speed: Positive = Field(
-        default=0.005, description="a robot slower than this, over `rest_time`, is at rest [m/s]"
+        default=0.0005, description="a robot slower than this, over `rest_time`, is at rest [m/s]"
     )
-    rest_time: Positive = Field(default=2.0, description="window over which speeds are averaged [s]")
+    rest_time: Positive = Field(default=5.0, description="window over which speeds are averaged [s]")
     diverged_beyond: Positive = Field(
         default=1000.0, description="any state or reference larger than this has diverged [m]"
     )
@@ -219,3 +219,9 @@ class Scenario(Section):
     def robots(self) -> int:
         """Number of robots n."""
         return len(self.team.start)
+
+    @property
+    def beam_robots(self) -> tuple[int, ...]:
+        """Robots that carry beams, counted from 0, ascending: the rows of every array of ranges."""
+        listed = self.sensors.beams.robots
+        return tuple(range(self.robots)) if listed == "all" else tuple(sorted(number - 1 for number in listed))

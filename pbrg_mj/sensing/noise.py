@@ -22,7 +22,7 @@ class SensorNoise:
     """Noise of all sensors of a run. SI; angles in rad."""
 
     seed: int
-    beam_robots: tuple[int, ...]  # robot of each row of the ranges, from 0
+    beam_robots: tuple[int, ...]  # robot of each row of the ranges, from 0, ascending
     position_std: float  # [m]
     heading_std: float  # [rad]
     range_min: float  # [m]
@@ -31,19 +31,13 @@ class SensorNoise:
     dropout: float  # probability that a beam returns nothing
 
 
-def beam_robots(scenario: Scenario) -> tuple[int, ...]:
-    """Return the robots that carry beams, counted from 0, in the scenario's order: the rows of all range arrays."""
-    listed = scenario.sensors.beams.robots
-    return tuple(range(scenario.robots)) if listed == "all" else tuple(robot - 1 for robot in listed)
-
-
 def sensor_noise(scenario: Scenario) -> SensorNoise:
     """Return the noise of a scenario's sensors; the ideal plant is seen exactly (range limits still hold)."""
     beams, camera = scenario.sensors.beams, scenario.sensors.camera
     exact = scenario.plant == "ideal"
     return SensorNoise(
         seed=scenario.seed,
-        beam_robots=beam_robots(scenario),
+        beam_robots=scenario.beam_robots,
         position_std=0.0 if exact else camera.position_std,
         heading_std=0.0 if exact else float(np.deg2rad(camera.heading_std_deg)),
         range_min=beams.range_min,

@@ -29,12 +29,6 @@ def start_pose(scenario: Scenario, robot: RobotModel) -> np.ndarray:
     return np.column_stack([q - robot.hand_offset * ahead, heading])
 
 
-def beam_robots(scenario: Scenario) -> tuple[int, ...]:
-    """Return the indices (from 0, in the scenario's order) of the robots that carry beams."""
-    carriers = scenario.sensors.beams.robots
-    return tuple(range(scenario.robots)) if carriers == "all" else tuple(j - 1 for j in carriers)
-
-
 def compose(scenario: Scenario, robot: RobotModel) -> mujoco.MjSpec:
     """Return the editable model of the scenario's physics plant."""
     spec = load_spec("arena")
@@ -42,7 +36,7 @@ def compose(scenario: Scenario, robot: RobotModel) -> mujoco.MjSpec:
     spec.geom("floor").friction[0] = scenario.world.floor_friction
     for k, wall in enumerate(scenario.world.walls):
         _add_wall(spec, k, wall)
-    carriers = set(beam_robots(scenario))
+    carriers = set(scenario.beam_robots)
     for j, pose in enumerate(start_pose(scenario, robot)):
         _add_robot(spec, _robot_spec(scenario, j, beams=j in carriers), j, pose)
     spec.compile()

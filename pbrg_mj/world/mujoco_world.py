@@ -5,13 +5,12 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
-
 import mujoco
 import numpy as np
 
+from pbrg_mj.scenario.checks import whole_number
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.world.compose import beam_robots, compose, model_xml
+from pbrg_mj.world.compose import compose, model_xml
 from pbrg_mj.world.geometry import wall_margin, wall_rectangles
 from pbrg_mj.world.interface import Observation, Truth
 from pbrg_mj.world.model_index import index_model
@@ -26,13 +25,13 @@ class MujocoWorld:
         """Compose the model and take the sensors' first samples. Raises ValueError when steps do not fit the tick."""
         timing = scenario.timing
         self.robot = load_robot_model()
-        self.steps_per_tick = whole_steps(timing.tick, timing.physics_step)
+        self.steps_per_tick = whole_number(timing.tick, timing.physics_step)
         spec = compose(scenario, self.robot)
         self.model_xml = model_xml(spec)
         self.model = spec.compile()
         self.data = mujoco.MjData(self.model)
         sensors = scenario.sensors
-        self._index = index_model(self.model, scenario.robots, beam_robots(scenario), sensors.beams.count)
+        self._index = index_model(self.model, scenario.robots, scenario.beam_robots, sensors.beams.count)
         self._camera = Sampler(sensors.camera.rate_hz, timing.physics_step)
         self._beams = Sampler(sensors.beams.rate_hz, timing.physics_step)
         self._walls = wall_rectangles(scenario.world.walls)
@@ -92,11 +91,3 @@ class MujocoWorld:
         wall = self._index.wall_geom[geoms]
         if wall.any():
             self._touched |= self._index.robot_geom[geoms[wall.any(axis=1)]].any(axis=(0, 1))
-
-
-def whole_steps(period: float, physics_step: float) -> int:
-    """Return how many physics steps make `period`. Raises ValueError unless it is a whole number, at least 1."""
-    steps = Fraction(repr(float(period))) / Fraction(repr(float(physics_step)))
-    if steps.denominator != 1 or steps < 1:
-        raise ValueError(f"tick {period} s is not a whole number of physics steps of {physics_step} s")
-    return int(steps)

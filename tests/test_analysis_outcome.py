@@ -32,14 +32,14 @@ def test_the_tolerance_is_the_border_between_converged_and_stalled():
 
 def test_converged_means_over_the_whole_window():
     offset = still(0.0)
-    offset[-5] = (-0.2, 0.0)  # 2 s before the end, the window's first tick
+    offset[-11] = (-0.2, 0.0)  # 5 s before the end, the window's first tick
     assert outcome(run(ticks=hands(scenario(), offset))).word != "converged"
     assert outcome(run(ticks=hands(scenario(), np.roll(offset, -1, axis=0)))).word == "converged"
 
 
 def test_rest_speed_is_the_border_between_stalled_and_moving():
-    assert outcome(run(ticks=hands(scenario(), moving(0.0049)))).word == "stalled"
-    assert outcome(run(ticks=hands(scenario(), moving(0.0051)))).word == "moving"
+    assert outcome(run(ticks=hands(scenario(), moving(0.00049)))).word == "stalled"
+    assert outcome(run(ticks=hands(scenario(), moving(0.00051)))).word == "moving"
 
 
 def test_one_robot_still_moving_is_not_at_rest():

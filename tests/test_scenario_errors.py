@@ -15,6 +15,10 @@ def complaint(text: str) -> str:
 
 MISTAKES = {
     "near key": (swapped("seed", "sed"), "x.yaml:2: sed: is unknown; did you mean `seed`?"),
+    "near key of a required one": (
+        swapped("leaders", "leader"),
+        "x.yaml:7: team.leader: is unknown; did you mean `leaders`?",
+    ),
     "near key inside": (
         three(governor="{runds: 3}"),
         "x.yaml:10: governor.runds: is unknown; did you mean `rounds`?",
@@ -24,8 +28,8 @@ MISTAKES = {
         "x.yaml:10: timing.xyzzy: is unknown; known: duration, tick, physics_step",
     ),
     "second spelling of a key": (
-        three(world="{walls: [{from: [0, 5], start: [0, 5], to: [1, 5]}]}"),
-        "x.yaml:10: world.walls.0.start: is unknown; known: from, to, thickness, height",
+        three(world="{walls: [{start: [0, 5], to: [1, 5]}]}"),
+        "x.yaml:10: world.walls.0.start: is unknown; known: from, to, thickness, height (and 1 more)",
     ),
     "key twice": (THREE + "seed: 4\n", "x.yaml:10: seed: is there twice, first in line 2"),
     "missing key": (
@@ -119,6 +123,7 @@ MISTAKES = {
 def test_a_mistake_is_told_in_one_line(case: str) -> None:
     text, expected = MISTAKES[case]
     assert complaint(text).startswith(expected)
+    assert " more)" in expected or " more)" not in complaint(text)
     assert len(complaint(text).splitlines()) == 1
 
 

@@ -22,12 +22,15 @@ def check(scenario: Scenario) -> list[Finding]:
 
 
 def whole_multiple(period: float, step: float) -> int | None:
-    """Return how many steps make the period, 1 or more; None if it is no whole number to 1e-9 relative."""
+    """Return how many steps make the period, 1 or more; None if that is no whole number to 1e-9 relative.
+
+    Both are > 0, in the same unit.
+    """
     ratio = period / step
     if not math.isfinite(ratio):
         return None
     count = round(ratio)
-    return count if count >= 1 and abs(count * step - period) <= 1e-9 * period else None
+    return count if abs(count * step - period) <= 1e-9 * period else None
 
 
 def whole_number(period: float, step: float) -> int:

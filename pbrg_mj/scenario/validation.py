@@ -40,11 +40,18 @@ def _tuples(data: Any) -> Any:
 
 
 def _findings(error: ValidationError, data: Any) -> list[Finding]:
-    """Return pydantic's errors, one a place and only the innermost, in our words."""
-    found: dict[Path, Finding] = {}
-    for item in error.errors(include_url=False, include_context=False, include_input=False):
-        finding = _finding(item, data)
-        found.setdefault(finding.path, finding)
+    """Return pydantic's errors, unknown keys first, one a place and only the innermost, in our words."""
+    items = error.errors(include_url=False, include_context=False, include_input=False)
+    unknown = [item["loc"] for item in items if item["type"] == "extra_forbidden"]
+    # A key that is misspelt is not missing as well.
+    meant = {(*loc[:-1], _nearest(loc)) for loc in unknown}
+    found: dict[Path, Finding] = {loc: Finding(loc, _unknown(loc)) for loc in unknown}
+    for item in items:
+        if item["type"] == "missing" and item["loc"] in meant:
+            continue
+        if item["type"] != "extra_forbidden":
+            finding = _finding(item, data)
+            found.setdefault(finding.path, finding)
     outer = {path[:length] for path in found for length in range(len(path))}
     return [finding for path, finding in found.items() if path not in outer]
 
@@ -52,8 +59,6 @@ def _findings(error: ValidationError, data: Any) -> list[Finding]:
 def _finding(item: Mapping[str, Any], data: Any) -> Finding:
     kind, loc = item["type"], item["loc"]
     path, value = _locate(loc, data)
-    if kind == "extra_forbidden":
-        return Finding(path, _unknown(path))
     if kind == "missing" and isinstance(loc[-1], str):
         field = keys(section_at(path))[loc[-1]]
         meaning = f" ({field.description})" if field.description else ""
@@ -80,9 +85,17 @@ def _locate(loc: tuple[str | int, ...], data: Any) -> tuple[Path, Any]:
 
 
 def _unknown(path: Path) -> str:
-    known = list(keys(section_at(path[:-1])))
-    near = difflib.get_close_matches(str(path[-1]), known, n=1)
-    return f"is unknown; did you mean `{near[0]}`?" if near else f"is unknown; known: {', '.join(known)}"
+    near = _nearest(path)
+    return f"is unknown; did you mean `{near}`?" if near else f"is unknown; known: {', '.join(_known(path))}"
+
+
+def _nearest(path: Path) -> str | None:
+    near = difflib.get_close_matches(str(path[-1]), _known(path), n=1)
+    return near[0] if near else None
+
+
+def _known(path: Path) -> list[str]:
+    return list(keys(section_at(path[:-1])))
 
 
 def _is_number(text: str) -> bool:

@@ -109,7 +109,9 @@ def test_a_file_that_cannot_be_read(three: Path, monkeypatch: pytest.MonkeyPatch
 
 def test_a_byte_order_mark_and_windows_lines_are_fine(three: Path) -> None:
     three.write_bytes(b"\xef\xbb\xbf" + THREE.replace("\n", "\r\n").encode())
-    assert load_scenario(three).scenario == parse_scenario(THREE)
+    loaded = load_scenario(three)
+    assert loaded.scenario == parse_scenario(THREE)
+    assert loaded.yaml_text == THREE.replace("\n", "\r\n")
 
 
 def test_overrides_are_applied_and_written_out(three: Path) -> None:

@@ -1,0 +1,63 @@
+"""The governor page's example, offered by another package, runs as the page says."""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pbrg_mj.errors import InputError
+from pbrg_mj.governor.certificate import row_values
+from pbrg_mj.loop.simulation import Simulation
+from pbrg_mj.scenario.load import load_scenario
+
+PAGE = Path(__file__).parents[1] / "docs" / "governor.md"
+
+
+def short(kind):
+    return load_scenario("paper/simulation_near", ["timing.duration=5", f"governor.kind={kind}"]).scenario
+
+
+@pytest.fixture
+def installed(tmp_path, monkeypatch):
+    """The page's code as an installed package."""
+    code = re.search(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
+    (tmp_path / "my_package.py").write_text(code.group(1))
+    info = tmp_path / "my_package-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: my-package\nVersion: 1.0\n")
+    entry = re.search(r"```toml\n(.*?)```", PAGE.read_text(), re.DOTALL).group(1)
+    group, line = entry.strip().splitlines()
+    group = group.removeprefix("[project.entry-points.").strip('"]')
+    (info / "entry_points.txt").write_text(f"[{group}]\n{line.replace(chr(34), '')}\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    yield
+    sys.modules.pop("my_package", None)
+
+
+@pytest.mark.usefixtures("installed")
+def test_the_pages_example_runs_and_keeps_its_certificate():
+    records = list(Simulation.build(short("scalar")).records())
+    for record in records:
+        worst = row_values(record.problem.rows, record.solution.m[4], record.problem.p, record.problem.xi).max()
+        assert worst <= 1e-9 or record.solution.status == "infeasible"
+    assert np.linalg.norm(records[-1].solution.m[4] - records[0].solution.m[4]) > 0.3
+
+
+def test_an_unknown_governor_is_told_with_the_known_ones():
+    with pytest.raises(InputError, match=r"governor.kind: no governor is called 'fancy'; allowed: distributed"):
+        Simulation.build(short("fancy"))
+
+
+@pytest.mark.parametrize("kind", ["centralized", "none"])
+def test_baselines_run(kind):
+    last = None
+    for last in Simulation.build(short(kind)).records():
+        if kind == "none":
+            np.testing.assert_array_equal(last.solution.m, np.tile([1.0, 2.0], (5, 1)))
+        elif last.optimum is not None:
+            np.testing.assert_allclose(last.solution.m[0], last.optimum.m, atol=1e-5)
+    assert last is not None

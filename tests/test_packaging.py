@@ -1,0 +1,50 @@
+"""What an installed wheel holds, and numbers that stand in two places."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from pbrg_mj.scenario.placement import BODY_RADIUS, HAND_OFFSET
+from pbrg_mj.world.robot import load_robot_model
+
+TOP = Path(__file__).parents[1]
+
+
+def test_the_scenario_rooms_robot_is_the_models_robot():
+    """The scenario room checks placements without MuJoCo; its two numbers are those of models/robot.xml."""
+    robot = load_robot_model()
+    assert (robot.body_radius, robot.hand_offset) == (BODY_RADIUS, HAND_OFFSET)
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("wheel")
+    command = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder)]
+    subprocess.run(command, cwd=TOP, check=True, capture_output=True)
+    return next(folder.glob("*.whl"))
+
+
+def test_an_installed_wheel_runs_bundled_scenarios_from_any_folder(wheel, tmp_path):
+    site, elsewhere = tmp_path / "site", tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(site)
+    environment = {**os.environ, "PYTHONPATH": str(site), "NUMBA_CACHE_DIR": str(tmp_path / "numba")}
+
+    def pbrg(*arguments):
+        program = "import sys, pbrg_mj.cli.main as m; print(m.__file__, file=sys.stderr); sys.exit(m.main())"
+        command = [sys.executable, "-P", "-c", program, *arguments]
+        return subprocess.run(command, cwd=elsewhere, env=environment, capture_output=True, text=True, check=False)
+
+    listed = pbrg("list")
+    assert str(site) in listed.stderr
+    assert listed.stdout.count("paper/") == 4
+    ran = pbrg("run", "paper/experiment_near", "--duration", "0.5", "-o", "near.mcap")
+    assert ran.returncode == 0, ran.stderr
+    assert (elsewhere / "near.mcap").stat().st_size > 10_000

@@ -12,6 +12,8 @@ from pbrg_mj.scenario.placement import placement
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.scenario.words import Path, show
 
+COARSEST_STEP = 0.005  # [s] at 10 ms the motors' static friction creeps by 7e-4 m/s
+
 
 def check(scenario: Scenario) -> list[Finding]:
     """Return all that is wrong between keys that are right one by one; empty for a good scenario."""
@@ -113,6 +115,8 @@ def _edges(path: Path, edges: Sequence[tuple[int, int]], n: int) -> Iterator[Fin
 def _timing(scenario: Scenario) -> Iterator[Finding]:
     timing = scenario.timing
     if scenario.plant == "physics":  # the ideal plant takes no physics steps
+        if timing.physics_step > COARSEST_STEP:
+            yield Finding(("timing", "physics_step"), f"is {timing.physics_step} s; allowed: at most {COARSEST_STEP} s")
         yield from _whole(("timing", "tick"), timing.tick, "timing.physics_step", timing.physics_step)
     yield from _whole(("timing", "duration"), timing.duration, "timing.tick", timing.tick)
     yield from _whole(("reference", "period"), scenario.reference.period, "timing.tick", timing.tick)

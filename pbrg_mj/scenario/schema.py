@@ -29,9 +29,7 @@ class Timing(Section):
     tick: Positive = Field(
         default=0.01, description="period of governor and control [s]; a whole number of physics steps"
     )
-    physics_step: Annotated[float, Field(gt=0, le=0.005)] = Field(
-        default=0.002, description="step of the rigid-body simulation [s]; coarser steps let static friction creep"
-    )
+    physics_step: Positive = Field(default=0.002, description="step of the rigid-body simulation, at most 5 ms [s]")
 
 
 class Team(Section):

@@ -73,11 +73,11 @@ WRONG = {
         three(graph="{kind: edges, edges: [[1, 3]]}"),
         "x.yaml:10: graph.edges: leave robot 2 out of reach of robot 1; allowed: a connected graph of 3 robots",
     ),
-    "tick": (
+    "coarse physics step": (
         three(timing="{tick: 0.02, physics_step: 0.01, duration: 3}"),
         "x.yaml:10: timing.physics_step: is 0.01 s; allowed: at most 0.005 s",
     ),
-    (
+    "tick": (
         three(timing="{tick: 0.003, duration: 3}", reference="{period: 0.3}"),
         "x.yaml:10: timing.tick: is 0.003 s; allowed: a whole multiple of timing.physics_step, 0.002 s",
     ),

@@ -44,11 +44,11 @@ def test_beams_see_other_robots():
     np.testing.assert_allclose(seen[[0, 1], [0, 36]], 0.5 - 0.043, atol=1e-6)  # the other's tub
 
 
-def test_only_carriers_have_rows_in_the_order_of_the_scenario():
+def test_only_carriers_have_rows_in_ascending_order():
     walls = (wall((3, -1), (3, 1)),)
     seen = MujocoWorld(scenario(3, walls=walls, beams={"robots": (3, 1), "count": 4})).observe()
     assert seen.ranges.shape == (2, 4)
-    np.testing.assert_allclose(seen.ranges[:, 0], [3 - 0.05 - (1.0 - 0.04), 0.5 - 0.043], atol=1e-6)
+    np.testing.assert_allclose(seen.ranges[:, 0], [0.5 - 0.043, 3 - 0.05 - (1.0 - 0.04)], atol=1e-6)
     none = MujocoWorld(scenario(3, beams=())).observe()
     assert none.ranges.shape == (0, 72)
     assert none.scan_frame == -1

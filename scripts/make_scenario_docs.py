@@ -15,11 +15,12 @@ from typing import Any, get_args
 
 from pydantic.fields import FieldInfo
 
+from pbrg_mj.scenario.base import Section
 from pbrg_mj.scenario.describe import describe_field, keys
-from pbrg_mj.scenario.schema import Scenario, Section
+from pbrg_mj.scenario.schema import Scenario
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "scenario.md"
-UNIT = re.compile(r" ?\[(-|m|s|Hz|deg|1/s|m/s)\]")
+UNIT = re.compile(r" ?\[(-|m|s|N|Hz|deg|1/s|m/s)\]")
 
 HEAD = """# Scenario: every key
 

@@ -35,7 +35,7 @@ def half_spaces(walls, n=5, slots=3) -> HalfSpaces:
         length = np.linalg.norm(normal)
         spaces.G[robot, slot] = np.asarray(normal) / length
         spaces.h[robot, slot] = offset / length
-        spaces.active[robot, slot] = True
+        spaces.active[robot, slot] = spaces.binds[robot, slot] = True
     return spaces
 
 

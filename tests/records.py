@@ -50,7 +50,9 @@ def _record(rng: np.random.Generator, index: int, n: int, slots: int) -> TickRec
     def values(*shape: int) -> np.ndarray:
         return rng.normal(size=shape)
 
-    half_spaces = HalfSpaces(values(n, slots, 2), values(n, slots), rng.random((n, slots)) < 0.5)
+    half_spaces = HalfSpaces(
+        values(n, slots, 2), values(n, slots), rng.random((n, slots)) < 0.5, rng.random((n, slots, n)) < 0.5
+    )
     rows = slots * n
     network = Network(np.zeros((n, n)), np.zeros(n + 1, np.int64), np.zeros(0, np.int64), np.ones(n))
     hand = values(n, 2)

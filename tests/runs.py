@@ -72,6 +72,7 @@ def resting(plan: Scenario, steps: int = 21) -> TickSeries:
         half_space_G=G,
         half_space_h=2.0 * G[..., 0],
         half_space_active=G[..., 0] > 0,
+        half_space_binds=np.broadcast_to((G[..., 0] > 0)[..., None], (steps, n, 1, n)).copy(),
         p=np.broadcast_to(r, (steps, n, 2)).copy(),
         xi=np.zeros((steps, n, 2)),
         reference=np.broadcast_to(r, (steps, 2)).copy(),

@@ -27,8 +27,10 @@ def random_ticks(seed, steps=7, n=3, slots=2):
     half_spaces = {
         "half_space_G": np.stack([np.cos(angle), np.sin(angle)], axis=-1),
         "half_space_h": rng.normal(size=(steps, n, slots)),
-        "half_space_active": rng.random((steps, n, slots)) < 0.6,
     }
+    active = rng.random((steps, n, slots)) < 0.6
+    binds = active[..., None] & (rng.random((steps, n, slots, n)) < 0.7)
+    half_spaces |= {"half_space_active": active, "half_space_binds": binds}
     return replaced(resting(plan, steps), **states, **half_spaces), rng.normal(size=(n, 2))
 
 
@@ -39,7 +41,10 @@ def test_certificate_rows_are_the_governor_s_own(seed):
     expected = []
     for t in range(7):
         rows = ball_rows(
-            HalfSpaces(ticks.half_space_G[t], ticks.half_space_h[t], ticks.half_space_active[t]), formation
+            HalfSpaces(
+                ticks.half_space_G[t], ticks.half_space_h[t], ticks.half_space_active[t], ticks.half_space_binds[t]
+            ),
+            formation,
         )
         expected.append(max(row_values(rows, ticks.m[t, i], ticks.p[t], ticks.xi[t]).max() for i in leaders))
     np.testing.assert_allclose(worst_row(ticks, formation, leaders), expected, rtol=1e-12)
@@ -51,16 +56,18 @@ def test_certificate_rows_are_the_governor_s_own(seed):
 def test_the_sensed_margin_is_the_least_over_all_pairs(seed):
     ticks, _ = random_ticks(seed)
     for t, found in enumerate(sensed_margin(ticks)):
-        half_spaces = zip(ticks.half_space_G[t][ticks.half_space_active[t]], _sensed_h(ticks, t), strict=True)
-        assert found == pytest.approx(min(h - G @ q for G, h in half_spaces for q in ticks.hand[t]), rel=1e-12)
-
-
-def _sensed_h(ticks, t):
-    return ticks.half_space_h[t][ticks.half_space_active[t]]
+        pairs = np.argwhere(ticks.half_space_binds[t])
+        margins = [ticks.half_space_h[t, i, k] - ticks.half_space_G[t, i, k] @ ticks.hand[t, j] for i, k, j in pairs]
+        assert found == pytest.approx(min(margins), rel=1e-12)
 
 
 def test_without_half_spaces_there_is_no_row_and_no_margin():
-    ticks = {"half_space_active": np.zeros((STEPS, 2, 1), dtype=bool), "wall_margin": np.full((STEPS, 2), np.inf)}
+    nothing = np.zeros((STEPS, 2, 1), dtype=bool)
+    ticks = {
+        "half_space_active": nothing,
+        "half_space_binds": np.zeros((STEPS, 2, 1, 2), dtype=bool),
+        "wall_margin": np.full((STEPS, 2), np.inf),
+    }
     found = metrics(run(scenario(estimator={"source": "given"}), ticks=ticks)).as_dict()
     assert found["certificate_worst_m"] is None
     assert found["certificate_violated_share"] == 0.0

@@ -15,7 +15,7 @@ def ball_radius(m: np.ndarray, p: np.ndarray, xi: np.ndarray) -> np.ndarray:
 
 
 def worst_row(ticks: TickSeries, formation: np.ndarray, leaders: np.ndarray) -> np.ndarray:
-    """Return the largest ball row g (T,) [m] (eq. 9b) over leaders' m, everyone's half-spaces and all robots j.
+    """Return the largest ball row g (T,) [m] (eq. 9b) over leaders' m, everyone's half-spaces and the robots j bound.
 
     `formation` is b (n, 2) [m], `leaders` the indices of the leaders. -inf where nobody senses anything.
     """
@@ -26,19 +26,19 @@ def worst_row(ticks: TickSeries, formation: np.ndarray, leaders: np.ndarray) -> 
         # One owner of half-spaces at a time: all (T, n, K, n) at once would fill the memory for large teams.
         for owner in range(ticks.m.shape[1]):
             G, h = ticks.half_space_G[:, owner], ticks.half_space_h[:, owner]
-            support = (G @ formation.T).max(axis=-1)
+            support = _largest(G @ formation.T, ticks.half_space_binds[:, owner])
             rows = radius[:, None] + (G @ m[:, :, None])[..., 0] + support - h
-            worst = np.maximum(worst, _largest(rows, ticks.half_space_active[:, owner]))
+            worst = np.maximum(worst, rows.max(axis=-1, initial=-np.inf))
     return worst
 
 
 def sensed_margin(ticks: TickSeries) -> np.ndarray:
-    """Return the least h - G.q (T,) [m] of all ESTIMATED hand points and everyone's half-spaces; inf without any."""
+    """Return the least h - G.q (T,) [m] of ESTIMATED hand points and all half-spaces that bind them, else inf."""
     least = np.full(len(ticks.time), np.inf)
     for owner in range(ticks.hand.shape[1]):
         G, h = ticks.half_space_G[:, owner], ticks.half_space_h[:, owner]
-        reach = (G @ ticks.hand.transpose(0, 2, 1)).max(axis=-1)
-        least = np.minimum(least, -_largest(reach - h, ticks.half_space_active[:, owner]))
+        reach = _largest(G @ ticks.hand.transpose(0, 2, 1), ticks.half_space_binds[:, owner])
+        least = np.minimum(least, (h - reach).min(axis=-1, initial=np.inf))
     return least
 
 
@@ -60,5 +60,5 @@ def given_margin(scenario: Scenario, hand: np.ndarray) -> np.ndarray:
     return (h - hand @ G.T).min(axis=-1)
 
 
-def _largest(rows: np.ndarray, active: np.ndarray) -> np.ndarray:
-    return np.where(active, rows, -np.inf).max(axis=-1, initial=-np.inf)
+def _largest(values: np.ndarray, among: np.ndarray) -> np.ndarray:
+    return np.where(among, values, -np.inf).max(axis=-1, initial=-np.inf)

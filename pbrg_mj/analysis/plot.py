@@ -12,7 +12,7 @@ from pbrg_mj.analysis.outcome import final_target
 from pbrg_mj.analysis.target import true_half_spaces
 from pbrg_mj.errors import InputError
 from pbrg_mj.log.run import Run
-from pbrg_mj.scenario.schema import Wall
+from pbrg_mj.scenario.surroundings import Wall
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

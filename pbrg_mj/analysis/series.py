@@ -66,6 +66,7 @@ def _tick_series(run: Run) -> list[Series]:
         ("half_space_G", "", t.half_space_G, (None, None, XY)),
         ("half_space_h", "m", t.half_space_h, (None, None)),
         ("half_space_active", "", t.half_space_active, (None, None)),
+        ("half_space_binds", "", t.half_space_binds, (None, None, None)),
         ("p", "m", t.p, (None, XY)),
         ("xi", "m", t.xi, (None, XY)),
         ("r", "m", t.reference, (XY,)),

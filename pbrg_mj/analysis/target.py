@@ -7,7 +7,8 @@ from itertools import combinations
 import numpy as np
 
 from pbrg_mj.scenario.placement import BODY_RADIUS, HAND_OFFSET
-from pbrg_mj.scenario.schema import GivenHalfSpace, Scenario, Wall
+from pbrg_mj.scenario.schema import GivenHalfSpace, Scenario
+from pbrg_mj.scenario.surroundings import Wall
 
 CLEARANCE = BODY_RADIUS + HAND_OFFSET
 PARALLEL = 1e-12  # rows whose determinant is smaller have no corner

@@ -27,7 +27,7 @@ class Rows:
 
 
 def ball_rows(half_spaces: HalfSpaces, formation: np.ndarray) -> Rows:
-    """Return eq. 9b: rho + G.(m + b_j) - h <= 0 for every half-space of robot i and EVERY robot j.
+    """Return eq. 9b: rho + G.(m + b_j) - h <= 0 for every half-space of robot i and every robot j that it binds.
 
     Eq. 9a, G.(m + b_j) - h <= 0, is implied since rho >= 0. `formation` is b, (n, 2). Row k * n + j belongs to
     slot k and robot j.
@@ -36,9 +36,8 @@ def ball_rows(half_spaces: HalfSpaces, formation: np.ndarray) -> Rows:
     shape = (n, slots, n)
     d = half_spaces.h[:, :, None] - half_spaces.G @ formation.T
     C = np.broadcast_to(half_spaces.G[:, :, None, :], (*shape, 2))
-    active = np.broadcast_to(half_spaces.active[:, :, None], shape)
     rows = slots * n
-    return Rows(np.ones((n, rows)), C.reshape(n, rows, 2), d.reshape(n, rows), active.reshape(n, rows))
+    return Rows(np.ones((n, rows)), C.reshape(n, rows, 2), d.reshape(n, rows), half_spaces.binds.reshape(n, rows))
 
 
 def rho(m: np.ndarray, p: np.ndarray, xi: np.ndarray) -> float:

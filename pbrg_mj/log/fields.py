@@ -54,6 +54,7 @@ TICK: tuple[Field, ...] = (
     Field("half_space_G", "half_spaces.G", ("n", "K", "2"), "-", "unit normals of G q <= h; zeros if empty"),
     Field("half_space_h", "half_spaces.h", ("n", "K"), "m", "right-hand sides; zeros if empty"),
     Field("half_space_active", "half_spaces.active", ("n", "K"), "-", "the slot holds a half-space", "bool"),
+    Field("half_space_binds", "half_spaces.binds", ("n", "K", "n"), "-", "whom it must hold for", "bool"),
     Field("p", "problem.p", ("n", "2"), "m", "shifted hand points q - b as estimated"),
     Field("xi", "problem.xi", ("n", "2"), "m", "integral states of the pre-stabiliser"),
     Field("reference", "problem.reference", ("2",), "m", "the operator's reference r"),

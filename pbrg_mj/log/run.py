@@ -27,6 +27,7 @@ class TickSeries:
     half_space_G: np.ndarray  # (T, n, K, 2)
     half_space_h: np.ndarray  # (T, n, K) [m]
     half_space_active: np.ndarray  # (T, n, K) bool
+    half_space_binds: np.ndarray  # (T, n, K, n) bool: which robots each must hold for
     p: np.ndarray  # (T, n, 2) [m]
     xi: np.ndarray  # (T, n, 2) [m]
     reference: np.ndarray  # (T, 2) the operator's r [m]

@@ -17,8 +17,11 @@ class HalfSpaces:
     G: np.ndarray  # (n, K, 2) unit outward normals in the world; zeros in an empty slot
     h: np.ndarray  # (n, K) [m]; zeros in an empty slot
     active: np.ndarray  # (n, K) bool
+    binds: np.ndarray  # (n, K, n) bool: which robots the half-space must hold for; an empty slot binds nobody
 
     @classmethod
     def empty(cls, robots: int, slots: int) -> HalfSpaces:
         """Return `robots` x `slots` empty slots."""
-        return cls(np.zeros((robots, slots, 2)), np.zeros((robots, slots)), np.zeros((robots, slots), dtype=bool))
+        shape = (robots, slots)
+        nobody = np.zeros((*shape, robots), dtype=bool)
+        return cls(np.zeros((*shape, 2)), np.zeros(shape), np.zeros(shape, dtype=bool), nobody)

@@ -54,5 +54,5 @@ def to_half_spaces(walls: tuple[Slots, ...], slots: int, clearance: float) -> Ha
             if wall is not None:
                 result.G[robot, slot] = wall.line.normal
                 result.h[robot, slot] = wall.line.offset - clearance
-                result.active[robot, slot] = True
+                result.active[robot, slot] = result.binds[robot, slot] = True
     return result

@@ -96,7 +96,7 @@ def given_half_spaces(estimator: Estimator, robots: int) -> HalfSpaces:
                 f"robot {given.robot} is given more half-spaces than the {slot} it can hold", key="estimator.given"
             )
         result.G[robot, slot], result.h[robot, slot] = normal / length, given.offset / length
-        result.active[robot, slot] = True
+        result.active[robot, slot] = result.binds[robot, slot] = True
         used[robot] += 1
     return result
 

@@ -9,7 +9,8 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from annotated_types import Ge, Gt, Le, Lt, MinLen
 from pydantic.fields import FieldInfo
 
-from pbrg_mj.scenario.schema import Scenario, Section
+from pbrg_mj.scenario.base import Section
+from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.scenario.words import Path
 
 

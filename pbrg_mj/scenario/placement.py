@@ -6,8 +6,10 @@ import math
 from collections.abc import Iterator
 from itertools import combinations
 
+from pbrg_mj.scenario.base import Vector
 from pbrg_mj.scenario.findings import Finding
-from pbrg_mj.scenario.schema import Scenario, Vector, Wall
+from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.scenario.surroundings import Wall
 from pbrg_mj.scenario.words import show
 
 # The size of the robot in models/robot.xml; a test holds the two together.

@@ -7,19 +7,11 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
-Vector = tuple[float, float]
-Positive = Annotated[float, Field(gt=0)]
-NonNegative = Annotated[float, Field(ge=0)]
-Probability = Annotated[float, Field(ge=0, le=1)]
-RobotNumber = Annotated[int, Field(ge=1)]
-
-
-class Section(BaseModel):
-    """Base of all sections: frozen, no unknown keys, no NaN, no silent conversion of strings to numbers."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=False, allow_inf_nan=False, populate_by_name=True)
+from pbrg_mj.scenario.base import NonNegative, Positive, RobotNumber, Section, Vector
+from pbrg_mj.scenario.sensors import Sensors
+from pbrg_mj.scenario.surroundings import Disturbances, Drive, Radio, World
 
 
 class Timing(Section):
@@ -54,49 +46,6 @@ class Graph(Section):
     )
 
 
-class Wall(Section):
-    """A straight wall: a box around the segment from -> to."""
-
-    start: Vector = Field(alias="from", description="one end of the centre line [m]")
-    end: Vector = Field(alias="to", description="the other end of the centre line [m]")
-    thickness: Positive = Field(default=0.1, description="across the centre line [m]")
-    height: Positive = Field(default=0.2, description="above the floor [m]")
-
-
-class World(Section):
-    """What stands around the robots."""
-
-    walls: tuple[Wall, ...] = Field(default=(), description="straight walls")
-    floor_friction: Positive = Field(default=1.0, description="sliding friction of the floor against the wheels [-]")
-
-
-class Beams(Section):
-    """Range beams, evenly spread over the full circle around the body's centre."""
-
-    robots: Literal["all"] | tuple[RobotNumber, ...] = Field(default="all", description="robots that carry beams")
-    count: Annotated[int, Field(ge=1, le=1080)] = Field(default=72, description="beams per robot")
-    range_min: NonNegative = Field(default=0.07, description="shortest range reported [m]")
-    range_max: Positive = Field(default=4.0, description="longest range reported [m]")
-    rate_hz: Positive = Field(default=10.0, description="scans per second [Hz]")
-    noise_std: NonNegative = Field(default=0.005, description="standard deviation of additive Gaussian range noise [m]")
-    dropout: Probability = Field(default=0.0, description="probability that a beam returns nothing [-]")
-
-
-class Camera(Section):
-    """Overhead camera that tells every robot its own pose."""
-
-    rate_hz: Positive = Field(default=30.0, description="frames per second [Hz]")
-    position_std: NonNegative = Field(default=0.001, description="standard deviation of x and y [m]")
-    heading_std_deg: NonNegative = Field(default=0.2, description="standard deviation of the heading [deg]")
-
-
-class Sensors(Section):
-    """Sensors of the physics plant. The ideal plant is seen exactly, at every tick."""
-
-    beams: Beams = Beams()
-    camera: Camera = Camera()
-
-
 class GivenHalfSpace(Section):
     """A half-space normal . q <= offset that one robot knows from the start."""
 
@@ -122,7 +71,19 @@ class Estimator(Section):
         default=0.03, description="largest distance of a point from its line before a split [m]"
     )
     min_length: Positive = Field(default=0.25, description="shortest run of points that counts as a wall [m]")
-    memory: NonNegative = Field(default=1.0, description="how long a wall out of sight is kept [s]")
+    sigmas: NonNegative = Field(
+        default=3.0, description="half-spaces move inward by this many standard deviations of the wall's place [-]"
+    )
+    scope: Literal["team", "own"] = Field(
+        default="team", description="whom a half-space binds: every robot, as in the paper, or the one that sees it"
+    )
+    memory: NonNegative = Field(default=10.0, description="how long a wall out of sight is kept [s]")
+    drift_std: NonNegative = Field(
+        default=0.005, description="growth of an unseen wall's offset uncertainty [m], per square root of a second"
+    )
+    drift_std_deg: NonNegative = Field(
+        default=0.2, description="growth of an unseen wall's angle uncertainty [deg], per square root of a second"
+    )
 
 
 class Control(Section):
@@ -209,6 +170,9 @@ class Scenario(Section):
     sensors: Sensors = Sensors()
     estimator: Estimator = Estimator()
     control: Control = Control()
+    drive: Drive = Drive()
+    radio: Radio = Radio()
+    disturbances: Disturbances = Disturbances()
     governor: Governor = Governor()
     reference: Reference = Reference()
     operator: Operator

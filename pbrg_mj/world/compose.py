@@ -13,7 +13,8 @@ import colorsys
 import mujoco
 import numpy as np
 
-from pbrg_mj.scenario.schema import Scenario, Wall
+from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.scenario.surroundings import Wall
 from pbrg_mj.world.models import load_spec
 from pbrg_mj.world.robot import RobotModel
 from pbrg_mj.world.sampling import Sampler

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pbrg_mj.scenario.schema import Wall
+from pbrg_mj.scenario.surroundings import Wall
 
 
 @dataclass(frozen=True)

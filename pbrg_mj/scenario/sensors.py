@@ -1,0 +1,85 @@
+"""What the robots see with. SI units unless the key says otherwise."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, model_validator
+
+from pbrg_mj.scenario.base import NonNegative, Positive, Probability, RobotNumber, Section
+
+PRESETS: dict[str, dict[str, float | int]] = {
+    "ideal": {"noise_std": 0.0},
+    # The Robotarium simulator's range model: 3 % multiplicative noise, 3.5 % dropout, 1.4 % outliers.
+    "robotarium": {"noise_std": 0.0, "noise_ratio": 0.03, "dropout": 0.035, "outliers": 0.014},
+    # A ring of cheap time-of-flight modules: few beams, millimetre steps, short range.
+    "tof_ring": {
+        "count": 24,
+        "range_max": 3.0,
+        "rate_hz": 15.0,
+        "noise_std": 0.008,
+        "noise_ratio": 0.005,
+        "quantum": 0.001,
+        "dropout": 0.02,
+        "outliers": 0.005,
+    },
+    # A small scanning lidar.
+    "lidar": {
+        "count": 360,
+        "range_max": 8.0,
+        "rate_hz": 8.0,
+        "noise_std": 0.003,
+        "noise_ratio": 0.005,
+        "quantum": 0.00025,
+        "dropout": 0.01,
+        "outliers": 0.001,
+    },
+}
+"""What a preset sets. Keys given beside it win."""
+
+
+class Beams(Section):
+    """Range beams, spread evenly round the body's centre, counter-clockwise."""
+
+    preset: Literal["none", "ideal", "robotarium", "tof_ring", "lidar"] = Field(
+        default="none", description="a known sensor, whose numbers stand in for this page's defaults"
+    )
+    robots: Literal["all"] | tuple[RobotNumber, ...] = Field(default="all", description="robots that carry beams")
+    count: Annotated[int, Field(ge=1, le=1080)] = Field(default=72, description="beams per robot")
+    range_min: NonNegative = Field(default=0.07, description="shortest range reported [m]")
+    range_max: Positive = Field(default=4.0, description="longest range reported [m]")
+    rate_hz: Positive = Field(default=10.0, description="scans per second [Hz]")
+    start_deg: float = Field(default=0.0, description="direction of the first beam from straight ahead [deg]")
+    sweep_deg: Annotated[float, Field(gt=0, le=360)] = Field(
+        default=360.0, description="from the first beam to the last [deg]; 360: evenly round the circle"
+    )
+    noise_std: NonNegative = Field(default=0.005, description="standard deviation of additive Gaussian range noise [m]")
+    noise_ratio: NonNegative = Field(default=0.0, description="standard deviation of range noise per range [-]")
+    quantum: NonNegative = Field(default=0.0, description="ranges are whole multiples of this; 0: any range [m]")
+    dropout: Probability = Field(default=0.0, description="probability that a beam returns nothing [-]")
+    outliers: Probability = Field(
+        default=0.0, description="probability that a beam returns anything between range_min and range_max [-]"
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _preset(cls, keys: Any) -> Any:
+        """Fill in the preset's values under the keys that are given."""
+        preset = PRESETS.get(str(keys.get("preset"))) if isinstance(keys, dict) else None
+        return {**preset, **keys} if preset else keys
+
+
+class Camera(Section):
+    """Overhead camera that tells every robot its own pose."""
+
+    rate_hz: Positive = Field(default=30.0, description="frames per second [Hz]")
+    position_std: NonNegative = Field(default=0.001, description="standard deviation of x and y [m]")
+    heading_std_deg: NonNegative = Field(default=0.2, description="standard deviation of the heading [deg]")
+    delay: NonNegative = Field(default=0.0, description="from exposure to use [s]")
+
+
+class Sensors(Section):
+    """Sensors of the physics plant. The ideal plant is seen exactly, at every tick."""
+
+    beams: Beams = Beams()
+    camera: Camera = Camera()

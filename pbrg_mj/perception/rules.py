@@ -1,0 +1,46 @@
+"""What fitting lines to a scan needs to know of the sensor and the estimator."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from pbrg_mj.scenario.schema import Scenario
+
+NOISE_FLOOR = 1e-3  # [m] below this, straight walls and exact ranges no longer are
+FALSE_END = 3e-3  # probability that lost beams alone make a gap or an end of a wall
+
+
+class LineRules(NamedTuple):
+    """When points of a scan are one straight wall. A named tuple, so that compiled code takes it as it is."""
+
+    range_std: float  # additive noise and quantisation of the ranges, at least NOISE_FLOOR [m]
+    noise_ratio: float  # standard deviation of the noise per range [-]
+    range_max: float  # [m]
+    split_distance: float  # [m]
+    min_points: int
+    min_length: float  # [m]
+    agree: int  # neighbouring beams that must pass by before a wall ends or has a gap
+
+
+def line_rules(scenario: Scenario) -> LineRules:
+    """Return the rules for a scenario; the ideal plant is seen exactly."""
+    beams, estimator = scenario.sensors.beams, scenario.estimator
+    exact = scenario.plant == "ideal"
+    range_std = 0.0 if exact else math.hypot(beams.noise_std, beams.quantum / math.sqrt(12.0))
+    return LineRules(
+        range_std=max(range_std, NOISE_FLOOR),
+        noise_ratio=0.0 if exact else beams.noise_ratio,
+        range_max=beams.range_max,
+        split_distance=estimator.split_distance,
+        min_points=estimator.min_points,
+        min_length=estimator.min_length,
+        agree=agreeing_beams(0.0 if exact else beams.dropout),
+    )
+
+
+def agreeing_beams(dropout: float) -> int:
+    """Return how many neighbouring beams, two or more, all drop out with a probability of at most FALSE_END."""
+    if dropout <= FALSE_END:
+        return 2
+    return max(2, math.ceil(math.log(FALSE_END) / math.log(min(dropout, 0.9))))

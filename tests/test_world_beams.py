@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 
 from pbrg_mj.world.mujoco_world import MujocoWorld
+from pbrg_mj.world.robot import load_robot_model
 from tests.worlds import scenario, wall
+
+ROBOT = load_robot_model()
 
 
 def ray_to_rectangle(origin: np.ndarray, angle: float, w: dict) -> float:
@@ -26,29 +29,26 @@ def test_ranges_agree_with_rays_against_rectangles():
     x, y, heading = seen.body_pose[0]
     angles = heading + 2 * np.pi * np.arange(90) / 90
     want = np.array([min(ray_to_rectangle(np.array([x, y]), a, w) for w in walls) for a in angles])
-    own_wheel = np.abs(np.sin(angles - heading)) > 0.98
     want[np.isinf(want)] = -1
-    np.testing.assert_allclose(seen.ranges[0][~own_wheel], want[~own_wheel], atol=1e-9)
-    assert (want[~own_wheel] > 0).sum() > 30
+    np.testing.assert_allclose(seen.ranges[0], want, atol=1e-9)
+    assert (want > 0).sum() > 30
 
 
-def test_own_wheels_hide_three_of_72_beams_on_each_side():
+def test_no_part_of_the_robot_hides_its_own_beams():
     seen = MujocoWorld(scenario(beams="all")).observe().ranges[0]
-    hidden = np.flatnonzero(seen >= 0)
-    np.testing.assert_array_equal(hidden, [17, 18, 19, 53, 54, 55])
-    np.testing.assert_allclose(seen[[18, 54]], 0.045, atol=1e-9)  # inner faces of the wheels
+    np.testing.assert_array_equal(seen, -1.0)
 
 
 def test_beams_see_other_robots():
     seen = MujocoWorld(scenario(2, beams="all")).observe().ranges
-    np.testing.assert_allclose(seen[[0, 1], [0, 36]], 0.5 - 0.043, atol=1e-6)  # the other's tub
+    np.testing.assert_allclose(seen[[0, 1], [0, 36]], 0.5 - ROBOT.body_radius, atol=1e-6)  # the other's plate
 
 
 def test_only_carriers_have_rows_in_ascending_order():
     walls = (wall((3, -1), (3, 1)),)
     seen = MujocoWorld(scenario(3, walls=walls, beams={"robots": (3, 1), "count": 4})).observe()
     assert seen.ranges.shape == (2, 4)
-    np.testing.assert_allclose(seen.ranges[:, 0], [0.5 - 0.043, 3 - 0.05 - (1.0 - 0.04)], atol=1e-6)
+    np.testing.assert_allclose(seen.ranges[:, 0], [0.5 - ROBOT.body_radius, 3 - 0.05 - (1.0 - 0.04)], atol=1e-6)
     none = MujocoWorld(scenario(3, beams=())).observe()
     assert none.ranges.shape == (0, 72)
     assert none.scan_frame == -1

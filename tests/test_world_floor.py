@@ -22,16 +22,9 @@ def drive(world: MujocoWorld, left: float, right: float, seconds: float) -> np.n
     return np.array(poses)
 
 
-def loaded_wheel_speed(world: MujocoWorld, voltage: float) -> float:
-    """Return the wheel speed that balances motor, gear friction and the drag of the casters, measured by load."""
-    forces = np.zeros(6)
-    load = 0.0
-    for k, contact in enumerate(world.data.contact):
-        if "caster" in world.model.geom(int(max(contact.geom))).name:
-            mujoco.mj_contactForce(world.model, world.data, k, forces)
-            load += contact.friction[0] * forces[0]
-    drag = load * ROBOT.wheel_radius / 2  # per wheel [N m]
-    return ROBOT.no_load_speed * (voltage / ROBOT.voltage - (ROBOT.coulomb_torque + drag) / ROBOT.stall_torque)
+def steady_wheel_speed(voltage: float) -> float:
+    """Return the wheel speed that balances motor and gear friction, far above the Stribeck speed."""
+    return ROBOT.no_load_speed * (voltage / ROBOT.voltage - ROBOT.coulomb_torque / ROBOT.stall_torque)
 
 
 @pytest.mark.parametrize("voltage", [1.0, 3.0, 6.0])
@@ -41,7 +34,7 @@ def test_a_straight_line_at_the_speed_of_its_wheels(voltage):
     speed = (poses[-1, 0] - poses[-11, 0]) / 0.1
     wheels = world.truth().wheel_speed[0]
     assert speed == pytest.approx(ROBOT.wheel_radius * wheels.mean(), rel=0.01)  # no slip
-    assert wheels.mean() == pytest.approx(loaded_wheel_speed(world, voltage), rel=0.01)
+    assert wheels.mean() == pytest.approx(steady_wheel_speed(voltage), rel=1e-3)
     assert abs(poses[-1, 1]) < 1e-5
     assert abs(poses[-1, 2]) < 1e-4
 

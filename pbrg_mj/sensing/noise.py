@@ -1,20 +1,12 @@
-"""What the sensors add to the truth, and random streams fixed by seed, sensor, robot and frame."""
+"""What the sensors add to the truth."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
 
 import numpy as np
 
 from pbrg_mj.scenario.schema import Scenario
-
-
-class Sensor(IntEnum):
-    """The noisy sensors; the number is part of the random stream's key, so it must never change."""
-
-    CAMERA = 1
-    BEAMS = 2
 
 
 @dataclass(frozen=True)
@@ -27,8 +19,11 @@ class SensorNoise:
     heading_std: float  # [rad]
     range_min: float  # [m]
     range_max: float  # [m]
-    range_std: float  # [m]
+    range_std: float  # additive part [m]
     dropout: float  # probability that a beam returns nothing
+    range_ratio: float = 0.0  # multiplicative part: standard deviation per range [-]
+    quantum: float = 0.0  # ranges are whole multiples of this [m]; 0: any range
+    outliers: float = 0.0  # probability that a beam returns anything within the limits
 
 
 def sensor_noise(scenario: Scenario) -> SensorNoise:
@@ -44,15 +39,7 @@ def sensor_noise(scenario: Scenario) -> SensorNoise:
         range_max=beams.range_max,
         range_std=0.0 if exact else beams.noise_std,
         dropout=0.0 if exact else beams.dropout,
+        range_ratio=0.0 if exact else beams.noise_ratio,
+        quantum=0.0 if exact else beams.quantum,
+        outliers=0.0 if exact else beams.outliers,
     )
-
-
-def stream(seed: int, sensor: Sensor, robot: int, frame: int) -> np.random.Generator:
-    """Return the random stream of one frame of one robot's sensor.
-
-    Philox counts through 2^256 blocks; robot and frame set the upper half of the counter, so streams never
-    overlap, and a frame's noise does not depend on which frames were looked at before.
-    """
-    key = np.array([seed, sensor], dtype=np.uint64)
-    counter = np.array([0, 0, robot, frame], dtype=np.uint64)
-    return np.random.Generator(np.random.Philox(key=key, counter=counter))

@@ -1,10 +1,12 @@
-"""From raw samples to readings: seeded noise, dropped beams, held frames."""
+"""From raw samples to readings: seeded noise and held frames."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from pbrg_mj.sensing.noise import Sensor, SensorNoise, stream
+from pbrg_mj.scenario.streams import Source, stream
+from pbrg_mj.sensing.beam_model import noisy_scan
+from pbrg_mj.sensing.noise import SensorNoise
 from pbrg_mj.sensing.readings import Readings
 from pbrg_mj.world.interface import Observation
 
@@ -33,7 +35,7 @@ def _poses(observation: Observation, noise: SensorNoise) -> np.ndarray:
         return np.full_like(true, np.nan)
     std = np.array([noise.position_std, noise.position_std, noise.heading_std])
     draws = [
-        stream(noise.seed, Sensor.CAMERA, robot, observation.pose_frame).standard_normal(3)
+        stream(noise.seed, Source.CAMERA, robot, observation.pose_frame).standard_normal(3)
         for robot in range(len(true))
     ]
     return true + std * np.array(draws).reshape(true.shape)
@@ -45,25 +47,7 @@ def _ranges(observation: Observation, noise: SensorNoise) -> np.ndarray:
     if observation.scan_frame < 0:
         return np.full_like(raw, np.nan)
     scans = [
-        noisy_scan(row, noise, stream(noise.seed, Sensor.BEAMS, robot, observation.scan_frame))
+        noisy_scan(row, noise, stream(noise.seed, Source.BEAMS, robot, observation.scan_frame))
         for row, robot in zip(raw, noise.beam_robots, strict=True)
     ]
     return np.array(scans).reshape(raw.shape)
-
-
-def noisy_scan(raw: np.ndarray, noise: SensorNoise, random: np.random.Generator) -> np.ndarray:
-    """Return one scan (beams,) [m] with Gaussian noise, NaN for no hit, out of range and dropped beams.
-
-    A raw -1 (no hit) and a raw range at the maximum (the sensor's cutoff) give no point: none was seen.
-    Each beam takes the same two draws whatever it hit and whatever the parameters: runs that differ in one of
-    them share the rest of their noise.
-    """
-    gaussian = random.standard_normal(len(raw))
-    dropped = random.random(len(raw)) < noise.dropout
-    noisy = raw + noise.range_std * gaussian
-    seen = _in_range(raw, noise) & _in_range(noisy, noise) & ~dropped
-    return np.where(seen, noisy, np.nan)
-
-
-def _in_range(ranges: np.ndarray, noise: SensorNoise) -> np.ndarray:
-    return (ranges >= noise.range_min) & (ranges < noise.range_max)

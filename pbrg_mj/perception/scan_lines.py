@@ -1,14 +1,24 @@
-"""One scan to the straight walls it shows, in the body frame."""
+"""One scan to the straight walls it shows, in the body frame.
+
+Points -> clusters (adaptive breakpoints) -> straight pieces (split and merge) -> weighted total-least-squares lines
+-> collinear pieces made one -> what the beams beside an end say about it.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
+from pbrg_mj.perception.breaks import clusters_into
+from pbrg_mj.perception.ends import is_free
+from pbrg_mj.perception.hits import hits_into, is_closed, without_spikes
+from pbrg_mj.perception.joins import join_walls, rank_by_length
+from pbrg_mj.perception.pieces import is_curved, pieces_into
 from pbrg_mj.perception.rules import LineRules
-from pbrg_mj.perception.setup import SegmentRules
-from pbrg_mj.perception.walls import find_walls
+from pbrg_mj.perception.wall_fits import fit_wall
 
 
 @dataclass(frozen=True)
@@ -28,21 +38,105 @@ class Lines:
         return len(self.angle)
 
 
+class LineBuffer(NamedTuple):
+    """Room for the lines of a scan, for compiled code: the arrays of `Lines`, whose first `count` rows are used."""
+
+    angle: np.ndarray
+    offset: np.ndarray
+    covariance: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    free_low: np.ndarray
+    free_high: np.ndarray
+
+
+class Workspace(NamedTuple):
+    """Room for one scan of B beams while its lines are fitted."""
+
+    xy: np.ndarray  # (B, 2) points [m]
+    hits: np.ndarray  # (B,) beams that hit something
+    kept: np.ndarray  # (B,) without lone outliers
+    order: np.ndarray  # (B,) turned so that no cluster wraps
+    stops: np.ndarray  # (B,) where clusters stop in `order`
+    stack: np.ndarray  # (B + 2, 2) pieces still to split
+    pieces: np.ndarray  # (B, 3) start, stop in `order`, cluster
+    owner: np.ndarray  # (B,) wall that has a beam's point, -1: none
+    fits: np.ndarray  # (B, 7) theta, c, var theta, cov, var c, low, high of each wall
+    ends: np.ndarray  # (B, 2) beams of each wall's first and last point
+    ranking: np.ndarray  # (B,) walls, longest first
+    joint: np.ndarray  # (7,) the fit of two pieces that may be one wall
+
+
+def line_buffer(beams: int) -> LineBuffer:
+    """Return room for all lines that a scan of so many beams can have: each takes three points at least."""
+    most = beams // 3 + 1
+    ends = [np.zeros(most, dtype=bool) for _ in range(2)]
+    return LineBuffer(np.zeros(most), np.zeros(most), np.zeros((most, 2, 2)), np.zeros(most), np.zeros(most), *ends)
+
+
+def workspace(beams: int) -> Workspace:
+    """Return room for scans of so many beams."""
+
+    def index(*shape: int) -> np.ndarray:
+        return np.zeros(shape, dtype=np.int64)
+
+    lists = [index(beams) for _ in range(4)]
+    rest = index(beams + 2, 2), index(beams, 3), index(beams)
+    return Workspace(
+        np.zeros((beams, 2)), *lists, *rest, np.zeros((beams, 7)), index(beams, 2), index(beams), np.zeros(7)
+    )
+
+
 def scan_lines(ranges: np.ndarray, directions: np.ndarray, rules: LineRules) -> Lines:
     """Return the walls of one scan: ranges (beams,) [m], NaN for no hit; directions (beams, 2) unit vectors.
 
     The beams are in counter-clockwise order, evenly spread. Anything in a scan is allowed: what is no wall gives
     no line.
     """
-    split = max(rules.split_distance, 4 * rules.range_std)
-    found = find_walls(ranges, directions, SegmentRules(rules.range_std, split, rules.min_points, rules.min_length))
-    nobody = np.zeros(len(found), dtype=bool)
-    return Lines(
-        angle=np.array([line.angle for line in found]),
-        offset=np.array([line.offset for line in found]),
-        covariance=np.array([line.covariance for line in found]).reshape(-1, 2, 2),
-        low=np.array([line.along.min() for line in found]),
-        high=np.array([line.along.max() for line in found]),
-        free_low=nobody,
-        free_high=nobody.copy(),
-    )
+    out = line_buffer(len(ranges))
+    count = scan_lines_into(ranges, directions, rules, workspace(len(ranges)), out)
+    return Lines(*(array[:count] for array in out))
+
+
+@njit(cache=True)
+def scan_lines_into(ranges, directions, rules, work, out):  # pragma: no cover - compiled
+    """Write the walls of one scan to `out` (LineBuffer), longest first; return how many there are.
+
+    `ranges` (beams,) and `directions` (beams, 2) are contiguous floats, `work` is a Workspace. Nothing is allocated.
+    """
+    scan = (ranges, directions, work.xy, is_closed(directions))
+    hits = hits_into(ranges, directions, work.xy, work.hits)
+    count = without_spikes(scan, rules, work.hits, hits, work.kept)
+    clusters, ring = clusters_into(scan, rules, work.kept, count, work.order, work.stops)
+    pieces = pieces_into(scan, rules, work.order, clusters, work)
+    walls = _fit_walls(scan, rules, (pieces, ring), work)
+    walls = join_walls(scan, rules, work.order, count, work, walls)
+    rank_by_length(work.fits, work.ranking, walls)
+    for i in range(walls):
+        _write_line(scan, rules, work, work.ranking[i], out, i)
+    return walls
+
+
+@njit(cache=True)
+def _fit_walls(scan, rules, found, work):  # pragma: no cover - compiled
+    pieces, ring = found
+    work.owner[:] = -1
+    walls = 0
+    for i in range(pieces):
+        if is_curved(scan, work.order, work.pieces, pieces, ring, i):
+            continue
+        piece = (work.pieces[i, 0], work.pieces[i, 1], i)
+        if fit_wall(scan, rules, work.order, piece, work.owner, work.fits[i], work.ends[i]):
+            work.ranking[walls] = i
+            walls += 1
+    return walls
+
+
+@njit(cache=True)
+def _write_line(scan, rules, work, wall, out, i):  # pragma: no cover - compiled
+    fit = work.fits[wall]
+    out.angle[i], out.offset[i], out.low[i], out.high[i] = fit[0], fit[1], fit[5], fit[6]
+    out.covariance[i, 0, 0], out.covariance[i, 1, 1] = fit[2], fit[4]
+    out.covariance[i, 0, 1] = out.covariance[i, 1, 0] = fit[3]
+    out.free_low[i] = is_free(scan, rules, fit, work.ends[wall, 0], -1)
+    out.free_high[i] = is_free(scan, rules, fit, work.ends[wall, 1], 1)

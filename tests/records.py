@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pbrg_mj.governor.centralized import Optimum
+from pbrg_mj.governor.optimum import Optimum
 from pbrg_mj.governor.certificate import ball_rows
 from pbrg_mj.governor.problem import Problem, Solution
 from pbrg_mj.loop.record import TickRecord, Timings

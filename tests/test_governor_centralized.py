@@ -8,9 +8,12 @@ import cvxpy as cp
 import numpy as np
 import pytest
 
-from pbrg_mj.governor.centralized import CvxpySolver
-from pbrg_mj.governor.certificate import ball_rows, rho, row_values
+from pbrg_mj.governor.certificate import ball_rows, input_rows, rho, row_values, stacked
+from pbrg_mj.governor.clarabel_solver import ClarabelSolver
+from pbrg_mj.governor.cvxpy_solver import CvxpySolver
 from tests.problems import FORMATION, graph, half_spaces, problem, random_problem
+
+SOLVERS = [ClarabelSolver, CvxpySolver]
 
 
 def oracle(problem):
@@ -26,9 +29,10 @@ def oracle(problem):
     return program.status, m.value, program.value
 
 
-def test_the_small_form_is_the_papers_problem():
+@pytest.mark.parametrize("kind", SOLVERS)
+def test_the_small_form_is_the_papers_problem(kind):
     rng = np.random.default_rng(1)
-    solver, seen = CvxpySolver(), set()
+    solver, seen = kind(), set()
     for k in range(60):
         network = graph(leaders=(0, 4)) if k % 3 == 0 else None
         random = random_problem(rng, network)
@@ -45,10 +49,11 @@ def test_the_small_form_is_the_papers_problem():
     assert seen == {"solved", "infeasible"}
 
 
-def test_planted_optima():
+@pytest.mark.parametrize("kind", SOLVERS)
+def test_planted_optima(kind):
     """Draw m*, lambda* and the state, derive r and h that make them optimal; the solver has to find them."""
     rng = np.random.default_rng(2)
-    solver = CvxpySolver()
+    solver = kind()
     for _ in range(200):
         m, p, xi = rng.normal(size=2), rng.normal(size=(5, 2)), 0.3 * rng.normal(size=(5, 2))
         walls = [(int(rng.integers(5)), rng.normal(size=2), 0.0) for _ in range(3)]
@@ -77,8 +82,25 @@ def test_planted_optima():
         assert np.abs(got.multipliers * np.where(rows.active, row_values(rows, got.m, p, xi), 0)).max() < 1e-6
 
 
-def test_without_rows_the_reference_itself_is_optimal():
-    got = CvxpySolver().solve(problem([], np.zeros((5, 2)), [1.25, -0.5]))
+@pytest.mark.parametrize("kind", SOLVERS)
+def test_without_rows_the_reference_itself_is_optimal(kind):
+    got = kind().solve(problem([], np.zeros((5, 2)), [1.25, -0.5]))
     assert got.status == "solved"
     np.testing.assert_allclose(got.m, [1.25, -0.5], atol=1e-9)
     assert got.cost == pytest.approx(0.0, abs=1e-12)
+
+
+def test_both_solvers_find_the_same_with_inputs_constrained_too():
+    rng = np.random.default_rng(4)
+    direct, readable, seen = ClarabelSolver(), CvxpySolver(), set()
+    inputs = input_rows(graph(), alpha_r=1.0, limit=6.0, facets=6)
+    for _ in range(60):
+        random = random_problem(rng)
+        random = dataclasses.replace(random, rows=stacked(random.rows, inputs))
+        a, b = direct.solve(random), readable.solve(random)
+        assert a.status == b.status
+        seen.add(a.status)
+        if a.status == "solved":
+            np.testing.assert_allclose(a.m, b.m, atol=2e-5)
+            assert row_values(random.rows, a.m, random.p, random.xi).max() < 1e-7
+    assert seen == {"solved", "infeasible"}

@@ -7,8 +7,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pbrg_mj.governor.primal_dual import Estimates, run_rounds
+from pbrg_mj.governor.primal_dual import Estimates, Flow, run_rounds
 from tests.problems import GRAPHS, graph, random_problem
+
+FLOW = Flow(alpha=2.0, step=1e-2)
 
 
 def random_estimates(rng, rows):
@@ -56,7 +58,7 @@ def test_one_round_is_one_euler_step_of_the_papers_equations(seed):
     rng = np.random.default_rng(seed)
     problem = random_problem(rng, graph(leaders=(1, 4)) if seed % 2 else None)
     before = random_estimates(rng, problem.rows)
-    got = run_rounds(problem, before, alpha=2.0, step=1e-2, rounds=1)
+    got = run_rounds(problem, before, FLOW, 1)
     want = naive_round(problem, before, alpha=2.0, step=1e-2)
     for field in dataclasses.fields(Estimates):
         np.testing.assert_allclose(getattr(got, field.name), getattr(want, field.name), atol=1e-9, rtol=0)
@@ -69,8 +71,8 @@ def test_many_rounds_are_rounds_one_after_the_other_and_leave_their_input_alone(
     kept = start.z.copy()
     one_by_one = start
     for _ in range(7):
-        one_by_one = run_rounds(problem, one_by_one, 2.0, 1e-2, 1)
-    at_once = run_rounds(problem, start, 2.0, 1e-2, 7)
+        one_by_one = run_rounds(problem, one_by_one, FLOW, 1)
+    at_once = run_rounds(problem, start, FLOW, 7)
     for field in dataclasses.fields(Estimates):
         np.testing.assert_array_equal(getattr(at_once, field.name), getattr(one_by_one, field.name))
     np.testing.assert_array_equal(start.z, kept)
@@ -120,8 +122,8 @@ def test_private_data_travel_one_hop_a_round(name, private):
     for k in range(5):
         other = PRIVATE[private](problem, k)
         for rounds in range(1, 7):
-            same = run_rounds(problem, start, 2.0, 1e-2, rounds)
-            changed = run_rounds(other, start, 2.0, 1e-2, rounds)
+            same = run_rounds(problem, start, FLOW, rounds)
+            changed = run_rounds(other, start, FLOW, rounds)
             for i in range(5):
                 equal = all(
                     np.array_equal(getattr(same, f.name)[i], getattr(changed, f.name)[i])
@@ -138,7 +140,7 @@ def test_only_leaders_hear_the_operator():
     problem = random_problem(rng)
     start = random_estimates(rng, problem.rows)
     other = dataclasses.replace(problem, reference=problem.reference + 1.0)
-    a, b = (run_rounds(x, start, 2.0, 1e-2, 1) for x in (problem, other))
+    a, b = (run_rounds(x, start, FLOW, 1) for x in (problem, other))
     np.testing.assert_array_equal(a.z[:4], b.z[:4])
     assert np.all(a.z[4, :2] != b.z[4, :2])
 
@@ -162,7 +164,7 @@ def test_robots_are_alike():
         rows=type(rows)(*(getattr(rows, f)[order][:, blocks] for f in ("a", "C", "d", "active"))),
     )
     zero = Estimates(np.zeros((5, 22)), np.zeros((5, 22)), np.zeros_like(rows.d), np.zeros((5, 4)))
-    one = run_rounds(problem, zero, 2.0, 1e-2, 500)
-    two = run_rounds(renumbered, zero, 2.0, 1e-2, 500)
+    one = run_rounds(problem, zero, FLOW, 500)
+    two = run_rounds(renumbered, zero, FLOW, 500)
     np.testing.assert_allclose(two.z[:, :2], one.z[order][:, :2], atol=1e-10)
     np.testing.assert_allclose(two.lam, one.lam[order][:, blocks], atol=1e-10)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pbrg_mj.governor.centralized import CvxpySolver
+from pbrg_mj.governor.cvxpy_solver import CvxpySolver
 from pbrg_mj.governor.distributed import DistributedGovernor
+from pbrg_mj.governor.primal_dual import Flow
 from tests.problems import FORMATION, GRAPHS, START, graph, problem
 
 WALLS = {
@@ -26,7 +27,7 @@ def test_every_robot_reaches_the_centralized_optimum(name, count, initial):
     optimum = CvxpySolver().solve(static)
     assert optimum.status == "solved"
     assert np.linalg.norm(optimum.m - static.reference) > 0.5  # the walls matter
-    governor = DistributedGovernor(alpha=2.0, round_step=5e-3, rounds=500_000, initial=initial)
+    governor = DistributedGovernor(Flow(2.0, 5e-3), rounds=500_000, initial=initial)
     solution, _ = governor.step(static, governor.init(static))
     np.testing.assert_allclose(solution.m, np.tile(optimum.m, (5, 1)), atol=1e-4)
     total = solution.multipliers.reshape(-1).sum()
@@ -35,7 +36,7 @@ def test_every_robot_reaches_the_centralized_optimum(name, count, initial):
 
 def test_an_admissible_reference_is_applied_unchanged():
     static = problem(WALLS[3], P, [0.2, 0.1], graph(), XI)
-    governor = DistributedGovernor(alpha=2.0, round_step=5e-3, rounds=100_000, initial="zero")
+    governor = DistributedGovernor(Flow(2.0, 5e-3), rounds=100_000, initial="zero")
     solution, _ = governor.step(static, governor.init(static))
     np.testing.assert_allclose(solution.m, np.tile([0.2, 0.1], (5, 1)), atol=1e-4)
     assert np.all(solution.multipliers == 0.0)
@@ -43,7 +44,7 @@ def test_an_admissible_reference_is_applied_unchanged():
 
 def test_too_large_a_step_is_diverged_and_holds_the_last_finite_reference():
     static = problem(WALLS[1], P, [2.0, 3.0], graph(), XI)
-    governor = DistributedGovernor(alpha=2.0, round_step=2.0, rounds=50, initial="start")
+    governor = DistributedGovernor(Flow(2.0, 2.0), rounds=50, initial="start")
     memory = governor.init(static)
     statuses = []
     for _ in range(60):
@@ -56,6 +57,6 @@ def test_too_large_a_step_is_diverged_and_holds_the_last_finite_reference():
 
 def test_bytes_count_both_estimates_to_every_neighbour_every_round():
     static = problem(WALLS[1], P, [2.0, 3.0], graph(GRAPHS["kite"]), XI)
-    governor = DistributedGovernor(alpha=2.0, round_step=1e-3, rounds=10, initial="zero")
+    governor = DistributedGovernor(Flow(2.0, 1e-3), rounds=10, initial="zero")
     solution, _ = governor.step(static, governor.init(static))
     np.testing.assert_array_equal(solution.bytes_sent, 10 * 2 * 22 * 8 * np.array([2, 2, 3, 2, 1]))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pbrg_mj.governor.centralized import CentralizedSolver
+from pbrg_mj.governor.optimum import CentralizedSolver
 from pbrg_mj.governor.problem import Problem, Solution, Status
 
 

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pbrg_mj.perception.half_spaces import HalfSpaces
+from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.team.network import Network
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,54 @@ def ball_rows(half_spaces: HalfSpaces, formation: np.ndarray) -> Rows:
     C = np.broadcast_to(half_spaces.G[:, :, None, :], (*shape, 2))
     rows = slots * n
     return Rows(np.ones((n, rows)), C.reshape(n, rows, 2), d.reshape(n, rows), half_spaces.binds.reshape(n, rows))
+
+
+def input_rows(network: Network, alpha_r: float, limit: float, facets: int) -> Rows:
+    """Return the rows of the input polytopes U_i, eqs. 4-6: ||A|| rho - f <= 0 for each facet F u_i <= f.
+
+    A = F [-(L_i (x) I) - alpha_r delta_i (e_i (x) I)', (L_i (x) I)] maps (p - 1 (x) m, xi) to F u_i, so that the ball
+    of radius rho keeps u_i in the polytope for ever. The polytope is the regular polygon of `facets` sides inside
+    the disc of radius `limit` [m/s]: every F is a unit row, f = limit cos(pi / facets), and ||A|| the same for all.
+    """
+    L, n = network.laplacian, network.robots
+    own = L + alpha_r * np.diag(network.leader)
+    gain = np.sqrt(np.sum(own**2, axis=1) + np.sum(L**2, axis=1))  # ||A|| of robot i [1/s]
+    shape = (n, facets)
+    a = np.repeat(gain[:, None], facets, axis=1)
+    d = np.full(shape, limit * np.cos(np.pi / facets))
+    return Rows(a, np.zeros((*shape, 2)), d, np.ones(shape, dtype=bool))
+
+
+@dataclass(frozen=True)
+class BallCertificate:
+    """The paper's sufficient condition: the ball of radius rho inside every half-space and input polytope."""
+
+    formation: np.ndarray  # (n, 2) b [m]
+    inputs: Rows | None  # of the input polytopes, the same at every tick; None without input constraints
+
+    @classmethod
+    def of(cls, scenario: Scenario, network: Network) -> BallCertificate:
+        """Return the certificate of a scenario."""
+        control = scenario.control
+        inputs = None
+        if control.speed_limit is not None:
+            inputs = input_rows(network, control.alpha_r, control.speed_limit, control.speed_facets)
+        return cls(np.array(scenario.team.formation, dtype=float), inputs)
+
+    def rows(self, half_spaces: HalfSpaces) -> Rows:
+        """Return the rows of all g_i: ball rows of the half-spaces first, then those of the input polytopes."""
+        rows = ball_rows(half_spaces, self.formation)
+        return rows if self.inputs is None else stacked(rows, self.inputs)
+
+
+def stacked(first: Rows, second: Rows) -> Rows:
+    """Return both robots' rows side by side."""
+    return Rows(
+        np.concatenate([first.a, second.a], axis=1),
+        np.concatenate([first.C, second.C], axis=1),
+        np.concatenate([first.d, second.d], axis=1),
+        np.concatenate([first.active, second.active], axis=1),
+    )
 
 
 def rho(m: np.ndarray, p: np.ndarray, xi: np.ndarray) -> float:

@@ -7,8 +7,8 @@ from typing import Literal
 
 import numpy as np
 
-from pbrg_mj.governor.primal_dual import Estimates, run_rounds
-from pbrg_mj.governor.problem import Problem, Solution
+from pbrg_mj.governor.primal_dual import Estimates, Flow, run_rounds
+from pbrg_mj.governor.problem import Problem, Solution, Status
 
 DOUBLE = 8  # bytes of one number on the wire
 
@@ -23,10 +23,9 @@ class DistributedMemory:
 
 @dataclass(frozen=True)
 class DistributedGovernor:
-    """Passivity-based distributed governor; `rounds * round_step = tick` runs the paper's flow in real time."""
+    """Passivity-based distributed governor; `rounds * flow.step = tick` runs the paper's flow in real time."""
 
-    alpha: float  # gain of the optimization
-    round_step: float  # [s] of the flow that one round covers
+    flow: Flow
     rounds: int  # per tick
     initial: Literal["zero", "start"]
 
@@ -44,15 +43,22 @@ class DistributedGovernor:
         return DistributedMemory(Estimates(z, np.zeros_like(z), lam, np.zeros((n, 4))), z[:, :2].copy())
 
     def step(self, problem: Problem, memory: DistributedMemory) -> tuple[Solution, DistributedMemory]:
-        """Run one tick's rounds. A flow that is no longer finite is `diverged`; the last finite m_i are held."""
-        estimates = run_rounds(problem, memory.estimates, self.alpha, self.round_step, self.rounds)
+        """Run one tick's rounds.
+
+        A flow that is no longer finite is `diverged`; the last finite m_i are held. A multiplier at its cap says that
+        its robot, by all it knows, finds no admissible reference: `infeasible`; the m_i then seek the least violation.
+        """
+        estimates = run_rounds(problem, memory.estimates, self.flow, self.rounds)
         finite = bool(np.isfinite(estimates.z).all() and np.isfinite(estimates.lam).all())
+        status: Status = "ok" if finite else "diverged"
+        if finite and np.any(estimates.lam >= self.flow.multiplier_cap):
+            status = "infeasible"
         m = estimates.z[:, :2].copy() if finite else memory.m
         numbers = 2 * (4 * problem.network.robots + 2)  # (z_i, zeta_i), to every neighbour, every round
         solution = Solution(
             m=m,
             multipliers=estimates.lam,
-            status="ok" if finite else "diverged",
+            status=status,
             rounds=self.rounds,
             bytes_sent=self.rounds * numbers * DOUBLE * problem.network.degree,
         )

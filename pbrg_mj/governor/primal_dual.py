@@ -8,12 +8,26 @@ z_i = (m, z_p1, ..., z_pn, z_xi1, ..., z_xin) in R^(4n + 2) is robot i's estimat
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 
 from pbrg_mj.governor.problem import Problem
+
+
+@dataclass(frozen=True)
+class Flow:
+    """Parameters of the flow that every robot integrates.
+
+    With a finite `multiplier_cap` mu the network minimizes f + mu sum max(g, 0), the exact penalty: the same optimum
+    while every optimal multiplier is below mu, and the least violation instead of runaway when nothing is admissible.
+    """
+
+    alpha: float  # gain
+    step: float  # of one round [s]
+    multiplier_cap: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -26,15 +40,15 @@ class Estimates:
     nu: np.ndarray  # (n, 4) multipliers of h_i = (z_pi - p_i, z_xii - xi_i) = 0
 
 
-def run_rounds(problem: Problem, estimates: Estimates, alpha: float, step: float, rounds: int) -> Estimates:
-    """Return the estimates after `rounds` communication rounds of size `step` [s] each, with gain `alpha`."""
+def run_rounds(problem: Problem, estimates: Estimates, flow: Flow, rounds: int) -> Estimates:
+    """Return the estimates after `rounds` communication rounds."""
     net, rows = problem.network, problem.rows
     arrays = _rounds(
         (estimates.z, estimates.zeta, estimates.lam, estimates.nu),
         (net.first, net.neighbours, net.leader),
         (problem.p, problem.xi, problem.reference),
         (rows.a, rows.C, rows.d, rows.active),
-        (alpha, step, rounds),
+        (flow.alpha, flow.step, flow.multiplier_cap, rounds),
     )
     return Estimates(*arrays)
 
@@ -46,22 +60,23 @@ def _rounds(estimates, network, state, rows, gains):  # pragma: no cover - compi
     first, neighbours, leader = network
     p, xi, r = state
     a, C, d, active = rows
-    alpha, step, rounds = gains
+    alpha, step, cap, rounds = gains
     n = len(leader)
     for _ in range(rounds):
         for i in range(n):
             heard = neighbours[first[i] : first[i + 1]]
             own = (i, leader[i], p[i], xi[i], a[i], C[i], d[i], active[i])
-            _update_robot(old, new, heard, own, r, alpha, step)
+            _update_robot(old, new, heard, own, r, (alpha, step, cap))
         old, new = new, old
     return old
 
 
 @njit(cache=True)
-def _update_robot(old, new, heard, own, r, alpha, step):  # pragma: no cover - compiled
+def _update_robot(old, new, heard, own, r, gains):  # pragma: no cover - compiled
     """Write robot i's row of `new` from its own row of `old` and the rows (z, zeta) of the robots it heard."""
     z, zeta, lam, nu = old
     i, delta, p, xi, a, C, d, active = own
+    alpha, step, cap = gains
     size = z.shape[1]
     n = (size - 2) // 4
     z_i, zeta_i, lam_i, nu_i = z[i], zeta[i], lam[i], nu[i]
@@ -78,7 +93,8 @@ def _update_robot(old, new, heard, own, r, alpha, step):  # pragma: no cover - c
         push_y += C[row, 1] * lam_i[row]
         g = a[row] * rho + C[row, 0] * z_i[0] + C[row, 1] * z_i[1] - d[row]  # eq. 9b
         # eq. 22: the switch; the clip ends the last explicit step at lambda = 0, where the flow would stop
-        new[2][i, row] = max(lam_i[row] + step * g, 0.0) if lam_i[row] > 0.0 or g > 0.0 else 0.0
+        switched = lam_i[row] > 0.0 or g > 0.0
+        new[2][i, row] = min(max(lam_i[row] + step * g, 0.0), cap) if switched else 0.0
     weight = pull / rho if rho > 0.0 else 0.0  # 0 is a subgradient of rho at its kink
 
     grad_x = 2.0 * delta * (z_i[0] - r[0]) + push_x  # grad f_i + grad g_i' lambda_i

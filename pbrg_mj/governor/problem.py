@@ -8,6 +8,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 
 from pbrg_mj.governor.certificate import Rows
+from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.team.network import Network
 
 Status = Literal["ok", "infeasible", "diverged", "failed"]
@@ -36,6 +37,14 @@ class Solution:
     status: Status
     rounds: int  # communication rounds used
     bytes_sent: np.ndarray  # (n,) int64, payload sent by each robot to all its neighbours
+
+
+class Certificate(Protocol):
+    """How half-spaces become constraints; the state enters through rho."""
+
+    def rows(self, half_spaces: HalfSpaces) -> Rows:
+        """Return the rows of all robots' private constraints g_i."""
+        ...
 
 
 class Governor(Protocol):

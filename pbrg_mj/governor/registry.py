@@ -2,39 +2,46 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from importlib.metadata import entry_points
 
-import numpy as np
-
 from pbrg_mj.errors import InputError
 from pbrg_mj.governor.baselines import CentralizedGovernor, NoGovernor
-from pbrg_mj.governor.centralized import CentralizedSolver, CvxpySolver
-from pbrg_mj.governor.certificate import Rows, ball_rows
+from pbrg_mj.governor.certificate import BallCertificate
+from pbrg_mj.governor.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.distributed import DistributedGovernor
-from pbrg_mj.governor.problem import Governor
-from pbrg_mj.perception.half_spaces import HalfSpaces
+from pbrg_mj.governor.optimum import CentralizedSolver
+from pbrg_mj.governor.primal_dual import Flow
+from pbrg_mj.governor.problem import Certificate, Governor
 from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.team.network import Network
 
 GROUP = "pbrg_mj.governors"
 """Entry-point group in which another installed package offers its own governor: name -> (Scenario) -> Governor."""
 
-Certificate = Callable[[HalfSpaces, np.ndarray], Rows]
+CERTIFICATES: dict[str, Callable[[Scenario, Network], Certificate]] = {"ball": BallCertificate.of}
 
-CERTIFICATES: dict[str, Certificate] = {"ball": ball_rows}
 
-SOLVERS: dict[str, Callable[[], CentralizedSolver]] = {"cvxpy": CvxpySolver}
+def _cvxpy() -> CentralizedSolver:
+    from pbrg_mj.governor.cvxpy_solver import CvxpySolver  # takes a second to import
+
+    return CvxpySolver()
+
+
+SOLVERS: dict[str, Callable[[], CentralizedSolver]] = {"clarabel": ClarabelSolver, "cvxpy": _cvxpy}
 
 
 def _distributed(scenario: Scenario) -> Governor:
     settings = scenario.governor
     step = scenario.timing.tick / settings.rounds if settings.step is None else settings.step
-    return DistributedGovernor(settings.alpha, step, settings.rounds, settings.initial)
+    cap = math.inf if settings.multiplier_cap is None else settings.multiplier_cap
+    return DistributedGovernor(Flow(settings.alpha, step, cap), settings.rounds, settings.initial)
 
 
 GOVERNORS: dict[str, Callable[[Scenario], Governor]] = {
     "distributed": _distributed,
-    "centralized": lambda scenario: CentralizedGovernor(CvxpySolver()),
+    "centralized": lambda scenario: CentralizedGovernor(ClarabelSolver()),
     "none": lambda scenario: NoGovernor(),
 }
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pbrg_mj.governor.centralized import Optimum
+from pbrg_mj.governor.optimum import Optimum
 from pbrg_mj.governor.problem import Problem, Solution
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.sensing.readings import Readings

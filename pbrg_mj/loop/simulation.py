@@ -31,16 +31,16 @@ class Simulation:
     @classmethod
     def build(cls, scenario: Scenario) -> Simulation:
         """Put a scenario's parts together. Raises InputError when it names something nobody knows."""
-        timing, robot = scenario.timing, load_robot_model()
+        timing, robot, graph = scenario.timing, load_robot_model(), network(scenario)
         parts = Parts(
             scenario=scenario,
             world=build_world(scenario),
             noise=sensor_noise(scenario),
             perception=perception_setup(scenario, robot.clearance),
-            network=network(scenario),
+            network=graph,
             formation=np.array(scenario.team.formation, dtype=float),
             hand_offset=robot.hand_offset,
-            certificate=CERTIFICATES[scenario.governor.certificate],
+            certificate=CERTIFICATES[scenario.governor.certificate](scenario, graph),
             governor=governor(scenario),
             drive=DifferentialDrive(robot) if scenario.plant == "physics" else Integrator(),
             reference_solver=reference_solver(scenario),

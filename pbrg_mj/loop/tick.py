@@ -12,9 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from pbrg_mj.governor.centralized import CentralizedSolver, Optimum
-from pbrg_mj.governor.problem import Governor, Problem
-from pbrg_mj.governor.registry import Certificate
+from pbrg_mj.governor.optimum import CentralizedSolver, Optimum
+from pbrg_mj.governor.problem import Certificate, Governor, Problem
 from pbrg_mj.loop.operator import operator_reference
 from pbrg_mj.loop.record import TickRecord, Timings
 from pbrg_mj.perception.perceive import PerceptionMemory, perceive
@@ -76,14 +75,14 @@ def tick(parts: Parts, state: State, index: int) -> tuple[State, TickRecord]:
         network=parts.network,
         p=hand_world - parts.formation,
         xi=state.xi,
-        rows=parts.certificate(half_spaces, parts.formation),
+        rows=parts.certificate.rows(half_spaces),
         reference=operator_reference(scenario.operator, time),
     )
     memory = parts.governor.init(problem) if state.governor is None else state.governor
     solution, memory = parts.governor.step(problem, memory)
     stamps.append(perf_counter())
 
-    velocity, xi_rate = pre_stabilise(parts.network, scenario.control.alpha_r, problem.p, problem.xi, solution.m)
+    velocity, xi_rate = pre_stabilise(parts.network, scenario.control, problem.p, problem.xi, solution.m)
     command = parts.drive.command(velocity, readings.body_pose)
     stamps.append(perf_counter())
 

@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from pbrg_mj.scenario.base import NonNegative, Positive, RobotNumber, Section, Vector
+from pbrg_mj.scenario.governing import Control, Governor, Network, Reference
 from pbrg_mj.scenario.sensors import Sensors
 from pbrg_mj.scenario.surroundings import Disturbances, Drive, Radio, World
 
@@ -86,38 +87,6 @@ class Estimator(Section):
     )
 
 
-class Control(Section):
-    """Pre-stabiliser (eq. 2)."""
-
-    alpha_r: Positive = Field(default=1.0, description="gain of the leaders towards their governed reference [1/s]")
-
-
-class Governor(Section):
-    """The reference governor."""
-
-    kind: str = Field(
-        default="distributed", description="distributed (the paper), centralized, none, or a registered name"
-    )
-    alpha: Positive = Field(default=2.0, description="gain of the distributed optimization [-]")
-    rounds: Annotated[int, Field(ge=1)] = Field(default=10, description="communication rounds per tick")
-    step: Positive | None = Field(
-        default=None, description="step of one round [s]; default tick / rounds: the paper's algorithm in real time"
-    )
-    certificate: Literal["ball"] = Field(
-        default="ball", description="how half-spaces and state become constraints (eq. 9b)"
-    )
-    initial: Literal["zero", "start"] = Field(
-        default="zero", description="first estimates: zero, or m_i = p_i(0), z_p = p(0), z_xi = 0"
-    )
-
-
-class Reference(Section):
-    """The centralized optimum beside the distributed answer; it is never fed back."""
-
-    solver: Literal["cvxpy", "none"] = Field(default="cvxpy", description="who solves it; none switches it off")
-    period: Positive = Field(default=0.1, description="time between solves [s]; a whole number of ticks")
-
-
 class Waypoint(Section):
     """The operator's reference from a time on."""
 
@@ -173,6 +142,7 @@ class Scenario(Section):
     drive: Drive = Drive()
     radio: Radio = Radio()
     disturbances: Disturbances = Disturbances()
+    network: Network = Network()
     governor: Governor = Governor()
     reference: Reference = Reference()
     operator: Operator

@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 
+from pbrg_mj.scenario.governing import Control
 from pbrg_mj.team.network import Network
 
 
 def pre_stabilise(
-    network: Network, alpha_r: float, p: np.ndarray, xi: np.ndarray, m: np.ndarray
+    network: Network, control: Control, p: np.ndarray, xi: np.ndarray, m: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the velocities u and the rates dxi/dt, both (n, 2) [m/s].
 
-    u_j = -sum_k L_jk (p_k - xi_k) + alpha_r delta_j (m_j - p_j),  dxi_j/dt = -sum_k L_jk p_k
+    u_j = -sum_k L_jk (p_k - xi_k) + alpha_r delta_j (m_j - p_j),  dxi_j/dt = -sum_k L_jk (p_k + leak xi_k)
 
     so that robot j needs the p and xi of its neighbours only. All arguments are (n, 2) [m]; m_j is the governed
-    reference as robot j knows it.
-    (Eq. 7 of the paper gives the same, but for alpha_r; its eq. 8 has the wrong sign.)
+    reference as robot j knows it. (Eq. 7 of the paper gives the same u, but for alpha_r; its eq. 8 has the wrong sign.)
+
+    The leak is ours, 0 in the paper. It bounds xi when robots cannot follow (stuck or saturated wheels), and takes
+    nothing away: it keeps the sum of xi since 1'L = 0, it adds -leak xi'L xi <= 0 to dV/dt so that the certificate
+    stays valid, and it vanishes where L xi = 0, as in the formation at m with u = 0.
     """
     L = network.laplacian
-    u = -L @ (p - xi) + alpha_r * network.leader[:, None] * (m - p)
-    return u, -L @ p
+    u = -L @ (p - xi) + control.alpha_r * network.leader[:, None] * (m - p)
+    return u, -L @ (p + control.leak * xi)

@@ -1,44 +1,19 @@
-"""The centralized reference: the same problem with everything known, solved by CVXPY with Clarabel."""
+"""The centralized reference as one reads it: CVXPY, solved by Clarabel. The oracle for the direct form."""
 
 from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Literal, Protocol, cast
+from typing import cast
 
 import cvxpy as cp
 import numpy as np
 from cvxpy.error import SolverError
 
+from pbrg_mj.governor.clarabel_solver import TOLERANCES
+from pbrg_mj.governor.optimum import Found, Optimum
 from pbrg_mj.governor.problem import Problem
-
-TOLERANCES = {"tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10, "tol_feas": 1e-9}
-"""Planted optima of five robots are found to 3e-6 m so, to 3e-5 m with Clarabel's default 1e-8."""
-
-
-Found = Literal["solved", "infeasible", "failed"]
-
-
-@dataclass(frozen=True)
-class Optimum:
-    """What the centralized solver found."""
-
-    m: np.ndarray  # (2,) m* [m]; NaN unless solved
-    status: Found
-    cost: float  # number of leaders times ||r - m*||^2 [m^2]; NaN unless solved
-    multipliers: np.ndarray  # (n, R) lambda*, one per row; NaN unless solved
-    solver_status: str  # in the solver's own words
-    build_seconds: float  # wall clock
-    solve_seconds: float  # wall clock
-
-
-class CentralizedSolver(Protocol):
-    """Anything that solves a whole problem at once."""
-
-    def solve(self, problem: Problem) -> Optimum:
-        """Return the optimum, or a status that says why there is none."""
-        ...
 
 
 @dataclass(frozen=True)

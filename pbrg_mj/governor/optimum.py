@@ -1,0 +1,33 @@
+"""What a centralized solver finds, knowing everything."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+
+from pbrg_mj.governor.problem import Problem
+
+Found = Literal["solved", "infeasible", "failed"]
+
+
+@dataclass(frozen=True)
+class Optimum:
+    """What the centralized solver found."""
+
+    m: np.ndarray  # (2,) m* [m]; NaN unless solved
+    status: Found
+    cost: float  # number of leaders times ||r - m*||^2 [m^2]; NaN unless solved
+    multipliers: np.ndarray  # (n, R) lambda*, one per row; NaN unless solved
+    solver_status: str  # in the solver's own words
+    build_seconds: float  # wall clock
+    solve_seconds: float  # wall clock
+
+
+class CentralizedSolver(Protocol):
+    """Anything that solves a whole problem at once."""
+
+    def solve(self, problem: Problem) -> Optimum:
+        """Return the optimum, or a status that says why there is none."""
+        ...

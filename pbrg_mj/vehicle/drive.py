@@ -7,7 +7,9 @@ from typing import Protocol
 
 import numpy as np
 
+from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.vehicle.hand_point import wheel_speeds
+from pbrg_mj.world.motor_driver import quantise, saturate
 from pbrg_mj.world.robot import RobotModel
 
 
@@ -33,14 +35,30 @@ class DifferentialDrive:
     """Open loop, as in the paper: the voltage at which an unloaded, frictionless wheel turns at the wanted speed."""
 
     robot: RobotModel
+    pwm_levels: int = 0  # duty cycles each way; 0: any
 
     def command(self, velocity: np.ndarray, body_pose: np.ndarray) -> np.ndarray:
         """Return the wheel voltages (n, 2) left, right [V], none beyond the nominal voltage."""
         speed = wheel_speeds(velocity, body_pose[:, 2], self.robot)
-        return saturate(self.robot.motor_constant * speed, self.robot.voltage)
+        voltage = saturate(self.robot.motor_constant * speed, self.robot.voltage)
+        return quantise(voltage, self.robot.voltage, self.pwm_levels)
 
 
-def saturate(voltage: np.ndarray, limit: float) -> np.ndarray:
-    """Scale each robot's pair of voltages (n, 2) down to `limit`, so that a fast robot keeps its direction."""
-    largest = np.abs(voltage).max(axis=1, keepdims=True)
-    return voltage * (limit / np.maximum(largest, limit))
+@dataclass(frozen=True)
+class SpeedDrive:
+    """The wanted wheel speeds, for the loop on board; no wheel is asked for more than it can do."""
+
+    robot: RobotModel
+
+    def command(self, velocity: np.ndarray, body_pose: np.ndarray) -> np.ndarray:
+        """Return the wheel speeds (n, 2) left, right [rad/s], none beyond what the motor does against its friction."""
+        return saturate(wheel_speeds(velocity, body_pose[:, 2], self.robot), self.robot.loaded_speed)
+
+
+def drive_of(scenario: Scenario, robot: RobotModel) -> Drive:
+    """Return the drive that the scenario's plant and `drive.kind` name."""
+    if scenario.plant == "ideal":
+        return Integrator()
+    if scenario.drive.kind == "speed_loop":
+        return SpeedDrive(robot)
+    return DifferentialDrive(robot, scenario.drive.pwm_levels)

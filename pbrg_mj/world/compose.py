@@ -15,7 +15,9 @@ import numpy as np
 
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.scenario.surroundings import Wall
+from pbrg_mj.world.gear_friction import set_friction
 from pbrg_mj.world.models import load_spec
+from pbrg_mj.world.patches import add_patches, let_tyres_rule
 from pbrg_mj.world.robot import RobotModel
 from pbrg_mj.world.sampling import Sampler
 
@@ -37,9 +39,14 @@ def compose(scenario: Scenario, robot: RobotModel) -> mujoco.MjSpec:
     spec.geom("floor").friction[0] = scenario.world.floor_friction
     for k, wall in enumerate(scenario.world.walls):
         _add_wall(spec, k, wall)
+    add_patches(spec, scenario)
     carriers = set(scenario.beam_robots)
     for j, pose in enumerate(start_pose(scenario, robot)):
-        _add_robot(spec, _robot_spec(scenario, j, beams=j in carriers), j, pose)
+        child = _robot_spec(scenario, j, beams=j in carriers)
+        set_friction(child, scenario, robot)
+        if scenario.world.patches:
+            let_tyres_rule(child, spec.geom("floor"))
+        _add_robot(spec, child, j, pose)
     spec.compile()
     return spec
 

@@ -14,12 +14,18 @@ from pbrg_mj.world.compose import compose, model_xml
 from pbrg_mj.world.geometry import wall_margin, wall_rectangles
 from pbrg_mj.world.interface import Observation, Truth
 from pbrg_mj.world.model_index import index_model
+from pbrg_mj.world.patches import Patches
 from pbrg_mj.world.robot import load_robot_model
 from pbrg_mj.world.sampling import Sampler
+from pbrg_mj.world.speed_loop import speed_loop
 
 
 class MujocoWorld:
-    """The scenario in physics. Commands are wheel voltages (n, 2) left, right [V], clipped to the motors' range."""
+    """The scenario in physics.
+
+    Commands (n, 2) left, right are wheel voltages [V], clipped to the motors' range, or with `drive.kind: speed_loop`
+    wheel speeds [rad/s].
+    """
 
     def __init__(self, scenario: Scenario):
         """Compose the model and take the sensors' first samples. Raises ValueError when steps do not fit the tick."""
@@ -35,6 +41,11 @@ class MujocoWorld:
         self._camera = Sampler(sensors.camera.rate_hz, timing.physics_step)
         self._beams = Sampler(sensors.beams.rate_hz, timing.physics_step)
         self._walls = wall_rectangles(scenario.world.walls)
+        self._patches = Patches(scenario, self.robot, self.model) if scenario.world.patches else None
+        drive = scenario.drive
+        looped = drive.kind == "speed_loop"
+        self._speed_loop = speed_loop(self.robot, timing.physics_step, drive.pwm_levels) if looped else None
+        self._wound = np.zeros((scenario.robots, 2))  # the speed loops' integral parts [V]
         self._step = 0
         self._touched = np.zeros(scenario.robots, dtype=bool)
         mujoco.mj_step1(self.model, self.data)
@@ -72,15 +83,21 @@ class MujocoWorld:
         )
 
     def advance(self, command: np.ndarray) -> None:
-        """Hold `command` (n, 2) left, right [V] over one tick.
+        """Hold `command` (n, 2) left, right [V], or [rad/s] with the speed loop, over one tick.
 
         A tick starts and ends after the first half of a physics step (positions, contacts, sensors), so that readings
         are those of the tick's very start, and the command acts from the second half on.
         """
         model, data = self.model, self.data
-        data.ctrl[self._index.motor] = command
+        if self._patches:
+            self._patches.meet(data)
+        if not self._speed_loop:
+            data.ctrl[self._index.motor] = command
         self._touched[:] = False
         for _ in range(self.steps_per_tick):
+            if self._speed_loop:
+                speed = data.qvel[self._index.wheel_speed]
+                data.ctrl[self._index.motor], self._wound = self._speed_loop.voltage(command, speed, self._wound)
             mujoco.mj_step2(model, data)
             mujoco.mj_step1(model, data)
             self._note_wall_contacts()

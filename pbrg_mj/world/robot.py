@@ -14,8 +14,8 @@ from pbrg_mj.world.models import load_spec
 
 # Places in MuJoCo's dcmotor parameter arrays; the closed-form tests of the motor would see a shift.
 _GAIN_RESISTANCE, _GAIN_CONSTANT = 0, 1
-_BIAS_COULOMB, _BIAS_STATIC, _BIAS_STRIBECK = 3, 4, 5
-_DYN_STIFFNESS, _DYN_DAMPING = 5, 6
+BIAS_FRICTION, _BIAS_STRIBECK = slice(3, 5), 5  # Coulomb, static
+DYN_BRISTLES = slice(5, 7)  # stiffness, damping
 
 
 @dataclass(frozen=True)
@@ -27,6 +27,7 @@ class RobotModel:
     hand_offset: float  # of the hand point ahead of the axle's centre [m]
     body_radius: float  # of the smallest disc around the axle's centre that holds the robot [m]
     mass: float  # [kg]
+    wheel_inertia: float  # of a wheel with gear and rotor about its axle [kg m^2]
     voltage: float  # nominal and largest [V]
     stall_torque: float  # at the nominal voltage [N m]
     no_load_speed: float  # at the nominal voltage, without friction [rad/s]
@@ -47,6 +48,16 @@ class RobotModel:
         return self.voltage / self.no_load_speed
 
     @property
+    def driven_inertia(self) -> float:
+        """What each motor turns when the robot drives straight, at the wheel [kg m^2]: its wheel, half of the mass."""
+        return self.wheel_inertia + self.mass * self.wheel_radius**2 / 2
+
+    @property
+    def loaded_speed(self) -> float:
+        """Wheel speed at the nominal voltage against Coulomb friction [rad/s]: the most a wheel can be asked for."""
+        return self.no_load_speed * (1 - self.coulomb_torque / self.stall_torque)
+
+    @property
     def top_speed(self) -> float:
         """Speed of the unloaded, frictionless robot at the nominal voltage [m/s]."""
         return self.wheel_radius * self.no_load_speed
@@ -64,19 +75,22 @@ def read_robot_model(model: mujoco.MjModel) -> RobotModel:
     gain, bias, dyn = model.actuator_gainprm[motor], model.actuator_biasprm[motor], model.actuator_dynprm[motor]
     voltage = float(model.actuator_ctrlrange[motor, 1])
     resistance, constant = float(gain[_GAIN_RESISTANCE]), float(gain[_GAIN_CONSTANT])
-    left, right = model.body("wheel_left").pos, model.body("wheel_right").pos
+    coulomb, static = bias[BIAS_FRICTION].tolist()
+    stiffness, damping = dyn[DYN_BRISTLES].tolist()
+    left, right = model.body("wheel_left"), model.body("wheel_right")
     return RobotModel(
         wheel_radius=float(model.geom("tyre_left").size[2]),
-        track=float(left[1] - right[1]),
+        track=float(left.pos[1] - right.pos[1]),
         hand_offset=float(model.site("hand").pos[0]),
         body_radius=float(model.geom("bumper").size[0]),
         mass=float(model.body("robot").subtreemass[0]),
+        wheel_inertia=float(left.inertia[1] + model.dof_armature[model.joint("wheel_left").dofadr[0]]),
         voltage=voltage,
         stall_torque=constant * voltage / resistance,
         no_load_speed=voltage / constant,
-        coulomb_torque=float(bias[_BIAS_COULOMB]),
-        static_torque=float(bias[_BIAS_STATIC]),
+        coulomb_torque=coulomb,
+        static_torque=static,
         stribeck_speed=float(bias[_BIAS_STRIBECK]),
-        bristle_stiffness=float(dyn[_DYN_STIFFNESS]),
-        bristle_damping=float(dyn[_DYN_DAMPING]),
+        bristle_stiffness=stiffness,
+        bristle_damping=damping,
     )

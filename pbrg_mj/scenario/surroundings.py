@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -26,6 +27,12 @@ class Box(Section):
     angle_deg: float = Field(default=0.0, description="of its length [deg], counter-clockwise from +x")
     height: Positive = Field(default=0.2, description="above the floor [m]")
 
+    def as_wall(self) -> Wall:
+        """Return the wall that takes up the very same room."""
+        (x, y), (length, width), turn = self.center, self.size, math.radians(self.angle_deg)
+        dx, dy = length / 2 * math.cos(turn), length / 2 * math.sin(turn)
+        return Wall(start=(x - dx, y - dy), end=(x + dx, y + dy), thickness=width, height=self.height)
+
 
 class Stop(Section):
     """Where a moving box is at a time."""
@@ -35,13 +42,20 @@ class Stop(Section):
 
 
 class MovingBox(Section):
-    """A box that is driven along straight lines between stops, whatever stands in its way."""
+    """A box along the axes that is driven on straight lines between stops, whatever stands in its way.
+
+    Beams see it and robots bump into it. It is no wall: the margin to walls and contacts with walls leave it out.
+    """
 
     size: tuple[Positive, Positive] = Field(description="along x and along y [m]")
     stops: tuple[Stop, ...] = Field(
         description="where it is when; it rests before the first and after the last", min_length=1
     )
     height: Positive = Field(default=0.2, description="above the floor [m]")
+
+    def at(self, stop: Stop) -> Box:
+        """Return the box as it stands at a stop."""
+        return Box(center=stop.center, size=self.size, height=self.height)
 
 
 class Patch(Section):
@@ -67,9 +81,14 @@ class World(Section):
     )
     patches: tuple[Patch, ...] = Field(default=(), description="working areas with another floor")
 
+    @property
+    def obstacles(self) -> tuple[Wall, ...]:
+        """All that stands still and must not be touched: the walls, then the boxes as walls."""
+        return (*self.walls, *(box.as_wall() for box in self.boxes))
+
 
 class Push(Section):
-    """A force on a robot's body, at its centre of mass."""
+    """A force on a robot's body, at its centre of mass; times are rounded up to whole physics steps."""
 
     robot: RobotNumber = Field(description="the robot pushed")
     time: NonNegative = Field(description="from when on [s]")
@@ -87,7 +106,12 @@ class DeadMotor(Section):
 
 
 class Carry(Section):
-    """A robot that is lifted, carried away and put down elsewhere; neither beams nor robots meet it meanwhile."""
+    """A robot that is lifted straight up and, later, put down at rest elsewhere.
+
+    While it is off the floor neither beams nor robots meet it, its own beams return nothing, its wheels stand still,
+    and the camera does not see it: its pose reading stays that of the last frame before. Its true place in the plane is
+    where it was lifted.
+    """
 
     robot: RobotNumber = Field(description="the robot concerned")
     time: NonNegative = Field(description="when it is lifted [s]")
@@ -119,7 +143,11 @@ class Drive(Section):
 
 
 class Radio(Section):
-    """How long a command takes to a robot's motors."""
+    """How long a command takes to a robot's motors, at most 10 s in all. Before the first one the motors get 0.
+
+    Every command is delayed by itself, but commands arrive in the order in which they were sent: one that would overtake
+    the one before arrives together with it, and takes its place.
+    """
 
     delay: NonNegative = Field(default=0.0, description="constant part [s]")
     jitter: NonNegative = Field(default=0.0, description="largest of the random part, uniform from 0 [s]")

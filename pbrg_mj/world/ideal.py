@@ -21,7 +21,7 @@ class IdealWorld:
         self._tick = scenario.timing.tick
         self._count = 0
         self._beams = scenario.sensors.beams.count
-        self._walls = wall_rectangles(scenario.world.walls)
+        self._walls = wall_rectangles(scenario.world.obstacles)
         self._q = np.array(scenario.team.start, dtype=float)
 
     @property

@@ -1,7 +1,9 @@
-"""When a sensor with a rate of its own takes its samples, in whole numbers."""
+"""When sensors with a rate of their own take samples, and when things happen, in whole physics steps."""
 
 from __future__ import annotations
 
+import math
+import sys
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -31,7 +33,27 @@ class Sampler:
         """Return the number of the sample that is held at physics step `step` (0 at the start)."""
         return step if self.every_step else int(step * self._samples_per_step)
 
+    def step(self, frame: int) -> int:
+        """Return the physics step at which sample `frame` is taken."""
+        return frame if self.every_step else math.ceil(frame / self._samples_per_step)
+
     @property
     def _samples_per_step(self) -> Fraction:
-        # By way of the shortest decimals: 0.002 s means two milliseconds, not the nearest binary fraction.
-        return Fraction(repr(float(self.rate_hz))) * Fraction(repr(float(self.physics_step)))
+        return _exact(self.rate_hz) * _exact(self.physics_step)
+
+
+def steps_until(time: float, physics_step: float) -> int:
+    """Return the first physics step at or after `time` [s]."""
+    return math.ceil(_exact(time) / _exact(physics_step))
+
+
+def steps_during(time: float, duration: float | None, physics_step: float) -> range:
+    """Return the physics steps from `time` on, before `time + duration` [s]; None: for good."""
+    first, step = _exact(time), _exact(physics_step)
+    end = sys.maxsize if duration is None else math.ceil((first + _exact(duration)) / step)
+    return range(math.ceil(first / step), end)
+
+
+def _exact(number: float) -> Fraction:
+    # By way of the shortest decimals: 0.002 s means two milliseconds, not the nearest binary fraction.
+    return Fraction(repr(float(number)))

@@ -1,0 +1,46 @@
+"""Pushes and dead motors, at the resolution of physics steps."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.world.model_index import WHEELS
+from pbrg_mj.world.sampling import steps_during
+
+
+class Disturbances:
+    """What a scenario does to its robots, asked step by step."""
+
+    def __init__(self, scenario: Scenario):
+        """Turn the scenario's seconds into physics steps."""
+        self._robots, step = scenario.robots, scenario.timing.physics_step
+        self._pushes = [
+            (steps_during(push.time, push.duration, step), push.robot - 1, np.array(push.force))
+            for push in scenario.disturbances.pushes
+        ]
+        self._dead = [
+            (steps_during(dead.time, dead.duration, step), dead.robot - 1, WHEELS.index(dead.side))
+            for dead in scenario.disturbances.dead_motors
+        ]
+
+    @property
+    def pushing(self) -> bool:
+        """Whether there is any push in the whole run."""
+        return bool(self._pushes)
+
+    def force(self, step: int) -> np.ndarray:
+        """Return the forces (n, 2) [N], in the world, on the robots' bodies during `step`; pushes add up."""
+        force = np.zeros((self._robots, 2))
+        for steps, robot, push in self._pushes:
+            if step in steps:
+                force[robot] += push
+        return force
+
+    def deaden(self, voltage: np.ndarray, step: int) -> np.ndarray:
+        """Return the voltages (n, 2) [V] that are left during `step`: 0 at dead motors."""
+        gone = [(robot, side) for steps, robot, side in self._dead if step in steps]
+        if gone:
+            voltage = voltage.copy()
+            voltage[tuple(np.transpose(gone))] = 0.0
+        return voltage

@@ -1,0 +1,56 @@
+"""Walls, boxes and moving boxes as geoms: `wall0`, `box0`, and the body and geom `moving_box0`."""
+
+# MuJoCo ships no type stubs for its compiled modules.
+# pyright: reportAttributeAccessIssue=false
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from pbrg_mj.scenario.surroundings import MovingBox, Wall, World
+
+SMOOTH = (0.2, 0.005, 0.0001)  # friction: robots slide along obstacles rather than climb them
+MOVING_COLOUR = (0.80, 0.52, 0.16, 1.0)
+
+
+def add_obstacles(spec: mujoco.MjSpec, surroundings: World) -> None:
+    """Add all that stands on the floor: what stands still to the body `walls`, what moves as mocap bodies."""
+    for k, wall in enumerate(surroundings.walls):
+        _add_wall(spec, f"wall{k}", wall)
+    for k, box in enumerate(surroundings.boxes):
+        _add_wall(spec, f"box{k}", box.as_wall())
+    for k, box in enumerate(surroundings.moving_boxes):
+        _add_moving_box(spec, f"moving_box{k}", box)
+
+
+def box_centre(box: MovingBox, time: float) -> np.ndarray:
+    """Return where the middle of a moving box's footprint (2,) [m] is at `time` [s]."""
+    times = [stop.time for stop in box.stops]
+    return np.array([np.interp(time, times, [stop.center[axis] for stop in box.stops]) for axis in range(2)])
+
+
+def _add_wall(spec: mujoco.MjSpec, name: str, wall: Wall) -> None:
+    start, end = np.asarray(wall.start), np.asarray(wall.end)
+    along = end - start
+    angle = float(np.arctan2(along[1], along[0]))
+    spec.body("walls").add_geom(
+        name=name,
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=[np.hypot(*along) / 2, wall.thickness / 2, wall.height / 2],
+        pos=[*(start + end) / 2, wall.height / 2],
+        quat=[np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)],
+        material="wall",
+        friction=SMOOTH,
+    )
+
+
+def _add_moving_box(spec: mujoco.MjSpec, name: str, box: MovingBox) -> None:
+    body = spec.worldbody.add_body(name=name, mocap=True, pos=[*box.stops[0].center, box.height / 2])
+    body.add_geom(
+        name=name,
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=[box.size[0] / 2, box.size[1] / 2, box.height / 2],
+        rgba=MOVING_COLOUR,
+        friction=SMOOTH,
+    )

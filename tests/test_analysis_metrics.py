@@ -218,6 +218,30 @@ def test_the_spread_of_three():
     np.testing.assert_allclose(consensus_spread(m), [5.0])
 
 
+def test_the_margin_at_rest_is_the_last_one_and_nothing_on_the_move():
+    margin = np.linspace(1.0, 0.25, STEPS)[:, None] + np.array([0.0, 0.125])
+    assert metrics(run(walled(), ticks={"wall_margin": margin})).rest_margin_m == 0.25
+    q = resting(walled()).hand_true + np.linspace(0.0, 0.5, STEPS)[:, None, None]
+    assert metrics(run(walled(), ticks={"wall_margin": margin, "hand_true": q})).as_dict()["rest_margin_m"] is None
+
+
+def test_the_gap_between_robots_is_between_bodies():
+    pose = resting(walled()).body_pose_true.copy()
+    pose[8, 1, :2] = pose[8, 0, :2] + (0.3, 0.4)
+    assert metrics(run(walled(), ticks={"body_pose_true": pose})).robot_gap_min_m == pytest.approx(0.5 - 0.12)
+    assert metrics(run(scenario(), ticks={"body_pose_true": pose})).as_dict()["robot_gap_min_m"] is None
+
+
+def test_the_first_half_space_and_the_largest_integral_state():
+    active = np.arange(STEPS)[:, None, None] >= np.array([6, 5])[:, None]
+    xi = np.zeros((STEPS, 2, 2))
+    xi[3, 1] = (3.0, -4.0)
+    found = metrics(run(ticks={"half_space_active": active, "xi": xi}))
+    assert (found.first_half_space_s, found.xi_max_m) == (2.5, 5.0)
+    nobody = metrics(run(ticks={"half_space_active": np.zeros((STEPS, 2, 1), dtype=bool)}))
+    assert nobody.as_dict()["first_half_space_s"] is None
+
+
 def test_a_diverged_run_still_has_numbers_and_valid_json():
     m = resting(scenario()).m.copy()
     m[3], m[9:] = 1e300, np.nan

@@ -119,6 +119,22 @@ def test_without_an_admissible_formation_a_team_at_rest_has_stalled():
     assert (found.word, found.reason) == ("stalled", "no admissible formation")
 
 
+def test_a_moving_team_without_target_says_why():
+    box = {"center": (1.0, 0.0), "size": (0.5, 0.5)}
+    plan = scenario(plant="physics", world={"boxes": (box,)}, estimator={"scope": "own"})
+    found = outcome(run(plan, ticks={"hand_true": np.zeros((STEPS, 2, 2)) + moving(0.1)[:, None]}))
+    assert found.word == "moving"
+    assert found.reason is not None
+    assert found.reason.startswith("the formation at r meets an obstacle")
+
+
+def test_boxes_are_walls_to_the_margin():
+    plan = scenario(plant="physics", world={"boxes": ({"center": (5.0, 0.0), "size": (0.5, 0.5)},)}, estimator={})
+    margin = np.ones((STEPS, 2))
+    margin[4, 0] = -1e-3
+    assert outcome(run(plan, ticks={"wall_margin": margin})).word == "violated"
+
+
 def test_the_formation_error_is_the_worst_robot_s():
     q = resting(scenario()).hand_true.copy()
     q[-1, 0] += (3.0, 4.0)

@@ -37,6 +37,30 @@ def test_other_runs_give_other_figures(tmp_path):
     assert (tmp_path / "a.png").read_bytes() != (tmp_path / "b.png").read_bytes()
 
 
+def team_of(robots):
+    places = tuple((0.4 * k, 0.0) for k in range(robots))
+    return walled(team={"start": places, "formation": places, "leaders": (1,)})
+
+
+@pytest.mark.parametrize("robots", [2, 7, 8, 20, 50])
+def test_robots_are_told_apart_and_the_legend_stays_short(robots):
+    from pbrg_mj.analysis.plot import _label, _look
+
+    looks = [(str(look["color"]), str(look["linestyle"])) for look in (_look(k, robots) for k in range(robots))]
+    assert len(set(looks)) == robots
+    labels = [_label(k, robots) for k in range(robots)]
+    assert labels[0] == "$m_{1}$"
+    assert labels[-1] == f"$m_{{{robots}}}$"
+    assert sum(label is not None for label in labels) == (robots if robots <= 8 else 2)
+
+
+def test_twenty_robots_can_be_drawn(tmp_path):
+    from pbrg_mj.analysis.plot import plot
+
+    plot(run(team_of(20)), tmp_path / "a.png")
+    assert (tmp_path / "a.png").stat().st_size > 5000
+
+
 def test_a_diverged_run_can_be_drawn(tmp_path):
     from pbrg_mj.analysis.plot import plot
 

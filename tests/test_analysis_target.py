@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from pbrg_mj.analysis.target import CLEARANCE, nearest, target, true_half_spaces
+from pbrg_mj.analysis.obstacles import faces, footprints, room
+from pbrg_mj.analysis.target import CLEARANCE, best_formation, given_rows, nearest
 from tests.runs import FORMATION, WALL, scenario, walled
 
 
@@ -37,27 +38,44 @@ def test_no_room_between_two_walls():
 
 def test_without_walls_the_reference_itself():
     plan = scenario(estimator={"source": "given"})
-    np.testing.assert_array_equal(target(plan, np.array([7.0, 8.0])), [7.0, 8.0])
+    np.testing.assert_array_equal(best_formation(plan, np.array([7.0, 8.0])).point, [7.0, 8.0])
 
 
 def test_the_foremost_robot_binds_the_formation():
     """b = ((0, 0), (1, 0)): the second robot reaches x <= 2 when the reference point is at x = 1."""
     plan = scenario(team={"start": FORMATION, "formation": ((0.0, 0.0), (1.0, 0.0)), "leaders": (1,)})
-    np.testing.assert_allclose(target(plan, np.array([5.0, 3.0])), [1.0, 3.0], atol=1e-12)
+    np.testing.assert_allclose(best_formation(plan, np.array([5.0, 3.0])).point, [1.0, 3.0], atol=1e-12)
 
 
 def test_a_given_normal_may_have_any_length():
     plan = scenario(estimator={"source": "given", "given": ({"robot": 1, "normal": (3.0, 4.0), "offset": 10.0},)})
-    G, h = true_half_spaces(plan)
-    np.testing.assert_allclose(G, [[0.6, 0.8]])
-    np.testing.assert_allclose(h, [2.0])
+    rows = given_rows(plan)
+    np.testing.assert_allclose(rows.G, [[0.6, 0.8]])
+    np.testing.assert_allclose(rows.h, [2.0])
+
+
+BOX = {"center": (3.0, 0.0), "size": (2.0, 1.0), "angle_deg": 90.0}  # x from 2.5 to 3.5, y from -1 to 1
+DIAMOND = {"center": (3.0, 0.0), "size": (np.sqrt(2), np.sqrt(2)), "angle_deg": 45.0}  # |x - 3| + |y| <= 1
+
+
+def team(*start, formation=None):
+    return {"start": start, "formation": formation or ((0.0, 0.0),) * len(start), "leaders": (1,)}
+
+
+def around(*, boxes=(), walls=(), start=((0.0, 0.0),), formation=None, scope="team"):
+    world = {"boxes": boxes, "walls": walls}
+    return scenario(plant="physics", world=world, team=team(*start, formation=formation), estimator={"scope": scope})
+
+
+def best(plan, *r):
+    return best_formation(plan, np.array(r))
 
 
 def test_the_wall_s_face_that_looks_at_the_team_moved_inward():
-    G, h = true_half_spaces(walled(), clearance=0.15)
-    np.testing.assert_allclose(G, [[1.0, 0.0]], atol=1e-12)
-    np.testing.assert_allclose(h, [2.2 - 0.15])
-    np.testing.assert_allclose(target(walled(), np.array([5.0, 1.0])), [2.2 - CLEARANCE, 1.0], atol=1e-12)
+    found = best(walled(), 5.0, 1.0)
+    np.testing.assert_allclose(found.rows.G, [[1.0, 0.0]], atol=1e-12)
+    np.testing.assert_allclose(found.rows.h, [2.2 - CLEARANCE])
+    np.testing.assert_allclose(found.point, [2.2 - CLEARANCE, 1.0], atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -65,15 +83,109 @@ def test_the_wall_s_face_that_looks_at_the_team_moved_inward():
     [((9.0, 0.0), (-1.0, 0.0), -2.3), ((2.25, 8.0), (0.0, -1.0), -5.0), ((2.25, -8.0), (0.0, 1.0), -5.0)],
 )
 def test_a_wall_from_its_other_sides(start, normal, offset):
-    team = {"start": (start,), "formation": ((0.0, 0.0),), "leaders": (1,)}
-    G, h = true_half_spaces(walled(team=team), clearance=0.0)
-    np.testing.assert_allclose(G, [normal], atol=1e-12)
-    np.testing.assert_allclose(h, [offset], atol=1e-12)
+    found = best(walled(team=team(start)), 0.0, 0.0)
+    np.testing.assert_allclose(found.rows.G, [normal], atol=1e-12)
+    np.testing.assert_allclose(found.rows.h, [offset - CLEARANCE], atol=1e-12)
 
 
 def test_turning_the_wall_round_changes_nothing():
     turned = {"from": WALL["to"], "to": WALL["from"], "thickness": 0.1}
-    for one, other in zip(
-        true_half_spaces(walled()), true_half_spaces(scenario(world={"walls": (turned,)}, estimator={})), strict=True
-    ):
-        np.testing.assert_allclose(one, other, atol=1e-12)
+    one, other = best(walled(), 5.0, 1.0), best(around(walls=(turned,)), 5.0, 1.0)
+    np.testing.assert_allclose(one.point, other.point, atol=1e-12)
+
+
+def test_faces_hold_what_is_outside_and_not_the_middle():
+    G, h = faces(footprints(around(boxes=(BOX,))), 0)
+    np.testing.assert_allclose(np.max(G @ [3.0, 0.0] - h), 1.0, atol=1e-12)  # half the length from the end faces
+    np.testing.assert_allclose(np.min(G @ [3.0, 0.0] - h), 0.5, atol=1e-12)
+    for q in ([2.5, 0.3], [3.5, 0.3], [3.1, 1.0], [3.1, -1.0]):
+        assert np.abs(h - G @ q).min() == pytest.approx(0.0, abs=1e-12)  # each point lies on a face
+
+
+def test_before_a_box_face_on():
+    """The face x = 2.5 alone separates; r behind the box comes to x = 2.4, at r's own height."""
+    found = best(around(boxes=(BOX,), start=((0.0, 0.0), (0.0, -0.5))), 4.0, 0.3)
+    np.testing.assert_allclose(found.point, [2.5 - CLEARANCE, 0.3], atol=1e-12)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_before_a_box_s_corner_the_nearer_of_two_faces_is_chosen(side):
+    """Both faces of the diamond separate (0, 0); the planted foot of r on the side's face is the answer."""
+    outward = np.array([-1.0, side]) / np.sqrt(2)
+    foot = np.array([3.0, 0.0]) + (np.sqrt(0.5) + CLEARANCE) * outward + 0.2 * np.array([1.0, side]) / np.sqrt(2)
+    found = best(around(boxes=(DIAMOND,)), *(foot - 0.3 * outward))
+    np.testing.assert_allclose(found.point, foot, atol=1e-9)
+    np.testing.assert_allclose(found.rows.G, [-outward], atol=1e-12)
+
+
+def test_a_robot_round_the_corner_leaves_one_face():
+    """The second robot stands past the lower face's plane: the upper face is all that is left, however far r is."""
+    plan = around(boxes=(DIAMOND,), start=((0.0, 0.0), (2.5, 2.0)), formation=((0.0, 0.0), (0.0, 0.5)))
+    found = best(plan, 3.0, -3.0)
+    np.testing.assert_allclose(found.rows.G, [[np.sqrt(0.5), -np.sqrt(0.5)]], atol=1e-12)
+    # y - x >= -2 + clearance sqrt(2) for the LOWER robot, which b = 0 makes m itself
+    slack = found.point[1] - found.point[0] + 2.0 - CLEARANCE * np.sqrt(2)
+    assert slack == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_team_on_both_sides_has_no_target_and_a_reason():
+    found = best(around(boxes=(BOX,), start=((0.0, 0.0), (5.0, 0.0))), 1.0, 0.0)
+    assert found.point is None
+    assert found.reason == "no face of boxes.0 separates the team's start from it"
+
+
+def test_two_boxes_are_passed_by_the_best_pair_of_faces():
+    """Against all pairs on a grid: no admissible point is nearer to r than the one found."""
+    second = {"center": (1.0, 3.0), "size": (1.0, 1.0), "angle_deg": 30.0}
+    plan = around(boxes=(DIAMOND, second))
+    r = np.array([3.2, 1.9])
+    found = best_formation(plan, r)
+    shapes = footprints(plan)
+    x, y = np.meshgrid(np.linspace(-1, 5, 241), np.linspace(-2, 5, 281))
+    grid = np.column_stack([x.ravel(), y.ravel()])
+    admitted = np.ones(len(grid), dtype=bool)
+    for k in range(2):
+        G, h = faces(shapes, k)
+        usable = h >= 0.0  # the faces before which (0, 0) stands
+        admitted &= np.any(grid @ G[usable].T <= h[usable] - CLEARANCE, axis=1)
+    least = np.linalg.norm(grid[admitted] - r, axis=1).min()
+    distance = np.linalg.norm(found.point - r)
+    assert least - 0.025 * np.sqrt(2) <= distance <= least
+
+
+def test_own_scope_admits_robots_on_both_sides():
+    plan = around(boxes=(BOX,), start=((0.0, 0.0), (0.0, 2.0)), formation=((-1.5, 0.0), (1.5, 0.0)), scope="own")
+    np.testing.assert_array_equal(best(plan, 3.0, 0.0).point, [3.0, 0.0])
+    refused = best(plan, 1.5, 0.0)  # the second robot in the box
+    assert refused.point is None
+    assert "not convex" in refused.reason
+
+
+@pytest.mark.parametrize(("x", "admitted"), [(2.5 - CLEARANCE - 1e-6, True), (2.5 - CLEARANCE + 1e-6, False)])
+def test_own_scope_keeps_the_clearance(x, admitted):
+    assert (best(around(boxes=(BOX,), scope="own"), x, 0.0).point is not None) == admitted
+
+
+def test_own_scope_binds_a_given_half_space_to_its_robot_alone():
+    given = ({"robot": 1, "normal": (1.0, 0.0), "offset": 2.0},)
+    formation = ((0.0, 0.0), (1.0, 0.0))
+    both, one = (
+        scenario(team=team((0.0, 0.0), (1.0, 0.0), formation=formation), estimator=estimator)
+        for estimator in ({"source": "given", "given": given, "scope": scope} for scope in ("team", "own"))
+    )
+    np.testing.assert_allclose(best(both, 5.0, 0.0).point, [1.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(best(one, 5.0, 0.0).point, [2.0, 0.0], atol=1e-12)
+
+
+def test_boxes_that_move_do_not_count():
+    moving = {"size": (0.4, 0.4), "stops": ({"time": 0.0, "center": (2.0, 0.0)},)}
+    plan = scenario(plant="physics", world={"moving_boxes": (moving,)}, estimator={})
+    np.testing.assert_array_equal(best(plan, 2.0, 0.0).point, [2.0, 0.0])
+    assert room(plan, np.array([[2.0, 0.0]])) == np.inf
+
+
+def test_too_many_ways_are_not_tried():
+    boxes = tuple({"center": (2.0 + k, 2.0 + k), "size": (0.5, 0.5)} for k in range(13))
+    found = best(around(boxes=boxes), 20.0, 20.0)
+    assert found.point is None
+    assert "4096 ways" in found.reason

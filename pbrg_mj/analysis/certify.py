@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pbrg_mj.analysis.target import given_half_spaces, true_half_spaces
+from pbrg_mj.analysis.target import given_half_spaces, given_rows
 from pbrg_mj.log.run import Run, TickSeries
 from pbrg_mj.scenario.schema import Scenario
 
@@ -45,9 +45,9 @@ def sensed_margin(ticks: TickSeries) -> np.ndarray:
 def true_margin(run: Run) -> np.ndarray:
     """Return how far each TRUE hand point stands behind the true line (T, n) [m]; inf where there is none.
 
-    Against the walls; in a run without walls, against the half-spaces given to the robots.
+    Against walls and boxes; in a run without them, against the half-spaces given to the robots.
     """
-    if run.scenario.world.walls:
+    if obstructed(run.scenario):
         return run.ticks.wall_margin
     if given_half_spaces(run.scenario):
         return given_margin(run.scenario, run.ticks.hand_true)
@@ -55,9 +55,15 @@ def true_margin(run: Run) -> np.ndarray:
 
 
 def given_margin(scenario: Scenario, hand: np.ndarray) -> np.ndarray:
-    """Return the least h - G.q (..., n) [m] of hand points (..., n, 2) over the true half-spaces."""
-    G, h = true_half_spaces(scenario)
-    return (h - hand @ G.T).min(axis=-1)
+    """Return the least h - G.q (..., n) [m] of hand points (..., n, 2) over the given half-spaces that bind them."""
+    rows = given_rows(scenario)
+    return np.where(rows.binds.T, rows.h - hand @ rows.G.T, np.inf).min(axis=-1)
+
+
+def obstructed(scenario: Scenario) -> bool:
+    """Whether anything stands around the robots that the world measures margins from."""
+    world = scenario.world
+    return bool(world.walls or world.boxes or world.moving_boxes)
 
 
 def _largest(values: np.ndarray, among: np.ndarray) -> np.ndarray:

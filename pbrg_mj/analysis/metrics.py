@@ -13,6 +13,9 @@ from pbrg_mj.analysis.certify import sensed_margin, true_margin, worst_row
 from pbrg_mj.analysis.outcome import ROUNDING, final_target, formation_error, outcome
 from pbrg_mj.errors import InputError
 from pbrg_mj.log.run import Run
+from pbrg_mj.scenario.placement import BODY_RADIUS
+
+AT_REST = {"converged", "stalled"}
 
 
 @dataclass(frozen=True)
@@ -54,9 +57,13 @@ class RunMetrics:
     terminal_gap_m: float
     settling_time_s: float
     true_margin_min_m: float
+    rest_margin_m: float
+    robot_gap_min_m: float
     sensed_margin_min_m: float
     certificate_worst_m: float
     certificate_violated_share: float
+    first_half_space_s: float
+    xi_max_m: float
     optimality_gap_m: Summary
     leader_optimality_gap_m: Summary
     cost_gap_m2: Summary
@@ -103,6 +110,18 @@ def consensus_spread(m: np.ndarray) -> np.ndarray:
     return np.max(apart, axis=0)
 
 
+def least_robot_gap(run: Run) -> float:
+    """Return the least distance between the bodies of two robots [m]; NaN for one robot and for the ideal plant's.
+
+    Bodies are discs of the robot's radius: 0 is contact.
+    """
+    place = run.ticks.body_pose_true[..., :2]
+    if run.scenario.plant == "ideal" or place.shape[1] < 2:
+        return math.nan
+    apart = [np.linalg.norm(place[:, i + 1 :] - place[:, i : i + 1], axis=-1).min() for i in range(place.shape[1] - 1)]
+    return float(min(apart)) - 2 * BODY_RADIUS
+
+
 def settling_time(run: Run, point: ArrayLike) -> float:
     """Return how long after the last change of r the formation error stays within tolerance [s]; NaN if never."""
     late = np.flatnonzero(~(formation_error(run, point) <= run.scenario.outcome.tolerance))
@@ -130,7 +149,7 @@ def _identity(run: Run) -> dict[str, Any]:
 
 
 def _end(run: Run) -> dict[str, Any]:
-    end, point = outcome(run), final_target(run)
+    end, point = outcome(run), final_target(run).point
     x, y = (math.nan, math.nan) if point is None else map(float, point)
     centre = np.mean(run.ticks.hand_true[-1] - np.array(run.scenario.team.formation), axis=0)
     return {
@@ -147,11 +166,16 @@ def _end(run: Run) -> dict[str, Any]:
 
 def _safety(run: Run) -> dict[str, Any]:
     rows = worst_row(run.ticks, np.array(run.scenario.team.formation), _leaders(run))
+    margin, sensed = true_margin(run), np.flatnonzero(run.ticks.half_space_active.any(axis=(1, 2)))
     return {
-        "true_margin_min_m": float(true_margin(run).min()),
+        "true_margin_min_m": float(margin.min()),
+        "rest_margin_m": float(margin[-1].min()) if outcome(run).word in AT_REST else math.nan,
+        "robot_gap_min_m": least_robot_gap(run),
         "sensed_margin_min_m": float(sensed_margin(run.ticks).min()),
         "certificate_worst_m": float(rows.max()),
         "certificate_violated_share": float(np.mean(rows > ROUNDING)),
+        "first_half_space_s": float(run.ticks.time[sensed[0]]) if len(sensed) else math.nan,
+        "xi_max_m": float(np.linalg.norm(run.ticks.xi, axis=-1).max()),
     }
 
 

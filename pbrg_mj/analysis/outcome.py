@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pbrg_mj.analysis.certify import true_margin
-from pbrg_mj.analysis.target import target
+from pbrg_mj.analysis.certify import obstructed, true_margin
+from pbrg_mj.analysis.target import Best, best_formation
 from pbrg_mj.log.run import Run
 
 Word = Literal["converged", "moving", "stalled", "violated", "diverged"]
@@ -38,13 +38,13 @@ def formation_error(run: Run, point: ArrayLike) -> np.ndarray:
     return np.linalg.norm(shifted - np.asarray(point), axis=-1).max(axis=-1)
 
 
-def final_target(run: Run) -> np.ndarray | None:
-    """Return the best admissible formation point (2,) [m] for the last r; None when no formation fits."""
-    return target(run.scenario, run.ticks.reference[-1])
+def final_target(run: Run) -> Best:
+    """Return the best admissible formation for the last r."""
+    return best_formation(run.scenario, run.ticks.reference[-1])
 
 
 def _violated(run: Run) -> Outcome | None:
-    limit = "a wall's line" if run.scenario.world.walls else "a given half-space"
+    limit = "a wall's line" if obstructed(run.scenario) else "a given half-space"
     past = true_margin(run) < -ROUNDING
     found = [
         Outcome("violated", reason, int(robot) + 1, float(run.ticks.time[tick]))
@@ -70,12 +70,11 @@ def _ended(run: Run) -> Outcome:
     if first < 0:
         return Outcome("moving", "shorter than rest_time")
     window = slice(first, None)
-    point = final_target(run)
-    if point is not None and np.all(formation_error(run, point)[window] <= rules.tolerance):
+    best = final_target(run)
+    if best.point is not None and np.all(formation_error(run, best.point)[window] <= rules.tolerance):
         return Outcome("converged")
-    if np.all(net_speed(run.ticks.hand_true[window], time[window]) < rules.rest_speed):
-        return Outcome("stalled", None if point is not None else "no admissible formation")
-    return Outcome("moving")
+    at_rest = np.all(net_speed(run.ticks.hand_true[window], time[window]) < rules.rest_speed)
+    return Outcome("stalled" if at_rest else "moving", best.reason)
 
 
 def net_speed(hand: np.ndarray, time: np.ndarray) -> np.ndarray:

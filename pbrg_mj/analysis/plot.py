@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pbrg_mj.analysis.atomic import by_suffix, write_whole
+from pbrg_mj.analysis.obstacles import footprints
 from pbrg_mj.analysis.outcome import final_target
-from pbrg_mj.analysis.target import true_half_spaces
 from pbrg_mj.errors import InputError
 from pbrg_mj.log.run import Run
-from pbrg_mj.scenario.surroundings import Wall
+from pbrg_mj.world.geometry import Rectangles
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 # Okabe and Ito's palette, told apart by colour-blind readers; line styles tell robots apart in grey.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
+MOST_NAMES = 8  # robots that a legend names one by one
 SIZE = (7.2, 3.4)  # [inch], two columns of a journal page
 # Without these the file would carry the date and random names.
 STYLE: Any = {"svg.hashsalt": "pbrg-mj", "font.size": 8, "legend.fontsize": 7, "axes.titlesize": 8, "pdf.fonttype": 42}
@@ -57,14 +58,26 @@ def plot(run: Run, path: Path) -> None:
         write_whole(path, lambda whole: figure.savefig(whole, format=kind, dpi=200, metadata=metadata))
 
 
-def _look(robot: int) -> dict[str, Any]:
-    return {"color": COLOURS[robot % len(COLOURS)], "linestyle": LINES[robot % len(LINES)], "linewidth": 1.1}
+def _look(robot: int, robots: int) -> dict[str, Any]:
+    """Return colour and line style of a robot: the palette for a few, a run of colours in their order for many."""
+    line = {"linestyle": LINES[robot % len(LINES)], "linewidth": 1.1}
+    if robots <= len(COLOURS):
+        return line | {"color": COLOURS[robot]}
+    from matplotlib import colormaps
+
+    return line | {"color": colormaps["viridis"](0.95 * robot / (robots - 1))}  # its last yellows are lost on white
+
+
+def _label(robot: int, robots: int) -> str | None:
+    """Return the legend's name of a reference; for a large team only its first and last, between which colours run."""
+    named = robots <= MOST_NAMES or robot in (0, robots - 1)
+    return f"$m_{{{robot + 1}}}$" if named else None
 
 
 def _trajectories(axes: Axes, run: Run) -> None:
     q = run.ticks.hand_true
     for robot in range(q.shape[1]):
-        look = _look(robot)
+        look = _look(robot, q.shape[1])
         axes.plot(q[:, robot, 0], q[:, robot, 1], **look)
         axes.plot(*q[0, robot], "o", color=look["color"], markerfacecolor="white", markersize=4)
         axes.plot(*q[-1, robot], "o", color=look["color"], markersize=4)
@@ -75,9 +88,10 @@ def _trajectories(axes: Axes, run: Run) -> None:
     axes.set_xlim(axes.get_xlim())
     axes.set_ylim(axes.get_ylim())
     axes.set_aspect("equal")
-    for wall in run.scenario.world.walls:
-        axes.fill(*_wall_corners(wall).T, facecolor="0.8", edgecolor="0.4", linewidth=0.6)
-    for G, h in zip(*true_half_spaces(run.scenario), strict=True):
+    for corners in _corners(footprints(run.scenario)):
+        axes.fill(*corners.T, facecolor="0.8", edgecolor="0.4", linewidth=0.6)
+    lines = final_target(run).rows
+    for G, h in zip(lines.G, lines.h, strict=True):
         axes.axline(tuple(h * G), slope=_slope(G), color="black", linewidth=0.9, linestyle=(0, (8, 2)))
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
@@ -94,25 +108,28 @@ def _formation(axes: Axes, q: np.ndarray) -> None:
 
 def _points(axes: Axes, run: Run) -> None:
     axes.plot(*run.ticks.reference[-1], "*", label="r", **POINT, markersize=9, markerfacecolor="white")
-    best = final_target(run)
+    best = final_target(run).point
     if best is not None:
         axes.plot(*best, "x", label="best admissible", **POINT, markersize=5)
 
 
 def _references(axes: Axes, run: Run, component: int) -> None:
-    for robot in range(run.ticks.m.shape[1]):
-        axes.plot(run.ticks.time, run.ticks.m[:, robot, component], label=f"$m_{{{robot + 1}}}$", **_look(robot))
+    n = run.ticks.m.shape[1]
+    for robot in range(n):
+        values = run.ticks.m[:, robot, component]
+        axes.plot(run.ticks.time, values, label=_label(robot, n), **_look(robot, n))
     if len(run.optima.time):
         star = run.optima.m[:, component]
         axes.plot(run.optima.time, star, color="black", linestyle="--", linewidth=1.4, label="$m^*$")
     axes.set_ylabel(f"$m_{'xy'[component]}$ [m]")
 
 
-def _wall_corners(wall: Wall) -> np.ndarray:
-    start, end = np.array(wall.start), np.array(wall.end)
-    along = (end - start) / np.linalg.norm(end - start)
-    across = np.array([-along[1], along[0]]) * wall.thickness / 2
-    return np.array([start - across, end - across, end + across, start + across])
+def _corners(rectangles: Rectangles) -> np.ndarray:
+    """Return the corners (w, 4, 2) of the footprints, in turn."""
+    along = rectangles.axis * rectangles.half_size[:, :1]
+    across = np.column_stack([-rectangles.axis[:, 1], rectangles.axis[:, 0]]) * rectangles.half_size[:, 1:]
+    c = rectangles.centre
+    return np.stack([c - along - across, c + along - across, c + along + across, c - along + across], axis=1)
 
 
 def _slope(G: np.ndarray) -> float:

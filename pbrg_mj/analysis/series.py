@@ -82,11 +82,10 @@ def _tick_series(run: Run) -> list[Series]:
 
 
 def _command(run: Run) -> tuple[str, np.ndarray, tuple[tuple[str, ...] | None, ...]]:
-    return (
-        ("m_s", run.ticks.command, (None, XY))
-        if run.scenario.plant == "ideal"
-        else ("V", run.ticks.command, (None, SIDE))
-    )
+    if run.scenario.plant == "ideal":
+        return "m_s", run.ticks.command, (None, XY)
+    unit = {"voltage": "V", "speed_loop": "rad_s"}[run.scenario.drive.kind]
+    return unit, run.ticks.command, (None, SIDE)
 
 
 def _optimum_series(run: Run) -> list[Series]:

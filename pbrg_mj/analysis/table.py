@@ -34,9 +34,13 @@ LAYOUT: dict[str, tuple[tuple[str, str], ...]] = {
     ),
     "safety": (
         ("true margin, least [m]", "true_margin_min_m"),
+        ("true margin at rest [m]", "rest_margin_m"),
+        ("gap between robots, least [m]", "robot_gap_min_m"),
         ("sensed margin, least [m]", "sensed_margin_min_m"),
         ("certificate row, largest [m]", "certificate_worst_m"),
         ("certificate violated, share of time", "certificate_violated_share"),
+        ("first half-space at [s]", "first_half_space_s"),
+        ("integral state, largest [m]", "xi_max_m"),
     ),
     "distributed against centralized": (
         ("optimality gap, mean [m]", "optimality_gap_m.mean"),

@@ -1,44 +1,73 @@
-"""The best admissible formation: where the team should come to rest if it knew the true walls."""
+"""The best admissible formation: where the team should come to rest if it knew the true obstacles."""
 
 from __future__ import annotations
 
-from itertools import combinations
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import combinations, product
+from math import prod
 
 import numpy as np
 
+from pbrg_mj.analysis.obstacles import faces, footprints, names, room
 from pbrg_mj.scenario.placement import BODY_RADIUS, HAND_OFFSET
 from pbrg_mj.scenario.schema import GivenHalfSpace, Scenario
-from pbrg_mj.scenario.surroundings import Wall
 
 CLEARANCE = BODY_RADIUS + HAND_OFFSET
 PARALLEL = 1e-12  # rows whose determinant is smaller have no corner
 FEASIBLE = 1e-9  # [m] rounding allowed when a candidate is tested against the other rows
+MOST_CHOICES = 4096  # ways to choose one face per obstacle; more of them are not tried
 
 
-def target(scenario: Scenario, reference: np.ndarray) -> np.ndarray | None:
-    """Return the point (2,) nearest to `reference` r (2,) [m] whose formation lies behind every true half-space.
+@dataclass(frozen=True)
+class Rows:
+    """Half-spaces G q <= h for hand points, and whom each binds."""
 
-    All robots are bound: G.(m + b_j) <= h for all j (eq. 3). None when no formation fits.
+    G: np.ndarray  # (H, 2) unit rows
+    h: np.ndarray  # (H,) [m]
+    binds: np.ndarray  # (H, n) bool
+
+
+@dataclass(frozen=True)
+class Best:
+    """The best admissible formation, or why there is none to tell; the half-spaces that it was judged by."""
+
+    point: np.ndarray | None  # (2,) [m]
+    reason: str | None
+    rows: Rows
+
+
+def best_formation(scenario: Scenario, reference: np.ndarray) -> Best:
+    """Return the point nearest to `reference` r (2,) [m] whose formation q_j = m + b_j the scenario admits.
+
+    docs/metrics.md says what is admitted under each `estimator.scope`. The point is exact, or there is none.
     """
-    G, h = true_half_spaces(scenario)
-    formation = np.array(scenario.team.formation)
-    return nearest(np.asarray(reference, dtype=float), G, h - (G @ formation.T).max(axis=1))
-
-
-def true_half_spaces(scenario: Scenario, clearance: float = CLEARANCE) -> tuple[np.ndarray, np.ndarray]:
-    """Return G (H, 2) and h (H,) [m] of all true walls, then of the given half-spaces, for hand points.
-
-    Walls are moved inward by `clearance` [m]; given half-spaces are for hand points already.
-    """
-    viewpoint = np.mean(scenario.team.start, axis=0)
-    rows = [_wall_row(wall, viewpoint, clearance) for wall in scenario.world.walls]
-    rows += [_given_row(given) for given in given_half_spaces(scenario)]
-    return np.array([row[0] for row in rows]).reshape(-1, 2), np.array([row[1] for row in rows])
+    r, given = np.asarray(reference, dtype=float), given_rows(scenario)
+    if scenario.estimator.scope == "own":
+        return _beside_obstacles(scenario, r, given)
+    choices = [_separating(scenario, index) for index in range(len(names(scenario)))]
+    for name, options in zip(names(scenario), choices, strict=True):
+        if not options:
+            return Best(None, f"no face of {name} separates the team's start from it", given)
+    if prod(map(len, choices)) > MOST_CHOICES:
+        return Best(None, f"more than {MOST_CHOICES} ways to pass the obstacles", given)
+    tried = [_behind(scenario, r, rows) for rows in _all_rows(given, choices)]
+    return min(tried, key=lambda best: np.inf if best.point is None else np.linalg.norm(best.point - r))
 
 
 def given_half_spaces(scenario: Scenario) -> tuple[GivenHalfSpace, ...]:
     """Return the half-spaces the scenario hands to its robots; none when they fit lines to beams."""
     return scenario.estimator.given if scenario.estimator.source == "given" else ()
+
+
+def given_rows(scenario: Scenario) -> Rows:
+    """Return the given half-spaces: they bind every robot, or with `scope: own` the one that knows them."""
+    given, n = given_half_spaces(scenario), scenario.robots
+    normal = np.array([one.normal for one in given], dtype=float).reshape(-1, 2)
+    length = np.linalg.norm(normal, axis=1)
+    owner = np.array([one.robot for one in given], dtype=int) - 1
+    binds = (owner[:, None] == np.arange(n)) | (scenario.estimator.scope == "team")
+    return Rows(normal / length[:, None], np.array([one.offset for one in given]) / length, binds)
 
 
 def nearest(r: np.ndarray, C: np.ndarray, d: np.ndarray) -> np.ndarray | None:
@@ -63,19 +92,33 @@ def _corners(C: np.ndarray, d: np.ndarray) -> list[np.ndarray]:
     return [np.linalg.solve(C[pair], d[pair]) for pair in pairs if abs(np.linalg.det(C[pair])) > PARALLEL]
 
 
-def _wall_row(wall: Wall, viewpoint: np.ndarray, clearance: float) -> tuple[np.ndarray, float]:
-    """Return the row of the wall's face that looks at `viewpoint`: of its four faces the one farthest in front."""
-    start, end = np.array(wall.start), np.array(wall.end)
-    along = (end - start) / np.linalg.norm(end - start)
-    across = np.array([-along[1], along[0]])
-    middle = (start + end) / 2
-    half_length = np.linalg.norm(end - start) / 2
-    faces = [(s * along, half_length) for s in (1, -1)] + [(s * across, wall.thickness / 2) for s in (1, -1)]
-    # A face's outward normal points at the team, so the half-space's own normal is its opposite.
-    outward, depth = max(faces, key=lambda face: face[0] @ (viewpoint - middle) - face[1])
-    return -outward, float(-outward @ middle - depth - clearance)
+def _behind(scenario: Scenario, r: np.ndarray, rows: Rows) -> Best:
+    """Return the best formation behind all rows: G.(m + b_j) <= h for every j that a row binds (eq. 3)."""
+    reach = np.where(rows.binds, rows.G @ np.array(scenario.team.formation).T, -np.inf).max(axis=1, initial=-np.inf)
+    point = nearest(r, rows.G, rows.h - reach)
+    return Best(point, None if point is not None else "no admissible formation", rows)
 
 
-def _given_row(given: GivenHalfSpace) -> tuple[np.ndarray, float]:
-    length = float(np.hypot(*given.normal))
-    return np.array(given.normal) / length, given.offset / length
+def _separating(scenario: Scenario, index: int) -> list[tuple[np.ndarray, float]]:
+    """Return the rows of an obstacle's faces before which ALL robots start, moved out by the clearance."""
+    G, h = faces(footprints(scenario), index)
+    before = np.all(np.array(scenario.team.start) @ G.T <= h, axis=0)
+    return [(G[face], float(h[face]) - CLEARANCE) for face in np.flatnonzero(before)]
+
+
+def _all_rows(given: Rows, choices: list[list[tuple[np.ndarray, float]]]) -> Iterator[Rows]:
+    for chosen in product(*choices):
+        everybody = np.ones((len(chosen), given.binds.shape[1]), dtype=bool)
+        yield Rows(
+            G=np.vstack([np.array([G for G, _ in chosen]).reshape(-1, 2), given.G]),
+            h=np.append([h for _, h in chosen], given.h),
+            binds=np.vstack([everybody, given.binds]),
+        )
+
+
+def _beside_obstacles(scenario: Scenario, r: np.ndarray, given: Rows) -> Best:
+    """With `scope: own` robots may stand beside obstacles: what they leave free is not convex in general."""
+    best = _behind(scenario, r, given)
+    if best.point is None or room(scenario, best.point + np.array(scenario.team.formation)) >= CLEARANCE - FEASIBLE:
+        return best
+    return Best(None, "the formation at r meets an obstacle, and what is free beside obstacles is not convex", given)

@@ -8,7 +8,7 @@ from pbrg_mj.analysis.export import arrays, export
 from pbrg_mj.analysis.plot import plot
 from pbrg_mj.analysis.series import series
 from pbrg_mj.errors import InputError
-from tests.runs import optima, replaced, run, scenario, timings
+from tests.runs import optima, replaced, run, scenario, timings, walled
 
 SOLVED = np.arange(0, 21, 4)
 
@@ -114,3 +114,13 @@ def test_a_failed_export_leaves_the_old_file_and_nothing_else(tmp_path):
 def test_a_folder_that_is_not_there(tmp_path):
     with pytest.raises(InputError, match="cannot write here: No such file"):
         export(run(), tmp_path / "missing" / "run.csv")
+
+
+def test_the_command_carries_the_unit_of_the_drive() -> None:
+    plans = {
+        "command_V": walled(),
+        "command_rad_s": walled(drive={"kind": "speed_loop"}),
+        "command_m_s": scenario(),
+    }
+    for name, plan in plans.items():
+        assert [s.key for s in series(run(plan)) if s.name == "command"] == [name]

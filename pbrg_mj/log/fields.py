@@ -64,7 +64,13 @@ TICK: tuple[Field, ...] = (
     Field("rounds", "solution.rounds", (), "-", "communication rounds used", "int"),
     Field("bytes_sent", "solution.bytes_sent", ("n",), "bytes", "sent by each robot to its neighbours", "int"),
     Field("velocity", "velocity", ("n", "2"), "m/s", "u of eq. 2"),
-    Field("command", "command", ("n", "2"), "V (ideal plant: m/s)", "wheel voltages; u in the ideal plant"),
+    Field(
+        "command",
+        "command",
+        ("n", "2"),
+        "V, rad/s or m/s",
+        "by `drive.kind` wheel voltages or speeds; u in the ideal plant",
+    ),
 )
 
 OPTIMUM: tuple[Field, ...] = (

@@ -2,49 +2,51 @@
 
 from __future__ import annotations
 
+import math
+
 from numba import njit
 
-from pbrg_mj.perception.hits import apart
+from pbrg_mj.perception.hits import R, apart
 
 
 @njit(cache=True)
-def clusters_into(scan, rules, order, count, turned, stops):  # pragma: no cover - compiled
+def clusters_into(points, rules, order, count, turned, stops):  # pragma: no cover - compiled
     """Write the points turned so that no cluster wraps, and where each cluster stops; return (clusters, ring).
 
     In a ring no neighbours are apart: everything around is one cluster, whose last point is next to its first. It is
     then cut at the point farthest away, which is a corner if there is any.
     """
-    first, ring = _first(scan, rules, order, count)
+    first, ring = _first(points, rules, order, count)
     for i in range(count):
         turned[i] = order[(first + i) % count]
     clusters = 0
     for i in range(count):
-        if i == count - 1 or _broken(scan, rules, turned, i, i + 1):
+        if i == count - 1 or _broken(points, rules, turned, i, i + 1):
             stops[clusters] = i + 1
             clusters += 1
     return clusters, ring
 
 
 @njit(cache=True)
-def _first(scan, rules, order, count):  # pragma: no cover - compiled
+def _first(points, rules, order, count):  # pragma: no cover - compiled
     """Return where to begin, and whether the points form a ring."""
     first = farthest = -1
     for i in range(count):
-        if _broken(scan, rules, order, i, (i + 1) % count):
+        if _broken(points, rules, order, i, (i + 1) % count):
             first = (i + 1) % count
-        if farthest < 0 or scan[0][order[i]] > scan[0][order[farthest]]:
+        if farthest < 0 or points[order[i], R] > points[order[farthest], R]:
             farthest = i
     return (first, False) if first >= 0 else (farthest, True)
 
 
 @njit(cache=True)
-def _broken(scan, rules, order, i, after):  # pragma: no cover - compiled
+def _broken(points, rules, order, i, after):  # pragma: no cover - compiled
     """Tell whether the i-th point and the one after it are apart; lone outliers taken out in between do not count."""
-    beams = len(scan[0])
+    beams = len(points)
     skipped = 0
     b = (order[i] + 1) % beams
     while b != order[after] and skipped < 3:  # never more than a lone outlier and its like in the next gap
-        if scan[0][b] == scan[0][b]:
+        if math.isfinite(points[b, R]):
             skipped += 1
         b = (b + 1) % beams
-    return apart(scan, rules, order[i], order[after], skipped)
+    return apart(points, rules, order[i], order[after], skipped)

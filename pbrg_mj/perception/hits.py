@@ -1,8 +1,7 @@
 """The points of one scan, without lone outliers.
 
-Compiled functions of this room take a `scan` (ranges (B,), directions (B, 2), xy (B, 2), closed): points are named by
-the number of their beam, and `order` lists those in use, counter-clockwise. B beams; `closed` tells that the last beam
-is next to the first.
+Compiled functions of this room take `points` (B, 6), one row a beam: x, y, range, direction x, y, variance of the range
+as measured. Points are named by the number of their beam; a list of beams in use, counter-clockwise, is an `order`.
 """
 
 from __future__ import annotations
@@ -11,37 +10,26 @@ import math
 
 from numba import njit
 
+X, Y, R, DX, DY, VARIANCE = range(6)  # columns of `points`
+
 GRAZING = math.sin(math.radians(10.0))  # sine of the flattest angle at which a beam is taken to meet a wall
 BREAK_MARGIN = 3.0  # standard deviations of the difference of two ranges
 CHORD_MARGIN = 3.5  # standard deviations of a point's distance from a chord
 
 
 @njit(cache=True)
-def hits_into(ranges, directions, xy, order):  # pragma: no cover - compiled
-    """Write the points of all finite ranges and the numbers of their beams; return how many there are."""
+def points_into(ranges, directions, rules, points, order):  # pragma: no cover - compiled
+    """Write the points, and to `order` the beams that hit something; return how many there are."""
     count = 0
     for b in range(len(ranges)):
-        if math.isfinite(ranges[b]):
-            xy[b, 0] = ranges[b] * directions[b, 0]
-            xy[b, 1] = ranges[b] * directions[b, 1]
+        r = ranges[b]
+        points[b, X], points[b, Y], points[b, R] = r * directions[b, 0], r * directions[b, 1], r
+        points[b, DX], points[b, DY] = directions[b, 0], directions[b, 1]
+        points[b, VARIANCE] = range_variance(rules, r)
+        if math.isfinite(r):
             order[count] = b
             count += 1
     return count
-
-
-@njit(cache=True)
-def is_closed(directions):  # pragma: no cover - compiled
-    """Tell whether the last beam is about as far from the first one as the first one is from the second."""
-    beams = len(directions)
-    if beams < 3:
-        return False
-    return _angle(directions, beams - 1, 0) < 1.5 * _angle(directions, 0, 1)
-
-
-@njit(cache=True)
-def _angle(directions, b, after):  # pragma: no cover - compiled
-    (x0, y0), (x1, y1) = directions[b], directions[after]
-    return math.atan2(x0 * y1 - y0 * x1, x0 * x1 + y0 * y1) % (2.0 * math.pi)
 
 
 @njit(cache=True)
@@ -51,82 +39,92 @@ def range_variance(rules, r):  # pragma: no cover - compiled
 
 
 @njit(cache=True)
-def apart(scan, rules, b, after, skipped):  # pragma: no cover - compiled
+def apart(points, rules, b, after, skipped):  # pragma: no cover - compiled
     """Tell whether two points belong to different things, by an adaptive breakpoint.
 
     `after` follows b counter-clockwise; `skipped` points between them do not count. A wall whose far point is met at
     the angle GRAZING spreads its points r sin(dphi) / sin(GRAZING) apart, r the shorter range and dphi the angle
     between the beams (after Borges and Aldon, "Line extraction in 2D range images for mobile robotics", 2004).
     """
-    ranges, directions, xy, closed = scan
-    if after <= b and not closed:
+    if after <= b and not rules.closed:
         return True
-    lost = (after - b) % len(ranges) - 1 - skipped
-    sine = directions[b, 0] * directions[after, 1] - directions[b, 1] * directions[after, 0]
+    lost = (after - b) % len(points) - 1 - skipped
+    sine = points[b, DX] * points[after, DY] - points[b, DY] * points[after, DX]
     if lost < 0 or lost >= rules.agree or sine <= 0.0:
         return True
-    noise = math.sqrt(range_variance(rules, ranges[b]) + range_variance(rules, ranges[after]))
-    limit = min(ranges[b], ranges[after]) * sine / GRAZING + BREAK_MARGIN * noise
-    return math.hypot(xy[after, 0] - xy[b, 0], xy[after, 1] - xy[b, 1]) > limit
+    noise = math.sqrt(points[b, VARIANCE] + points[after, VARIANCE])
+    limit = min(points[b, R], points[after, R]) * sine / GRAZING + BREAK_MARGIN * noise
+    x, y = points[after, X] - points[b, X], points[after, Y] - points[b, Y]
+    return x * x + y * y > limit * limit
 
 
 @njit(cache=True)
-def chord_error(scan, rules, a, z, b):  # pragma: no cover - compiled
-    """Return how far point b lies from the chord a-z, in what is allowed; negative on the robot's side.
+def chord_normal(points, a, z):  # pragma: no cover - compiled
+    """Return (n_x, n_y, length) of the chord a-z; n points away from the robot when z follows a counter-clockwise."""
+    x, y = points[z, X] - points[a, X], points[z, Y] - points[a, Y]
+    length = math.sqrt(x * x + y * y)
+    return (y / length, -x / length, length) if length > 0.0 else (0.0, 0.0, 0.0)
 
-    Allowed is the split distance, or more where the noise of the three points is larger.
+
+@njit(cache=True)
+def chord_error(points, rules, ends, chord, b):  # pragma: no cover - compiled
+    """Return how far point b lies from the chord between `ends`, in what is allowed; negative on the robot's side.
+
+    Allowed is the split distance, or more where the noise of the three points is larger. `chord` is that of
+    `chord_normal`.
     """
-    directions, xy = scan[1], scan[2]
-    x, y = xy[z, 0] - xy[a, 0], xy[z, 1] - xy[a, 1]
-    px, py = xy[b, 0] - xy[a, 0], xy[b, 1] - xy[a, 1]
-    length = math.hypot(x, y)
-    if length == 0.0:
-        return math.hypot(px, py) / rules.split_distance
-    nx, ny = y / length, -x / length  # away from the robot when z follows a counter-clockwise
+    a, z = ends
+    nx, ny, length = chord
+    px, py = points[b, X] - points[a, X], points[b, Y] - points[a, Y]
     off = nx * px + ny * py
+    if length == 0.0:
+        return math.sqrt(px * px + py * py) / rules.split_distance
     if abs(off) <= rules.split_distance:
         return off / rules.split_distance
-    u = (x * px + y * py) / length**2
-    variance = _across(scan, rules, b, nx * directions[b, 0] + ny * directions[b, 1])
-    variance += (1.0 - u) ** 2 * _across(scan, rules, a, nx * directions[a, 0] + ny * directions[a, 1])
-    variance += u**2 * _across(scan, rules, z, nx * directions[z, 0] + ny * directions[z, 1])
+    u = (nx * py - ny * px) / length
+    variance = _across(points, b, nx, ny)
+    variance += (1.0 - u) ** 2 * _across(points, a, nx, ny) + u**2 * _across(points, z, nx, ny)
     return off / max(rules.split_distance, CHORD_MARGIN * math.sqrt(variance))
 
 
 @njit(cache=True)
-def _across(scan, rules, b, cosine):  # pragma: no cover - compiled
-    return range_variance(rules, scan[0][b]) * cosine**2
+def _across(points, b, nx, ny):  # pragma: no cover - compiled
+    return points[b, VARIANCE] * (nx * points[b, DX] + ny * points[b, DY]) ** 2
 
 
 @njit(cache=True)
-def without_spikes(scan, rules, order, count, kept):  # pragma: no cover - compiled
+def without_spikes(points, rules, order, count, kept):  # pragma: no cover - compiled
     """Write to `kept` the points of `order` that are no lone outliers; return how many there are.
 
     A lone outlier has the same straight surface on both sides. So do two neighbours that are both NEARER than that
     surface: something thin stands before it. Two that are both farther may be a doorway and stay.
     """
     left = 0
-    for i in range(count):
-        lone = _spike(scan, rules, order, count, i, 1)
-        pair = _spike(scan, rules, order, count, i, 2) or _spike(scan, rules, order, count, i - 1, 2)
-        if not (lone or pair):
+    pair_before = False
+    for i in range(-1, count):
+        pair = _spike(points, rules, order, count, i, 2)
+        if i >= 0 and not (pair or pair_before or _spike(points, rules, order, count, i, 1)):
             kept[left] = order[i]
             left += 1
+        pair_before = pair
     return left
 
 
 @njit(cache=True)
-def _spike(scan, rules, order, count, i, size):  # pragma: no cover - compiled
+def _spike(points, rules, order, count, i, size):  # pragma: no cover - compiled
     """Tell whether `size` points from the i-th on are off the surface that the two points on each side lie on."""
     if count < size + 4:
         return False
-    before, a = order[(i - 2) % count], order[(i - 1) % count]
-    z, after = order[(i + size) % count], order[(i + size + 1) % count]
+    a, z = order[(i - 1) % count], order[(i + size) % count]
+    chord = chord_normal(points, a, z)
     for k in range(i, i + size):
-        error = chord_error(scan, rules, a, z, order[k % count])
+        error = chord_error(points, rules, (a, z), chord, order[k % count])
         if abs(error) <= 1.0 or (size > 1 and error > 0.0):
             return False
-    if apart(scan, rules, before, a, 0) or apart(scan, rules, a, z, size) or apart(scan, rules, z, after, 0):
+    before, after = order[(i - 2) % count], order[(i + size + 1) % count]
+    if apart(points, rules, before, a, 0) or apart(points, rules, a, z, size) or apart(points, rules, z, after, 0):
         return False
-    across = abs(chord_error(scan, rules, before, after, a)), abs(chord_error(scan, rules, before, after, z))
-    return max(across[0], across[1]) <= 1.0
+    chord = chord_normal(points, before, after)
+    first = chord_error(points, rules, (before, after), chord, a)
+    second = chord_error(points, rules, (before, after), chord, z)
+    return max(abs(first), abs(second)) <= 1.0

@@ -7,7 +7,8 @@ import math
 from numba import njit
 
 from pbrg_mj.perception.ends import has_gap
-from pbrg_mj.perception.line_fit import extent, fit_line, is_member, weight_of
+from pbrg_mj.perception.hits import DX, DY, X, Y
+from pbrg_mj.perception.line_fit import extent, fit_line, weight_of
 from pbrg_mj.perception.wall_fits import write_fit
 
 SAME_WALL = math.radians(10.0)  # pieces that differ more in direction, noise apart, are never tried as one wall
@@ -15,7 +16,7 @@ NOISE_MARGIN = 4.0  # standard deviations of a point from its line, or of an ang
 
 
 @njit(cache=True)
-def join_walls(scan, rules, order, count, work, walls):  # pragma: no cover - compiled
+def join_walls(points, rules, order, work, walls):  # pragma: no cover - compiled
     """Make collinear pieces one, longest first; return how many walls are left, listed in `work.ranking`."""
     rank_by_length(work.fits, work.ranking, walls)
     kept = 0
@@ -23,7 +24,7 @@ def join_walls(scan, rules, order, count, work, walls):  # pragma: no cover - co
         wall = work.ranking[i]
         joined = False
         for k in range(kept):
-            if _join(scan, rules, (order, 0, count, work.owner, work.ranking[k], wall), work):
+            if _join(points, rules, order, (work.ranking[k], wall), work):
                 joined = True
                 break
         if not joined:
@@ -45,39 +46,48 @@ def rank_by_length(fits, ranking, count):  # pragma: no cover - compiled
 
 
 @njit(cache=True)
-def _join(scan, rules, members, work):  # pragma: no cover - compiled
-    """Add wall b of `members` to its wall a if one line without a gap goes through both; tell whether it was done."""
-    a, b = members[4], members[5]
-    fits, ends = work.fits, work.ends
+def _join(points, rules, order, pair, work):  # pragma: no cover - compiled
+    """Add wall b to wall a of `pair` if one line without a gap goes through both; tell whether it was done."""
+    a, b = pair
+    fits, ends, joint = work.fits, work.ends, work.joint
     turn = abs(fits[b, 0] - fits[a, 0])
     if min(turn, 2.0 * math.pi - turn) > SAME_WALL + NOISE_MARGIN * math.sqrt(fits[a, 2] + fits[b, 2]):
         return False
-    line = fit_line(scan, rules, members, (fits[a, 0], fits[a, 1]))
-    if not _near(scan, rules, members, line):
+    members = work.members[: _gather(order, work.owner, pair, work.members)]
+    line = fit_line(points, rules, members, (fits[a, 0], fits[a, 1]))
+    if not _near(points, rules, members, line):
         return False
+    write_fit(line, extent(points, rules, members, line), joint)
     low, high = (a, b) if fits[a, 5] < fits[b, 5] else (b, a)
-    write_fit(line, extent(scan, rules, members, line), work.joint)
-    if has_gap(scan, rules, work.joint, ends[low, 1], ends[high, 0]):
+    if has_gap(points, rules, joint, ends[low, 1], ends[high, 0]):
         return False
     inner = fits[high, 6] < fits[low, 6]  # the one lies within the other
     ends[a, 0], ends[a, 1] = ends[low, 0], ends[low, 1] if inner else ends[high, 1]
-    fits[a] = work.joint
-    for i in range(members[1], members[2]):
-        if is_member(members, i):
-            members[3][members[0][i]] = a
+    fits[a] = joint
+    for member in members:
+        work.owner[member] = a
     return True
 
 
 @njit(cache=True)
-def _near(scan, rules, members, line):  # pragma: no cover - compiled
+def _gather(order, owner, pair, members):  # pragma: no cover - compiled
+    """Write the beams that either wall owns; return how many there are."""
+    count = 0
+    for b in order:
+        if owner[b] == pair[0] or owner[b] == pair[1]:
+            members[count] = b
+            count += 1
+    return count
+
+
+@njit(cache=True)
+def _near(points, rules, members, line):  # pragma: no cover - compiled
     """Tell whether all points are on the line: within the split distance, or the noise if that is larger."""
-    directions, xy = scan[1], scan[2]
-    order, low, high = members[0], members[1], members[2]
     nx, ny, c = math.cos(line[0]), math.sin(line[0]), line[1]
-    for i in range(low, high):
-        if is_member(members, i):
-            b = order[i]
-            w = weight_of(rules, nx * directions[b, 0] + ny * directions[b, 1], c)
-            if abs(nx * xy[b, 0] + ny * xy[b, 1] - c) > max(rules.split_distance, NOISE_MARGIN / math.sqrt(w)):
+    for b in members:
+        off = abs(nx * points[b, X] + ny * points[b, Y] - c)
+        if off > rules.split_distance:
+            w = weight_of(rules, nx * points[b, DX] + ny * points[b, DY], c)
+            if off > NOISE_MARGIN / math.sqrt(w):
                 return False
     return True

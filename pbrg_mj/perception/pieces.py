@@ -6,13 +6,13 @@ import math
 
 from numba import njit
 
-from pbrg_mj.perception.hits import chord_error
+from pbrg_mj.perception.hits import X, Y, chord_error, chord_normal
 
 MIN_TURN, MAX_TURN = math.radians(5.0), math.radians(40.0)  # between the pieces of one curved surface
 
 
 @njit(cache=True)
-def pieces_into(scan, rules, order, clusters, work):  # pragma: no cover - compiled
+def pieces_into(points, rules, order, clusters, work):  # pragma: no cover - compiled
     """Write the pieces (start, stop, cluster) of all clusters, in order; return how many there are.
 
     No point of a piece is farther than allowed from the chord between the piece's ends.
@@ -20,13 +20,13 @@ def pieces_into(scan, rules, order, clusters, work):  # pragma: no cover - compi
     pieces = start = 0
     for cluster in range(clusters):
         stop = work.stops[cluster]
-        pieces = _split(scan, rules, order, (start, stop, cluster), pieces, work)
+        pieces = _split(points, rules, order, (start, stop, cluster), pieces, work)
         start = stop
     return pieces
 
 
 @njit(cache=True)
-def _split(scan, rules, order, whole, pieces, work):  # pragma: no cover - compiled
+def _split(points, rules, order, whole, pieces, work):  # pragma: no cover - compiled
     """Cut at the point farthest from the chord until none is too far (iterative end point fit)."""
     start, stop, cluster = whole
     first = pieces
@@ -35,9 +35,9 @@ def _split(scan, rules, order, whole, pieces, work):  # pragma: no cover - compi
     while size > 0:
         size -= 1
         low, high = stack[size, 0], stack[size, 1]
-        cut = _cut(scan, rules, order, low, high)
+        cut = _cut(points, rules, order, low, high)
         if cut < 0:
-            pieces = _merge(scan, rules, order, (low, high, cluster), first, pieces, work.pieces)
+            pieces = _merge(points, rules, order, (low, high, cluster), first, pieces, work.pieces)
         else:
             stack[size, 0], stack[size, 1] = cut, high  # the left part is taken first: pieces stay in order
             stack[size + 1, 0], stack[size + 1, 1] = low, cut
@@ -46,12 +46,12 @@ def _split(scan, rules, order, whole, pieces, work):  # pragma: no cover - compi
 
 
 @njit(cache=True)
-def _merge(scan, rules, order, piece, first, pieces, out):  # pragma: no cover - compiled
+def _merge(points, rules, order, piece, first, pieces, out):  # pragma: no cover - compiled
     """Append a piece, or join it to the one before if they are straight together; return how many there are.
 
     A split may leave a wall's last point with the next wall.
     """
-    if pieces > first and _cut(scan, rules, order, out[pieces - 1, 0], piece[1]) < 0:
+    if pieces > first and _cut(points, rules, order, out[pieces - 1, 0], piece[1]) < 0:
         out[pieces - 1, 1] = piece[1]
         return pieces
     out[pieces, 0], out[pieces, 1], out[pieces, 2] = piece
@@ -59,31 +59,33 @@ def _merge(scan, rules, order, piece, first, pieces, out):  # pragma: no cover -
 
 
 @njit(cache=True)
-def _cut(scan, rules, order, low, high):  # pragma: no cover - compiled
+def _cut(points, rules, order, low, high):  # pragma: no cover - compiled
     """Return the point of low..high-1 that is farthest from their chord, never an end; -1 if none is too far."""
     worst, cut = 1.0, -1
+    ends = (order[low], order[high - 1])
+    chord = chord_normal(points, *ends)
     for i in range(low + 1, high - 1):
-        error = abs(chord_error(scan, rules, order[low], order[high - 1], order[i]))
+        error = abs(chord_error(points, rules, ends, chord, order[i]))
         if error > worst:
             worst, cut = error, i
     return cut
 
 
 @njit(cache=True)
-def is_curved(scan, order, pieces, count, ring, i):  # pragma: no cover - compiled
+def is_curved(points, order, pieces, count, ring, i):  # pragma: no cover - compiled
     """Tell whether piece i turns gently the same way into both its neighbours: then it is part of a curve.
 
     Five points of a circle can pass for a straight line by themselves.
     """
     if count < 3:
         return False
-    turn_in = _turn(scan, order, pieces, (i - 1) % count, i, ring)
-    turn_out = _turn(scan, order, pieces, i, (i + 1) % count, ring)
+    turn_in = _turn(points, order, pieces, (i - 1) % count, i, ring)
+    turn_out = _turn(points, order, pieces, i, (i + 1) % count, ring)
     return turn_in * turn_out > 0.0
 
 
 @njit(cache=True)
-def _turn(scan, order, pieces, i, after, ring):  # pragma: no cover - compiled
+def _turn(points, order, pieces, i, after, ring):  # pragma: no cover - compiled
     """Return the turn [rad] from one piece to the next if it is gentle, else 0.
 
     Neighbours of fewer than three points have no direction of their own, those of another cluster do not count.
@@ -92,13 +94,12 @@ def _turn(scan, order, pieces, i, after, ring):  # pragma: no cover - compiled
         return 0.0
     if not ring and pieces[i, 2] != pieces[after, 2]:
         return 0.0
-    xy = scan[2]
-    (x0, y0), (x1, y1) = _chord(xy, order, pieces[i]), _chord(xy, order, pieces[after])
+    (x0, y0), (x1, y1) = _chord(points, order, pieces[i]), _chord(points, order, pieces[after])
     turn = math.atan2(x0 * y1 - y0 * x1, x0 * x1 + y0 * y1)
     return turn if MIN_TURN < abs(turn) < MAX_TURN else 0.0
 
 
 @njit(cache=True)
-def _chord(xy, order, piece):  # pragma: no cover - compiled
+def _chord(points, order, piece):  # pragma: no cover - compiled
     low, high = order[piece[0]], order[piece[1] - 1]
-    return xy[high, 0] - xy[low, 0], xy[high, 1] - xy[low, 1]
+    return points[high, X] - points[low, X], points[high, Y] - points[low, Y]

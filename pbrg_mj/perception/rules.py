@@ -21,6 +21,7 @@ class LineRules(NamedTuple):
     min_points: int
     min_length: float  # [m]
     agree: int  # neighbouring beams that must pass by before a wall ends or has a gap
+    closed: bool = True  # the beams go all the way round: the last one is next to the first
 
 
 def line_rules(scenario: Scenario) -> LineRules:
@@ -36,6 +37,7 @@ def line_rules(scenario: Scenario) -> LineRules:
         min_points=estimator.min_points,
         min_length=estimator.min_length,
         agree=agreeing_beams(0.0 if exact else beams.dropout),
+        closed=beams.sweep_deg == 360.0,
     )
 
 

@@ -14,7 +14,7 @@ from numba import njit
 
 from pbrg_mj.perception.breaks import clusters_into
 from pbrg_mj.perception.ends import is_free
-from pbrg_mj.perception.hits import hits_into, is_closed, without_spikes
+from pbrg_mj.perception.hits import points_into, without_spikes
 from pbrg_mj.perception.joins import join_walls, rank_by_length
 from pbrg_mj.perception.pieces import is_curved, pieces_into
 from pbrg_mj.perception.rules import LineRules
@@ -53,13 +53,14 @@ class LineBuffer(NamedTuple):
 class Workspace(NamedTuple):
     """Room for one scan of B beams while its lines are fitted."""
 
-    xy: np.ndarray  # (B, 2) points [m]
+    points: np.ndarray  # (B, 6) of each beam, see hits.py
     hits: np.ndarray  # (B,) beams that hit something
     kept: np.ndarray  # (B,) without lone outliers
     order: np.ndarray  # (B,) turned so that no cluster wraps
     stops: np.ndarray  # (B,) where clusters stop in `order`
     stack: np.ndarray  # (B + 2, 2) pieces still to split
     pieces: np.ndarray  # (B, 3) start, stop in `order`, cluster
+    members: np.ndarray  # (B,) beams of the wall at hand
     owner: np.ndarray  # (B,) wall that has a beam's point, -1: none
     fits: np.ndarray  # (B, 7) theta, c, var theta, cov, var c, low, high of each wall
     ends: np.ndarray  # (B, 2) beams of each wall's first and last point
@@ -80,10 +81,23 @@ def workspace(beams: int) -> Workspace:
     def index(*shape: int) -> np.ndarray:
         return np.zeros(shape, dtype=np.int64)
 
-    lists = [index(beams) for _ in range(4)]
-    rest = index(beams + 2, 2), index(beams, 3), index(beams)
+    def real(*shape: int) -> np.ndarray:
+        return np.zeros(shape)
+
     return Workspace(
-        np.zeros((beams, 2)), *lists, *rest, np.zeros((beams, 7)), index(beams, 2), index(beams), np.zeros(7)
+        points=real(beams, 6),
+        hits=index(beams),
+        kept=index(beams),
+        order=index(beams),
+        stops=index(beams),
+        stack=index(beams + 2, 2),
+        pieces=index(beams, 3),
+        members=index(beams),
+        owner=index(beams),
+        fits=real(beams, 7),
+        ends=index(beams, 2),
+        ranking=index(beams),
+        joint=real(7),
     )
 
 
@@ -104,39 +118,47 @@ def scan_lines_into(ranges, directions, rules, work, out):  # pragma: no cover -
 
     `ranges` (beams,) and `directions` (beams, 2) are contiguous floats, `work` is a Workspace. Nothing is allocated.
     """
-    scan = (ranges, directions, work.xy, is_closed(directions))
-    hits = hits_into(ranges, directions, work.xy, work.hits)
-    count = without_spikes(scan, rules, work.hits, hits, work.kept)
-    clusters, ring = clusters_into(scan, rules, work.kept, count, work.order, work.stops)
-    pieces = pieces_into(scan, rules, work.order, clusters, work)
-    walls = _fit_walls(scan, rules, (pieces, ring), work)
-    walls = join_walls(scan, rules, work.order, count, work, walls)
+    points = work.points
+    hits = points_into(ranges, directions, rules, points, work.hits)
+    count = without_spikes(points, rules, work.hits, hits, work.kept)
+    clusters, ring = clusters_into(points, rules, work.kept, count, work.order, work.stops)
+    order = work.order[:count]
+    pieces = pieces_into(points, rules, order, clusters, work)
+    walls = _fit_walls(rules, order, (pieces, ring), work)
+    walls = join_walls(points, rules, order, work, walls)
     rank_by_length(work.fits, work.ranking, walls)
     for i in range(walls):
-        _write_line(scan, rules, work, work.ranking[i], out, i)
+        _write_line(rules, work, work.ranking[i], out, i)
     return walls
 
 
 @njit(cache=True)
-def _fit_walls(scan, rules, found, work):  # pragma: no cover - compiled
-    pieces, ring = found
+def _fit_walls(rules, order, found, work):  # pragma: no cover - compiled
+    """Fit all pieces that are not curved; return how many are walls, listed in `work.ranking`."""
+    points, (pieces, ring) = work.points, found
     work.owner[:] = -1
     walls = 0
     for i in range(pieces):
-        if is_curved(scan, work.order, work.pieces, pieces, ring, i):
+        if is_curved(points, order, work.pieces, pieces, ring, i):
             continue
-        piece = (work.pieces[i, 0], work.pieces[i, 1], i)
-        if fit_wall(scan, rules, work.order, piece, work.owner, work.fits[i], work.ends[i]):
+        size = work.pieces[i, 1] - work.pieces[i, 0]
+        members = work.members[:size]
+        members[:] = order[work.pieces[i, 0] : work.pieces[i, 1]]
+        count = fit_wall(points, rules, members, work.fits[i])
+        if count > 0:
+            work.ends[i, 0], work.ends[i, 1] = members[0], members[count - 1]
             work.ranking[walls] = i
             walls += 1
+        for b in members[:count]:
+            work.owner[b] = i
     return walls
 
 
 @njit(cache=True)
-def _write_line(scan, rules, work, wall, out, i):  # pragma: no cover - compiled
+def _write_line(rules, work, wall, out, i):  # pragma: no cover - compiled
     fit = work.fits[wall]
     out.angle[i], out.offset[i], out.low[i], out.high[i] = fit[0], fit[1], fit[5], fit[6]
     out.covariance[i, 0, 0], out.covariance[i, 1, 1] = fit[2], fit[4]
     out.covariance[i, 0, 1] = out.covariance[i, 1, 0] = fit[3]
-    out.free_low[i] = is_free(scan, rules, fit, work.ends[wall, 0], -1)
-    out.free_high[i] = is_free(scan, rules, fit, work.ends[wall, 1], 1)
+    out.free_low[i] = is_free(work.points, rules, fit, work.ends[wall, 0], -1)
+    out.free_high[i] = is_free(work.points, rules, fit, work.ends[wall, 1], 1)

@@ -6,16 +6,8 @@ import math
 
 from numba import njit
 
-from pbrg_mj.perception.hits import range_variance
-from pbrg_mj.perception.line_fit import (
-    chord_line,
-    covariance,
-    extent,
-    fit_line,
-    is_member,
-    is_straight,
-    worst_point,
-)
+from pbrg_mj.perception.hits import DX, DY, X, Y, range_variance
+from pbrg_mj.perception.line_fit import chord_line, covariance, extent, fit_line, is_straight, worst_point
 
 OUTLIER = 3.5  # standard deviations beyond which a point belongs to something else
 MAX_OUTLIERS = 2  # a piece with more of them is no wall, unless
@@ -24,33 +16,35 @@ LIMIT_MARGIN = 3.0  # standard deviations of a range from the range limit
 
 
 @njit(cache=True)
-def fit_wall(scan, rules, order, piece, owner, fit, ends):  # pragma: no cover - compiled
-    """Fit a wall (start, stop, its number) and write `fit` (7,) and `ends` (2,); return False if it is none.
+def fit_wall(points, rules, members, fit):  # pragma: no cover - compiled
+    """Fit a wall to the beams `members`, write `fit` (7,) and return how many of them it kept, first; 0: no wall.
 
-    Its points are those of the piece that `owner` gives its number; outliers lose it. `fit` is theta, c, var theta,
-    cov, var c, low, high; `ends` are the beams of the first and the last point.
+    `fit` is theta, c, var theta, cov, var c, low, high. Outliers are taken out of `members`.
     """
-    low, high, number = piece
-    members = (order, low, high, owner, number, number)
-    for i in range(low, high):
-        owner[order[i]] = number
+    count = len(members)
     outliers = 0
-    while outliers <= max(MAX_OUTLIERS, OUTLIER_SHARE * (high - low)):
-        count, first, last = _span(members)
-        if count < rules.min_points or _length(scan[2], first, last) < rules.min_length:
-            return False
-        line = fit_line(scan, rules, members, chord_line(scan, first, last))
-        if outliers == 0 and _drop_at_limit(scan, rules, members, line):
-            continue
-        moments = extent(scan, rules, members, line)
-        worst, index = worst_point(scan, rules, members, line, moments)
+    limit_checked = False
+    while outliers <= max(MAX_OUTLIERS, OUTLIER_SHARE * len(members)):
+        if count < rules.min_points or _length(points, members[0], members[count - 1]) < rules.min_length:
+            return 0
+        kept = members[:count]
+        line = fit_line(points, rules, kept, chord_line(points, kept[0], kept[-1]))
+        if not limit_checked:
+            limit_checked = True
+            inside = _drop_at_limit(points, rules, kept, line)
+            if inside < count:
+                count = inside
+                continue
+        moments = extent(points, rules, kept, line)
+        worst, index = worst_point(points, rules, kept, line, moments)
         if worst <= OUTLIER:
             write_fit(line, moments, fit)
-            ends[0], ends[1] = first, last
-            return is_straight(scan, rules, members, line, moments)
-        owner[order[index]] = -1
+            return count if is_straight(points, rules, kept, line, moments) else 0
+        for i in range(index, count - 1):
+            members[i] = members[i + 1]
+        count -= 1
         outliers += 1
-    return False
+    return 0
 
 
 @njit(cache=True)
@@ -63,39 +57,22 @@ def write_fit(line, moments, fit):  # pragma: no cover - compiled
 
 
 @njit(cache=True)
-def _span(members):  # pragma: no cover - compiled
-    """Return how many points the wall has, and the beams of the first and the last."""
-    order, low, high = members[0], members[1], members[2]
-    count, first, last = 0, -1, -1
-    for i in range(low, high):
-        if is_member(members, i):
-            first = order[i] if count == 0 else first
-            last = order[i]
-            count += 1
-    return count, first, last
+def _length(points, first, last):  # pragma: no cover - compiled
+    return math.hypot(points[last, X] - points[first, X], points[last, Y] - points[first, Y])
 
 
 @njit(cache=True)
-def _length(xy, first, last):  # pragma: no cover - compiled
-    return math.hypot(xy[last, 0] - xy[first, 0], xy[last, 1] - xy[first, 1])
-
-
-@njit(cache=True)
-def _drop_at_limit(scan, rules, members, line):  # pragma: no cover - compiled
-    """Take out points where the line is within noise of the range limit; tell whether there were any.
+def _drop_at_limit(points, rules, members, line):  # pragma: no cover - compiled
+    """Take out points where the line is within noise of the range limit; return how many are left, first.
 
     There only ranges that happen to be too short are seen. The line decides, not the range: else it would be bent.
     """
-    directions = scan[1]
-    order, low, high, owner = members[0], members[1], members[2], members[3]
     nx, ny = math.cos(line[0]), math.sin(line[0])
-    dropped = False
-    for i in range(low, high):
-        if is_member(members, i):
-            b = order[i]
-            cosine = max(nx * directions[b, 0] + ny * directions[b, 1], 1e-6)
-            r = line[1] / cosine
-            if r + LIMIT_MARGIN * math.sqrt(range_variance(rules, r)) > rules.range_max:
-                owner[b] = -1
-                dropped = True
-    return dropped
+    left = 0
+    for b in members:
+        cosine = max(nx * points[b, DX] + ny * points[b, DY], 1e-6)
+        r = line[1] / cosine
+        if r + LIMIT_MARGIN * math.sqrt(range_variance(rules, r)) <= rules.range_max:
+            members[left] = b
+            left += 1
+    return left

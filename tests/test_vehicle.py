@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
 
-from pbrg_mj.vehicle.drive import DifferentialDrive, Integrator, saturate
+from pbrg_mj.vehicle.drive import DifferentialDrive, Integrator, SpeedDrive, drive_of
 from pbrg_mj.vehicle.hand_point import hand_point, hand_velocity, wheel_speeds
 from pbrg_mj.world.robot import load_robot_model
+from tests.worlds import scenario
 
 ROBOT = load_robot_model()
 
@@ -47,9 +48,26 @@ def test_drive_gives_the_back_emf_of_the_wanted_speed():
     np.testing.assert_allclose(command, [[0.2 / ROBOT.top_speed * ROBOT.voltage] * 2], rtol=1e-13)
 
 
-def test_saturation_keeps_the_ratio_and_leaves_small_voltages_alone():
-    wanted = np.array([[12.0, -3.0], [1.0, 2.0], [0.0, 0.0]])
-    np.testing.assert_array_equal(saturate(wanted, 6.0), [[6.0, -1.5], [1.0, 2.0], [0.0, 0.0]])
+def test_duty_cycles_quantise_the_voltages_after_saturation():
+    velocity, pose = np.array([[0.33, 0.0], [9.0, 0.0]]), np.zeros((2, 3))
+    command = DifferentialDrive(ROBOT, pwm_levels=10).command(velocity, pose)
+    np.testing.assert_allclose(command, [[1.8, 1.8], [6.0, 6.0]], rtol=1e-12)
+
+
+def test_the_speed_drive_asks_for_the_wheel_speeds_themselves_up_to_what_a_motor_does():
+    velocity, heading = random_motion(5)
+    pose = np.column_stack([np.zeros((50, 2)), heading])
+    slow = SpeedDrive(ROBOT).command(1e-2 * velocity, pose)
+    np.testing.assert_array_equal(slow, wheel_speeds(1e-2 * velocity, heading, ROBOT))
+    fast = SpeedDrive(ROBOT).command(100 * velocity, pose)
+    np.testing.assert_allclose(np.abs(fast).max(axis=1), 48.0)
+    np.testing.assert_allclose(fast[:, 0] * slow[:, 1], fast[:, 1] * slow[:, 0], rtol=1e-12)
+
+
+def test_the_scenario_names_the_drive():
+    assert drive_of(scenario(plant="ideal"), ROBOT) == Integrator()
+    assert drive_of(scenario(drive={"pwm_levels": 255}), ROBOT) == DifferentialDrive(ROBOT, 255)
+    assert drive_of(scenario(drive={"kind": "speed_loop"}), ROBOT) == SpeedDrive(ROBOT)
 
 
 def test_a_drive_told_too_much_still_moves_the_hand_point_in_the_wanted_direction():

@@ -31,7 +31,8 @@ class Box(Section):
         """Return the wall that takes up the very same room."""
         (x, y), (length, width), turn = self.center, self.size, math.radians(self.angle_deg)
         dx, dy = length / 2 * math.cos(turn), length / 2 * math.sin(turn)
-        return Wall(start=(x - dx, y - dy), end=(x + dx, y + dy), thickness=width, height=self.height)
+        ends = {"from": (x - dx, y - dy), "to": (x + dx, y + dy)}
+        return Wall.model_validate({**ends, "thickness": width, "height": self.height})
 
 
 class Stop(Section):
@@ -145,8 +146,8 @@ class Drive(Section):
 class Radio(Section):
     """How long a command takes to a robot's motors, at most 10 s in all. Before the first one the motors get 0.
 
-    Every command is delayed by itself, but commands arrive in the order in which they were sent: one that would overtake
-    the one before arrives together with it, and takes its place.
+    Every command is delayed by itself, but commands arrive in the order in which they were sent: one that would
+    overtake the one before arrives together with it, and takes its place.
     """
 
     delay: NonNegative = Field(default=0.0, description="constant part [s]")

@@ -1,6 +1,7 @@
-"""Scenario -> MuJoCo model: the arena, n robots, walls and sensors.
+"""Scenario -> MuJoCo model: the arena, n robots, obstacles and sensors.
 
-Robots, their sensors and walls are named from 0 in the order of the scenario: `robot0/hand`, `robot0/beam12`, `wall0`.
+Robots, their sensors and obstacles are named from 0 in the order of the scenario: `robot0/hand`, `robot0/beam12`,
+`wall0`, `box0`.
 """
 
 # MuJoCo ships no type stubs for its compiled modules.
@@ -13,10 +14,12 @@ import colorsys
 import mujoco
 import numpy as np
 
+from pbrg_mj.scenario.beam_layout import beam_angles
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.scenario.surroundings import Wall
 from pbrg_mj.world.gear_friction import set_friction
+from pbrg_mj.world.geometry import body_pose
 from pbrg_mj.world.models import load_spec
+from pbrg_mj.world.obstacles import add_obstacles
 from pbrg_mj.world.patches import add_patches, let_tyres_rule
 from pbrg_mj.world.robot import RobotModel
 from pbrg_mj.world.sampling import Sampler
@@ -28,8 +31,7 @@ def start_pose(scenario: Scenario, robot: RobotModel) -> np.ndarray:
     """Return the body poses (n, 3) x, y [m], heading [rad] that put every hand point at its start."""
     q = np.asarray(scenario.team.start, dtype=float)
     heading = np.broadcast_to(np.deg2rad(scenario.team.heading_deg), len(q))
-    ahead = np.column_stack([np.cos(heading), np.sin(heading)])
-    return np.column_stack([q - robot.hand_offset * ahead, heading])
+    return body_pose(q, heading, robot.hand_offset)
 
 
 def compose(scenario: Scenario, robot: RobotModel) -> mujoco.MjSpec:
@@ -37,8 +39,7 @@ def compose(scenario: Scenario, robot: RobotModel) -> mujoco.MjSpec:
     spec = load_spec("arena")
     spec.option.timestep = scenario.timing.physics_step
     spec.geom("floor").friction[0] = scenario.world.floor_friction
-    for k, wall in enumerate(scenario.world.walls):
-        _add_wall(spec, k, wall)
+    add_obstacles(spec, scenario.world)
     add_patches(spec, scenario)
     carriers = set(scenario.beam_robots)
     for j, pose in enumerate(start_pose(scenario, robot)):
@@ -59,21 +60,6 @@ def model_xml(spec: mujoco.MjSpec) -> str:
     return saved.to_xml()
 
 
-def _add_wall(spec: mujoco.MjSpec, k: int, wall: Wall) -> None:
-    start, end = np.asarray(wall.start), np.asarray(wall.end)
-    along = end - start
-    angle = float(np.arctan2(along[1], along[0]))
-    spec.body("walls").add_geom(
-        name=f"wall{k}",
-        type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=[np.hypot(*along) / 2, wall.thickness / 2, wall.height / 2],
-        pos=[*(start + end) / 2, wall.height / 2],
-        quat=_about_z(angle),
-        material="wall",
-        friction=[0.2, 0.005, 0.0001],
-    )
-
-
 def _add_robot(spec: mujoco.MjSpec, child: mujoco.MjSpec, j: int, pose: np.ndarray) -> None:
     frame = spec.worldbody.add_frame(pos=[pose[0], pose[1], 0.0], quat=_about_z(float(pose[2])))
     spec.attach(child, prefix=f"robot{j}/", frame=frame)
@@ -85,10 +71,10 @@ def _robot_spec(scenario: Scenario, j: int, beams: bool) -> mujoco.MjSpec:
     rgba = _colour(j)
     for name in ("tub", "bumper"):
         child.geom(name).rgba = rgba
-    step = scenario.timing.physics_step
-    _add_camera_sensors(child, Sampler(scenario.sensors.camera.rate_hz, step))
+    step, sensors = scenario.timing.physics_step, scenario.sensors
+    _add_camera_sensors(child, Sampler(sensors.camera.rate_hz, step, sensors.camera.delay))
     if beams:
-        _add_beams(child, scenario.sensors.beams.count, Sampler(scenario.sensors.beams.rate_hz, step))
+        _add_beams(child, beam_angles(sensors.beams), Sampler(sensors.beams.rate_hz, step))
     return child
 
 
@@ -98,10 +84,10 @@ def _add_camera_sensors(child: mujoco.MjSpec, sampler: Sampler) -> None:
         child.add_sensor(name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname="centre", **_sampled(sampler))
 
 
-def _add_beams(child: mujoco.MjSpec, count: int, sampler: Sampler) -> None:
-    """Add `count` beams, counter-clockwise from straight ahead. A beam leaves along its site's z axis."""
+def _add_beams(child: mujoco.MjSpec, angles: np.ndarray, sampler: Sampler) -> None:
+    """Add beams at `angles` [rad], counter-clockwise from straight ahead. A beam leaves along its site's z axis."""
     origin = child.site("beams").pos
-    for k, angle in enumerate(2 * np.pi * np.arange(count) / count):
+    for k, angle in enumerate(angles.tolist()):
         name = f"beam{k}"
         child.body("robot").add_site(name=name, pos=origin, quat=_along(angle), size=[0.001] * 3, group=4)
         child.add_sensor(
@@ -115,7 +101,9 @@ def _add_beams(child: mujoco.MjSpec, count: int, sampler: Sampler) -> None:
 
 
 def _sampled(sampler: Sampler) -> dict:
-    return {} if sampler.every_step else {"nsample": 1, "interval": [sampler.interval, 0.0]}
+    period = {} if sampler.every_step else {"interval": [sampler.interval, 0.0]}
+    late = {"delay": sampler.native_delay} if sampler.delay else {}
+    return {"nsample": sampler.history, **period, **late} if period or late else {}
 
 
 def _along(angle: float) -> list[float]:

@@ -1,4 +1,4 @@
-"""Distances in the plane from points to walls."""
+"""Places in the plane, and distances from points to walls."""
 
 from __future__ import annotations
 
@@ -19,6 +19,12 @@ class Rectangles:
     half_size: np.ndarray  # (w, 2) half the length, half the thickness [m]
 
 
+def body_pose(hand_world: np.ndarray, heading: np.ndarray, hand_offset: float) -> np.ndarray:
+    """Return the poses (..., 3) x, y [m], heading [rad] of bodies whose hand points (..., 2) are there."""
+    ahead = np.stack([np.cos(heading), np.sin(heading)], axis=-1)
+    return np.concatenate([hand_world - hand_offset * ahead, np.asarray(heading)[..., None]], axis=-1)
+
+
 def wall_rectangles(walls: Sequence[Wall]) -> Rectangles:
     """Return the footprints of `walls`, in their order."""
     start = np.array([wall.start for wall in walls], dtype=float).reshape(-1, 2)
@@ -30,6 +36,14 @@ def wall_rectangles(walls: Sequence[Wall]) -> Rectangles:
         axis=(end - start) / length[:, None],
         half_size=np.column_stack([length, thickness]) / 2,
     )
+
+
+def corners(walls: Rectangles) -> np.ndarray:
+    """Return the corners (w, 4, 2) [m] of each footprint, counter-clockwise."""
+    along = walls.axis * walls.half_size[:, :1]
+    across = np.column_stack([-walls.axis[:, 1], walls.axis[:, 0]]) * walls.half_size[:, 1:]
+    turns = [-along - across, along - across, along + across, -along + across]
+    return walls.centre[:, None, :] + np.stack(turns, axis=1)
 
 
 def signed_distance(points: np.ndarray, walls: Rectangles) -> np.ndarray:

@@ -6,18 +6,25 @@ import math
 import sys
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 
 # MuJoCo adds up periods and time steps in floating point, and a rounding error could make a sample one step late.
 # Periods this much short keep every sum on the early side, for hours of simulated time, and cost 1 ns per second.
 _SHORTENED = 1 - 1e-9
+_SHORT_OF_A_STEP = 1e-6
 
 
 @dataclass(frozen=True)
 class Sampler:
-    """Sample k is taken at the first physics step at or after k / rate_hz; every step if the rate is above that."""
+    """Sample k is taken at the first physics step at or after k / rate_hz; every step if the rate is above that.
+
+    It is held from the first step at or after `delay` later. Until the first one arrives it counts as held already:
+    whoever uses the sensor knows how things stand at the start.
+    """
 
     rate_hz: float
     physics_step: float  # [s]
+    delay: float = 0.0  # from taking a sample to holding it [s]
 
     @property
     def every_step(self) -> bool:
@@ -29,15 +36,35 @@ class Sampler:
         """MuJoCo's `interval` of the sensor [s]; 0 for every step."""
         return 0.0 if self.every_step else _SHORTENED / self.rate_hz
 
+    @cached_property
+    def delay_steps(self) -> int:
+        """The delay in whole physics steps, rounded up."""
+        return steps_until(self.delay, self.physics_step)
+
+    @property
+    def native_delay(self) -> float:
+        """MuJoCo's `delay` of the sensor [s]: short of whole steps, so that no rounding error makes it one more."""
+        return (self.delay_steps - _SHORT_OF_A_STEP) * self.physics_step if self.delay_steps else 0.0
+
+    @property
+    def history(self) -> int:
+        """MuJoCo's `nsample`: how many samples to keep so that the delayed one is among them."""
+        samples = self.delay_steps * min(self._samples_per_step, Fraction(1))
+        return math.ceil(samples) + 2 if samples else 1
+
     def frame(self, step: int) -> int:
         """Return the number of the sample that is held at physics step `step` (0 at the start)."""
+        return self.newest(max(step - self.delay_steps, 0))
+
+    def newest(self, step: int) -> int:
+        """Return the number of the newest sample that is taken at or before physics step `step`."""
         return step if self.every_step else int(step * self._samples_per_step)
 
     def step(self, frame: int) -> int:
         """Return the physics step at which sample `frame` is taken."""
         return frame if self.every_step else math.ceil(frame / self._samples_per_step)
 
-    @property
+    @cached_property
     def _samples_per_step(self) -> Fraction:
         return _exact(self.rate_hz) * _exact(self.physics_step)
 

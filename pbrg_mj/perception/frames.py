@@ -1,4 +1,10 @@
-"""From a robot's body frame to the world, with the uncertainty of its own pose."""
+"""Where a robot was when it scanned, and how well it knows that.
+
+Assumed of the pose estimate: unbiased noise, independent from camera frame to camera frame and the same for all lines
+of a scan. Several scans that share a camera frame share its error, so each counts as that much worse: together they
+weigh as one. A pose older than the scan is carried on at the speed since the last scan; half of that way counts as
+one more standard deviation.
+"""
 
 from __future__ import annotations
 
@@ -7,39 +13,74 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pbrg_mj.perception.lines import Line
-from pbrg_mj.perception.setup import PoseNoise
+from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.sensing.noise import sensor_noise
+
+LONGEST = 0.5  # [s] speeds are not taken over longer gaps
 
 
 @dataclass(frozen=True)
-class WorldLine:
-    """A wall's face n . q = c in the world; the robot that saw it is on the side n . q <= c."""
+class PoseModel:
+    """Noise and clock of a robot's own pose estimate."""
 
-    angle: float  # direction of the normal n [rad]
-    offset: float  # c [m]
-    covariance: np.ndarray  # (2, 2) of (angle, offset): range noise and pose noise
-    normal: np.ndarray  # (2,) n
-    middle: np.ndarray  # (2,) middle of the stretch seen [m]
-    length: float  # of the stretch seen [m]
-    distance: float  # of the robot's centre from the line [m]
+    position_var: float  # of one scan's pose, along each axis [m^2]
+    heading_var: float  # [rad^2]
+    frame_period: float  # of the camera [s]
+    scan_period: float  # of the beams [s]
 
 
-def to_world(line: Line, pose: np.ndarray, pose_noise: PoseNoise) -> WorldLine:
-    """Return a line of the body frame in the world, given the body's estimated pose x, y [m], heading [rad]."""
-    x, heading = pose[:2], float(pose[2])
-    angle = line.angle + heading
-    n, t = np.array([math.cos(angle), math.sin(angle)]), np.array([-math.sin(angle), math.cos(angle)])
-    cos, sin = math.cos(heading), math.sin(heading)
-    rotation = np.array([[cos, -sin], [sin, cos]])
-    # offset = c + n(angle) . x, so the angle's error moves it by t . x and the position's by its part along n.
-    lever = np.array([[1.0, 0.0], [float(t @ x), 1.0]])
-    inner = line.covariance + np.diag([pose_noise.heading**2, 0.0])
-    return WorldLine(
-        angle=math.remainder(angle, 2 * math.pi),
-        offset=line.offset + float(n @ x),
-        covariance=lever @ inner @ lever.T + np.diag([0.0, pose_noise.position**2]),
-        normal=n,
-        middle=x + rotation @ line.middle,
-        length=line.length,
-        distance=line.offset,
-    )
+@dataclass(frozen=True)
+class Stand:
+    """Where a robot stood at its last scan."""
+
+    place: np.ndarray  # (2,) x, y at the scan, the tracks' anchor [m]
+    estimate: np.ndarray  # (3,) the camera's x, y [m], heading [rad]
+    exposed: float  # when that was true [s]
+    time: float  # of the scan [s]
+
+
+@dataclass(frozen=True)
+class ScanPose:
+    """A robot's pose at its scan."""
+
+    pose: tuple[float, float, float]  # x, y [m], heading [rad]
+    position_var: float  # [m^2]
+    heading_var: float  # [rad^2]
+    shift: tuple[float, float]  # since the last scan [m]
+    time: float  # [s]
+    elapsed: float  # since the last scan [s]
+
+
+def pose_model(scenario: Scenario) -> PoseModel:
+    """Return the pose model for a scenario."""
+    noise, step = sensor_noise(scenario), scenario.timing.physics_step
+    camera, beams = scenario.sensors.camera, scenario.sensors.beams
+    frame, scan = max(1 / camera.rate_hz, step), max(1 / beams.rate_hz, step)
+    shared = max(1.0, frame / scan)
+    return PoseModel(shared * noise.position_std**2, shared * noise.heading_std**2, frame, scan)
+
+
+def stand(
+    estimate: np.ndarray, frames: tuple[int, int], time: float, last: Stand | None, model: PoseModel
+) -> ScanPose:
+    """Return the pose at a scan from the `estimate` (3,) of the camera; `frames` are of camera and scan."""
+    exposed = frames[0] * model.frame_period
+    age = min(max(frames[1] * model.scan_period - exposed, 0.0), LONGEST)
+    x, y, heading = estimate.tolist()
+    position_var, heading_var = model.position_var, model.heading_var
+    gap = exposed - last.exposed if last is not None else 0.0
+    if last is not None and age > 1e-6 and 0 < gap <= LONGEST:
+        ratio = age / gap
+        dx, dy = ratio * (x - float(last.estimate[0])), ratio * (y - float(last.estimate[1]))
+        turn = ratio * math.remainder(heading - float(last.estimate[2]), 2 * math.pi)
+        x, y, heading = x + dx, y + dy, heading + turn
+        position_var = (1 + 2 * ratio**2) * position_var + 0.25 * (dx**2 + dy**2)
+        heading_var = (1 + 2 * ratio**2) * heading_var + 0.25 * turn**2
+    shift = (x - float(last.place[0]), y - float(last.place[1])) if last is not None else (0.0, 0.0)
+    elapsed = time - last.time if last is not None else 0.0
+    return ScanPose((x, y, heading), position_var, heading_var, shift, time, elapsed)
+
+
+def stood(pose: ScanPose, estimate: np.ndarray, frame: int, model: PoseModel) -> Stand:
+    """Return what to remember of a scan's pose."""
+    return Stand(np.array(pose.pose[:2]), estimate.copy(), frame * model.frame_period, pose.time)

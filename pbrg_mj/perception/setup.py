@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from pbrg_mj.errors import InputError
+from pbrg_mj.perception.frames import PoseModel, pose_model
 from pbrg_mj.perception.half_spaces import HalfSpaces
+from pbrg_mj.perception.polygons import hull
+from pbrg_mj.perception.rules import LineRules, line_rules
+from pbrg_mj.perception.tracks import TrackRules, track_rules
 from pbrg_mj.scenario.schema import Estimator, GivenHalfSpace, Scenario
-from pbrg_mj.sensing.noise import sensor_noise
-
-NOISE_FLOOR = 1e-3  # [m] below this, straight walls and exact ranges no longer are
-NOISE_MARGIN = 4.0  # in standard deviations: points this far from their line are split off, never nearer ones
 
 
 @dataclass(frozen=True)
@@ -26,58 +26,70 @@ class SegmentRules:
 
 
 @dataclass(frozen=True)
-class PoseNoise:
-    """Standard deviations of a robot's own pose estimate."""
-
-    position: float  # [m]
-    heading: float  # [rad]
-
-
-@dataclass(frozen=True)
 class PerceptionSetup:
     """All parameters of perception, frozen."""
 
     robots: int
     slots: int  # half-spaces per robot
     clearance: float  # body radius plus hand offset [m]
+    hand_offset: float  # of the hand point ahead of the body's centre [m]
     beam_robots: tuple[int, ...]  # robot of each row of the ranges
     directions: np.ndarray  # (beams, 2) unit vectors of the beams in the body frame
-    rules: SegmentRules
-    pose_noise: PoseNoise
-    memory: float  # how long an unseen wall is kept [s]
+    rules: LineRules
+    track_rules: TrackRules
+    pose: PoseModel
+    teams: tuple[
+        np.ndarray, ...
+    ]  # per robot (k, 2): hull of the robots its half-spaces bind, from its hand point [m]
+    binds: np.ndarray  # (n, n) bool: whom the half-spaces of each robot bind
     given: HalfSpaces | None  # for `source: given`; None when walls come from the beams
 
 
-def perception_setup(scenario: Scenario, clearance: float) -> PerceptionSetup:
-    """Return the setup for a scenario; `clearance` [m] is how far a hand point must stay from a wall's face.
+def perception_setup(scenario: Scenario, clearance: float, hand_offset: float = 0.0) -> PerceptionSetup:
+    """Return the setup for a scenario.
 
-    Raises InputError when given half-spaces do not fit: no such robot, zero normal, more than there are slots.
+    `clearance` [m] is how far a hand point must stay from a wall's face, `hand_offset` [m] how far it is ahead of
+    the body's centre. Raises InputError when given half-spaces do not fit: no such robot, zero normal, more than
+    there are slots.
     """
-    estimator, noise = scenario.estimator, sensor_noise(scenario)
-    count = scenario.sensors.beams.count
-    range_std = max(noise.range_std, NOISE_FLOOR)
+    estimator, beams, rules = scenario.estimator, scenario.sensors.beams, line_rules(scenario)
+    formation = np.array(scenario.team.formation, dtype=float)
     return PerceptionSetup(
         robots=scenario.robots,
         slots=estimator.half_spaces_per_robot,
         clearance=clearance,
+        hand_offset=hand_offset,
         beam_robots=scenario.beam_robots,
-        directions=beam_directions(count),
-        rules=SegmentRules(
-            range_std,
-            max(estimator.split_distance, NOISE_MARGIN * range_std),
-            estimator.min_points,
-            estimator.min_length,
-        ),
-        pose_noise=PoseNoise(noise.position_std, noise.heading_std),
-        memory=estimator.memory,
+        directions=beam_directions(beams.count, beams.start_deg, beams.sweep_deg),
+        rules=rules,
+        track_rules=track_rules(scenario, rules.agree, clearance),
+        pose=pose_model(scenario),
+        teams=tuple(_team(formation, robot, estimator.scope) for robot in range(scenario.robots)),
+        binds=_binds(scenario.robots, estimator.scope),
         given=given_half_spaces(estimator, scenario.robots) if estimator.source == "given" else None,
     )
 
 
-def beam_directions(count: int) -> np.ndarray:
-    """Return (count, 2) unit vectors in the body frame: beam 0 straight ahead, then counter-clockwise."""
-    angle = 2 * np.pi * np.arange(count) / count
+def beam_directions(count: int, start_deg: float = 0.0, sweep_deg: float = 360.0) -> np.ndarray:
+    """Return (count, 2) unit vectors in the body frame, counter-clockwise from `start_deg`, straight ahead being 0.
+
+    They spread over `sweep_deg` from the first to the last; a whole circle is not closed with a second first beam.
+    """
+    gaps = count if sweep_deg == 360.0 else max(count - 1, 1)
+    angle = np.deg2rad(start_deg + sweep_deg * np.arange(count) / gaps)
     return np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def _team(formation: np.ndarray, robot: int, scope: str) -> np.ndarray:
+    """Return (k, 2) corners of the hull of the robots bound, as seen from robot `robot` in formation [m]."""
+    if scope == "own":
+        return np.zeros((1, 2))
+    shifted = formation - formation[robot]
+    return shifted[hull(shifted)]
+
+
+def _binds(robots: int, scope: str) -> np.ndarray:
+    return np.ones((robots, robots), dtype=bool) if scope == "team" else np.eye(robots, dtype=bool)
 
 
 def given_half_spaces(estimator: Estimator, robots: int) -> HalfSpaces:
@@ -85,7 +97,7 @@ def given_half_spaces(estimator: Estimator, robots: int) -> HalfSpaces:
 
     Raises InputError for a robot that does not exist, a zero normal, and more half-spaces than slots.
     """
-    result = HalfSpaces.empty(robots, estimator.half_spaces_per_robot)
+    result, binds = HalfSpaces.empty(robots, estimator.half_spaces_per_robot), _binds(robots, estimator.scope)
     used = np.zeros(robots, dtype=int)
     for index, given in enumerate(estimator.given):
         normal, length = np.array(given.normal), float(np.hypot(*given.normal))
@@ -93,10 +105,11 @@ def given_half_spaces(estimator: Estimator, robots: int) -> HalfSpaces:
         robot, slot = given.robot - 1, used[given.robot - 1]
         if slot == estimator.half_spaces_per_robot:
             raise InputError(
-                f"robot {given.robot} is given more half-spaces than the {slot} it can hold", key="estimator.given"
+                f"robot {given.robot} is given more half-spaces than the {slot} it can hold",
+                key="estimator.given",
             )
         result.G[robot, slot], result.h[robot, slot] = normal / length, given.offset / length
-        result.active[robot, slot] = result.binds[robot, slot] = True
+        result.active[robot, slot], result.binds[robot, slot] = True, binds[robot]
         used[robot] += 1
     return result
 
@@ -105,4 +118,6 @@ def _check(given: GivenHalfSpace, key: str, length: float, robots: int) -> None:
     if given.robot > robots:
         raise InputError(f"{given.robot} is no robot; allowed are 1 to {robots}", key=f"{key}.robot")
     if not length > 0:
-        raise InputError(f"{list(given.normal)} has no direction; any other vector is allowed", key=f"{key}.normal")
+        raise InputError(
+            f"{list(given.normal)} has no direction; any other vector is allowed", key=f"{key}.normal"
+        )

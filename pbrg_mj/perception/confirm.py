@@ -1,0 +1,105 @@
+"""When a track counts as a wall: long ones at once, short ones when nothing about them can be moving.
+
+A short stretch may be the face of something that moves. Its speed along the normal is estimated by weighted least
+squares from its sightings; along itself a wall cannot move while both ends stay between the last beam that met it and
+the first that passed it. It is a wall when SLOWEST is ruled out both ways.
+"""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from pbrg_mj.perception.angles import wrapped
+from pbrg_mj.perception.evidence import end_bound
+
+LONG = 1.0  # [m] stretches this long are walls at first sight
+SLOWEST = 0.1  # [m/s] things that move at least so fast are told from walls
+FEWEST = 3  # sightings of a short wall
+SIGMAS = 3.0
+TOLERANCE = 0.03  # [m] by which an end may move before it counts
+TORN = 4  # a moved end counts 2, a scan without one -1
+
+
+@njit(cache=True)
+def note_place(track, view, line):
+    """Add a sighting to the sums that give the track's speed along its normal."""
+    angle, c = view.angle[line], view.covariance[line]
+    x, y = track["ref_x"] - view.x, track["ref_y"] - view.y
+    cos, sin = math.cos(angle), math.sin(angle)
+    s = y * cos - x * sin
+    ahead = math.cos(wrapped(angle - track["ref_angle"]))
+    e = (view.offset[line] - x * cos - y * sin) / max(ahead, 0.5)
+    w = 1 / (c[1, 1] - 2 * s * c[0, 1] + s * s * c[0, 0])
+    tau = view.time - track["first"]
+    track["w0"] += w
+    track["w1"] += w * tau
+    track["w2"] += w * tau * tau
+    track["e0"] += w * e
+    track["e1"] += w * tau * e
+
+
+@njit(cache=True)
+def restart(track, view, line, rules):
+    """Take a sighting's stretch for the track's, and count its age and motion from here."""
+    track["low"], track["high"] = view.low[line], view.high[line]
+    track["low_bound"] = end_bound(view, line, -1, rules) if view.free_low[line] else -math.inf
+    track["high_bound"] = end_bound(view, line, 1, rules) if view.free_high[line] else math.inf
+    angle, middle = view.angle[line], 0.5 * (view.low[line] + view.high[line])
+    track["ref_angle"] = angle
+    track["ref_x"] = view.x + view.offset[line] * math.cos(angle) - middle * math.sin(angle)
+    track["ref_y"] = view.y + view.offset[line] * math.sin(angle) + middle * math.cos(angle)
+    track["w0"] = track["w1"] = track["w2"] = track["e0"] = track["e1"] = 0.0
+    track["first"] = view.time
+
+
+@njit(cache=True)
+def extend(track, view, line, rules):
+    """Take a sighting's ends into account, or find that an end has moved and begin the track's stretch anew."""
+    low_bound = end_bound(view, line, -1, rules) if view.free_low[line] else -math.inf
+    high_bound = end_bound(view, line, 1, rules) if view.free_high[line] else math.inf
+    slack = TOLERANCE + SIGMAS * math.sqrt(view.position_var)
+    far = SIGMAS * math.sqrt(view.heading_var) * view.offset[line]
+    over = max(view.high[line] - track["high_bound"], track["low_bound"] - view.low[line])
+    short = max(track["high"] - high_bound, low_bound - track["low"])
+    if max(over, short) > slack + far:
+        track["torn"] += 2
+        if track["torn"] >= TORN or not track["confirmed"]:
+            restart(track, view, line, rules)
+            track["torn"] = track["confirmed"] = 0
+            track["hits"] = 1
+        return
+    track["torn"] = max(track["torn"] - 1, 0)
+    track["low"] = min(track["low"], view.low[line])
+    track["high"] = max(track["high"], view.high[line])
+    track["low_bound"] = min(max(track["low_bound"], low_bound), track["low"])
+    track["high_bound"] = max(min(track["high_bound"], high_bound), track["high"])
+
+
+@njit(cache=True)
+def confirm(track, view, line):
+    """Make a track a wall if it cannot be anything else."""
+    if track["confirmed"]:
+        return
+    long = view.high[line] - view.low[line] >= LONG
+    track["confirmed"] = 1 if long or (_rests_across(track) and _rests_along(track)) else 0
+
+
+@njit(cache=True)
+def _rests_across(track):
+    w0, w1, w2 = track["w0"], track["w1"], track["w2"]
+    det = w0 * w2 - w1 * w1
+    if track["hits"] < FEWEST or det <= 0:
+        return False
+    speed = (w0 * track["e1"] - w1 * track["e0"]) / det
+    return abs(speed) + SIGMAS * math.sqrt(w0 / det) < SLOWEST
+
+
+@njit(cache=True)
+def _rests_along(track):
+    """Return whether a slide at SLOWEST since the first sighting would have shown: both ends have been seen."""
+    low, high = track["low"] - track["low_bound"], track["high_bound"] - track["high"]
+    if low == math.inf or high == math.inf:
+        return True
+    return (track["seen"] - track["first"]) * SLOWEST > low + high + TOLERANCE

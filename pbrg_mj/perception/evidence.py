@@ -1,0 +1,85 @@
+"""What single beams say about a wall: where it ends, and whether it is still there."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+LEAST_COSINE = 0.15  # beams that meet the wall at a more grazing angle say nothing
+IN_RANGE = 0.95  # of range_max: no echo is expected from farther
+BEHIND = 0.1  # [m] an echo this far behind a wall passed it by; so much before it, something hid it
+MARGIN = 0.05  # [m] from the ends of the stretch seen
+FEWEST = 3  # beams on a wall that may speak against it
+SHARE = 0.6  # of them must
+
+
+@njit(cache=True)
+def beam_on_line(angle, offset, direction):
+    """Return the coordinate along the line and the range where a beam meets it; a range of inf if it does not."""
+    cos, sin = math.cos(angle), math.sin(angle)
+    along = direction[0] * cos + direction[1] * sin
+    if along < LEAST_COSINE:
+        return 0.0, math.inf
+    distance = offset / along
+    return distance * (direction[1] * cos - direction[0] * sin), distance
+
+
+@njit(cache=True)
+def end_bound(view, line, end, rules):
+    """Return a coordinate beyond which the wall of sighting `line` does not go, at its high (end = 1) or low (-1) end.
+
+    It is where the first echo from behind came through, or where so many neighbours got no echo that they cannot all
+    have been lost; the end itself when there is none. inf or -inf when the wall leaves the range first.
+    """
+    angle, offset = view.angle[line], view.offset[line]
+    edge = end * (view.high[line] if end > 0 else view.low[line])
+    best, silent = math.inf, 0
+    beams = len(view.ranges)
+    at, start = -1, math.inf
+    for k in range(beams):  # the first beam beyond the end
+        s, distance = beam_on_line(angle, offset, view.beams[k])
+        if distance < math.inf and end * s > edge + 1e-9 and end * s < start:
+            at, start = k, end * s
+    for step in range(beams if at >= 0 else 0):
+        k = (at + end * step) % beams
+        s, distance = beam_on_line(angle, offset, view.beams[k])
+        if distance > IN_RANGE * rules.range_max or end * s < start:
+            break
+        r = view.ranges[k]
+        if math.isnan(r):
+            silent += 1
+        elif r < distance - BEHIND:
+            break  # something hides the rest
+        else:
+            silent = 0
+        if silent >= rules.agree or r > distance + BEHIND:
+            best = end * s
+            break
+    return end * best
+
+
+@njit(cache=True)
+def contradicted(view, track, rules):
+    """Return whether a scan shows that a wall is no longer where it was: beams that should meet it went past.
+
+    Beams stopped before it say nothing. A scan without any echo says nothing: the sensor may be blind.
+    """
+    on, past, echoes = 0, 0, 0
+    for k in range(len(view.ranges)):
+        r = view.ranges[k]
+        if not math.isnan(r):
+            echoes += 1
+        s, distance = beam_on_line(track["angle"], track["offset"], view.beams[k])
+        if (
+            distance > IN_RANGE * rules.range_max - BEHIND
+            or s < track["low"] + MARGIN
+            or s > track["high"] - MARGIN
+        ):
+            continue
+        if math.isnan(r) or r > distance + BEHIND:
+            past += 1
+            on += 1
+        elif r > distance - BEHIND:
+            on += 1
+    return echoes > 0 and on >= FEWEST and past >= SHARE * on

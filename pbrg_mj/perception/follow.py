@@ -1,0 +1,149 @@
+"""Tracks from scan to scan: carried along, associated, fused, begun and dropped."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from pbrg_mj.perception.angles import wrapped
+from pbrg_mj.perception.associate import EXTEND, NEW, STRANGE, UPDATE, associate, same_wall
+from pbrg_mj.perception.confirm import confirm, extend, note_place, restart
+from pbrg_mj.perception.evidence import contradicted
+
+SEEN_SHARE = 0.05  # of the drift while in sight: nothing is known for ever
+PATIENCE = 3  # scans against a wall before it is dropped, and scans an unconfirmed one may be out of sight
+SLACK = 1e-9  # [s] rounding of the clock
+
+
+@njit(cache=True)
+def follow(tracks, view, rules):
+    """Bring one robot's tracks (M,) up to date with one scan, in place."""
+    for i in range(len(tracks)):
+        if tracks[i]["live"]:
+            _carry(tracks[i], view, rules)
+    role, which = associate(tracks, view)
+    for line in range(len(role)):
+        if role[line] == UPDATE:
+            _fuse(tracks[which[line]], view, line, rules)
+        elif role[line] == EXTEND:
+            extend(tracks[which[line]], view, line, rules)
+        elif role[line] == STRANGE:
+            _doubt(tracks[which[line]])
+            if not tracks[which[line]]["live"]:
+                role[line] = NEW
+    for line in range(len(role)):
+        if role[line] == NEW:
+            _begin(tracks, view, line, rules)
+    _miss(tracks, view, rules)
+    _merge(tracks)
+
+
+@njit(cache=True)
+def _carry(track, view, rules):
+    """Take a track from the last anchor to this one, let its uncertainty grow, and forget it in the end."""
+    cos, sin = math.cos(track["angle"]), math.sin(track["angle"])
+    along = view.shift_y * cos - view.shift_x * sin
+    track["offset"] -= view.shift_x * cos + view.shift_y * sin
+    track["low"] -= along
+    track["high"] -= along
+    track["low_bound"] -= along
+    track["high_bound"] -= along
+    # offset' = offset - n . shift, so the angle's error moves it by -t . shift
+    track["p_cc"] += along * (along * track["p_aa"] - 2 * track["p_ac"])
+    track["p_ac"] -= along * track["p_aa"]
+    share = SEEN_SHARE if track["unseen"] == 0 else 1.0
+    track["p_aa"] += (share * rules.turn) ** 2 * view.elapsed
+    track["p_cc"] += (share * rules.drift) ** 2 * view.elapsed
+    track["unseen"] += 1
+    if view.time - track["seen"] > rules.memory + SLACK or (
+        not track["confirmed"] and track["unseen"] > PATIENCE
+    ):
+        track["live"] = 0
+
+
+@njit(cache=True)
+def _fuse(track, view, line, rules):
+    """Kalman update of (angle, offset) with a sighting: its noise is independent of the scans before."""
+    c = view.covariance[line]
+    note_place(track, view, line)
+    da = wrapped(view.angle[line] - track["angle"])
+    dc = view.offset[line] - track["offset"]
+    paa, pac, pcc = track["p_aa"], track["p_ac"], track["p_cc"]
+    saa, sac, scc = paa + c[0, 0], pac + c[0, 1], pcc + c[1, 1]
+    det = saa * scc - sac * sac
+    kaa, kac = (paa * scc - pac * sac) / det, (pac * saa - paa * sac) / det  # K = P S^-1
+    kca, kcc = (pac * scc - pcc * sac) / det, (pcc * saa - pac * sac) / det
+    track["angle"] = wrapped(track["angle"] + kaa * da + kac * dc)
+    track["offset"] += kca * da + kcc * dc
+    track["p_aa"] = (1 - kaa) * paa - kac * pac
+    track["p_cc"] = (1 - kcc) * pcc - kca * pac
+    track["p_ac"] = (1 - kaa) * pac - kac * pcc
+    track["seen"] = view.time
+    track["hits"] += 1
+    track["unseen"] = track["missed"] = track["strange"] = 0
+    extend(track, view, line, rules)
+    confirm(track, view, line)
+
+
+@njit(cache=True)
+def _doubt(track):
+    """Count a sighting near a track but not of it: a wall that moves does that, and a moving thing is dropped."""
+    track["strange"] += 1
+    if not track["confirmed"] or track["strange"] >= PATIENCE:
+        track["live"] = 0
+
+
+@njit(cache=True)
+def _begin(tracks, view, line, rules):
+    """Begin a track; when all are in use, the farthest unconfirmed one makes room, or nobody does."""
+    free, farthest = -1, -1.0
+    for i in range(len(tracks)):
+        if not tracks[i]["live"]:
+            free = i
+            break
+        if not tracks[i]["confirmed"] and tracks[i]["offset"] > max(farthest, view.offset[line]):
+            free, farthest = i, tracks[i]["offset"]
+    if free < 0:
+        return
+    track = tracks[free]
+    c = view.covariance[line]
+    track["angle"] = wrapped(view.angle[line])
+    track["offset"] = view.offset[line]
+    track["p_aa"], track["p_ac"], track["p_cc"] = c[0, 0], c[0, 1], c[1, 1]
+    track["first"] = track["seen"] = view.time
+    track["hits"] = track["live"] = 1
+    track["unseen"] = track["missed"] = track["strange"] = track["torn"] = track["own"] = 0
+    track["confirmed"] = 0
+    track["slot"] = -1
+    restart(track, view, line, rules)
+    note_place(track, view, line)
+    confirm(track, view, line)
+
+
+@njit(cache=True)
+def _miss(tracks, view, rules):
+    for i in range(len(tracks)):
+        track = tracks[i]
+        if track["live"] and track["unseen"] > 0:
+            track["missed"] = track["missed"] + 1 if contradicted(view, track, rules) else 0
+            if track["missed"] >= PATIENCE:
+                track["live"] = 0
+
+
+@njit(cache=True)
+def _merge(tracks):
+    """Make tracks that turn out to be one wall one: the confirmed and older one stays."""
+    for i in range(len(tracks)):
+        for j in range(len(tracks)):
+            a, b = tracks[i], tracks[j]
+            if i == j or not a["live"] or not b["live"] or b["confirmed"] > a["confirmed"]:
+                continue
+            if (b["confirmed"] == a["confirmed"] and b["first"] < a["first"]) or not same_wall(a, b):
+                continue
+            a["low"], a["high"] = min(a["low"], b["low"]), max(a["high"], b["high"])
+            a["low_bound"] = min(a["low_bound"], b["low_bound"])
+            a["high_bound"] = max(a["high_bound"], b["high_bound"])
+            if b["seen"] >= a["seen"]:
+                a["seen"], a["unseen"] = b["seen"], b["unseen"]
+            b["live"] = 0

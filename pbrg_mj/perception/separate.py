@@ -1,0 +1,119 @@
+"""One half-space for each obstacle: the one with the most room between it and the robots it binds."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from pbrg_mj.perception.corners import crossing, ends
+from pbrg_mj.perception.outline import outline
+from pbrg_mj.perception.polygons import gap, hull
+
+RETURN = 0.05  # [m] of room that a team must have again before its obstacle is kept off all of it again
+
+
+class Stance(NamedTuple):
+    """Where the robots that a half-space binds are thought to be, seen from the robot's anchor."""
+
+    team: np.ndarray  # (k, 2) corners of the hull of the robots bound, counter-clockwise [m]
+    hand: np.ndarray  # (1, 2) the own hand point [m]
+    end_var: float  # variance of a point's place, constant part [m^2]
+    turn_var: float  # and part per square metre of distance [rad^2]
+
+
+@njit(cache=True)
+def half_space(tracks, root, links, stance, rules):
+    """Return gx, gy, h, distance of the half-space g . (q - anchor) <= h for the obstacle whose first face is `root`.
+
+    The distance [m] is that of the robots bound from the obstacle. When no half-space parts them, the own hand point
+    alone is kept off it; when that is inside as well, the face that is least crossed is the answer.
+    """
+    corners = outline(tracks, root, links, stance.hand[0], rules)
+    places = np.zeros((len(corners), 2))
+    for k in range(len(corners)):
+        places[k, 0], places[k, 1] = corners[k]["x"], corners[k]["y"]
+    order = hull(places)
+    solid = places[order]
+    track = tracks[root]
+    gx, gy, width, i, j = gap(stance.team, solid)
+    track["own"] = 1 if width < (RETURN if track["own"] else 0.0) else 0
+    bound = stance.hand if track["own"] else stance.team
+    if track["own"]:
+        gx, gy, width, i, j = gap(stance.hand, solid)
+    if width < 0:
+        return _crossed(tracks, root, links, stance, rules)
+    a, b = corners[order[i]], corners[order[j]]
+    face = _common(a, b) if i != j else -1
+    if face >= 0:
+        gx, gy, h = _face(tracks[face], bound, rules)
+        return gx, gy, h, width
+    var = max(_corner_var(tracks, a, (gx, gy), stance), _corner_var(tracks, b, (gx, gy), stance), 0.0)
+    h = gx * a["x"] + gy * a["y"]
+    return gx, gy, h - rules.clearance - rules.sigmas * math.sqrt(var), width
+
+
+@njit(cache=True)
+def _common(a, b):
+    """Return the face on which both corners lie in view, or -1."""
+    if a["hidden"] or b["hidden"]:
+        return -1
+    if a["face"] == b["face"] or a["face"] == b["other"]:
+        return a["face"]
+    return a["other"] if a["other"] >= 0 and (a["other"] == b["face"] or a["other"] == b["other"]) else -1
+
+
+@njit(cache=True)
+def _face(track, bound, rules):
+    """Return the face's half-space, kept off by what is uncertain where the robots bound are."""
+    gx, gy = math.cos(track["angle"]), math.sin(track["angle"])
+    low, high = ends(track)
+    var = 0.0
+    for k in range(len(bound)):
+        s = min(max(bound[k, 1] * gx - bound[k, 0] * gy, low), high)
+        var = max(var, _variance(track, s))
+    return gx, gy, track["offset"] - rules.clearance - rules.sigmas * math.sqrt(var)
+
+
+@njit(cache=True)
+def _variance(track, s):
+    """Return the variance of a face's place along its normal, at coordinate s: offset - angle s."""
+    return track["p_cc"] - 2 * s * track["p_ac"] + s * s * track["p_aa"]
+
+
+@njit(cache=True)
+def _corner_var(tracks, corner, g, stance):
+    """Return the variance of g . x of a corner x.
+
+    Where two faces meet, n . x = offset of both gives it; an end has the face's variance across and that of any
+    point along.
+    """
+    a = tracks[corner["face"]]
+    ax, ay = math.cos(a["angle"]), math.sin(a["angle"])
+    va = _variance(a, corner["s"])
+    if corner["other"] < 0:
+        along = stance.end_var + stance.turn_var * (corner["s"] ** 2 + a["offset"] ** 2)
+        return (g[0] * ax + g[1] * ay) ** 2 * va + (g[1] * ax - g[0] * ay) ** 2 * along
+    b = tracks[corner["other"]]
+    bx, by = math.cos(b["angle"]), math.sin(b["angle"])
+    vb = _variance(b, crossing(a, b)[1])
+    det = ax * by - ay * bx
+    return ((g[0] * by - g[1] * bx) / det) ** 2 * va + ((g[1] * ax - g[0] * ay) / det) ** 2 * vb
+
+
+@njit(cache=True)
+def _crossed(tracks, root, links, stance, rules):
+    """Return the half-space of the face that the own hand point has crossed least: an infeasible row says so."""
+    best, face, at = math.inf, root, root
+    while at >= 0:
+        track = tracks[at]
+        depth = stance.hand[0, 0] * math.cos(track["angle"]) + stance.hand[0, 1] * math.sin(track["angle"])
+        if depth - track["offset"] < best:
+            best, face = depth - track["offset"], at
+        at = links[1][at]
+        if at == root:
+            break
+    gx, gy, h = _face(tracks[face], stance.hand, rules)
+    return gx, gy, h, -best

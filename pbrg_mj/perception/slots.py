@@ -1,0 +1,103 @@
+"""Half-spaces of one robot in its slots."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from pbrg_mj.perception.corners import chains
+from pbrg_mj.perception.separate import half_space
+
+NEARER = 0.1  # [m] an obstacle displaces another only if it is so much nearer: slots must not change hands for nothing
+
+
+@njit(cache=True)
+def fill(tracks, stance, rules, g, h):
+    """Write the half-spaces g (K, 2), h (K,) of the tracks (M,) into slots, about the anchor; return the active (K,).
+
+    An obstacle keeps its slot. New ones fill free slots, nearest first, and when there are none they displace the
+    farthest.
+    """
+    links = chains(tracks)
+    root = _roots(tracks, links)
+    rows, wide = np.zeros((len(tracks), 3)), np.full(len(tracks), math.inf)
+    for i in range(len(tracks)):
+        if root[i]:
+            rows[i, 0], rows[i, 1], rows[i, 2], wide[i] = half_space(tracks, i, links, stance, rules)
+    _assign(tracks, root, wide, len(h))
+    active = np.zeros(len(h), np.bool_)
+    g[:], h[:] = 0.0, 0.0
+    for i in range(len(tracks)):
+        slot = tracks[i]["slot"]
+        if root[i] and slot >= 0:
+            g[slot, 0], g[slot, 1], h[slot] = rows[i, 0], rows[i, 1], rows[i, 2]
+            active[slot] = True
+    return active
+
+
+@njit(cache=True)
+def _roots(tracks, links):
+    """Return (M,) bool: the first face of each obstacle, which holds the obstacle's slot for all its faces."""
+    before, after = links
+    root = np.zeros(len(tracks), np.bool_)
+    done = np.zeros(len(tracks), np.bool_)
+    for ring in range(2):  # open chains first; what is left are closed ones, and any face may be their first
+        for i in range(len(tracks)):
+            walls = tracks[i]["live"] and tracks[i]["confirmed"]
+            if not walls:
+                tracks[i]["slot"] = -1
+            elif not done[i] and (before[i] < 0 or ring):
+                root[i] = True
+                _hand_over(tracks, i, after, done)
+    return root
+
+
+@njit(cache=True)
+def _hand_over(tracks, root, after, done):
+    """Give the obstacle's first face the slot that its longest known face holds."""
+    slot, since, face = -1, math.inf, root
+    while face >= 0 and not done[face]:
+        done[face] = True
+        if tracks[face]["slot"] >= 0 and tracks[face]["first"] < since:
+            slot, since = tracks[face]["slot"], tracks[face]["first"]
+        tracks[face]["slot"] = -1
+        face = after[face]
+    tracks[root]["slot"] = slot
+
+
+@njit(cache=True)
+def _assign(tracks, root, wide, slots):
+    """Give slots to obstacles without one, nearest first."""
+    while True:
+        new, nearest = -1, math.inf
+        for i in range(len(tracks)):
+            if root[i] and tracks[i]["slot"] < 0 and wide[i] < nearest:
+                new, nearest = i, wide[i]
+        if new < 0:
+            return
+        slot = _room(tracks, root, wide, slots, nearest)
+        if slot < 0:
+            return
+        tracks[new]["slot"] = slot
+
+
+@njit(cache=True)
+def _room(tracks, root, wide, slots, nearest):
+    """Return a free slot, or that of the farthest obstacle if it is farther than `nearest` [m], or -1."""
+    used = np.zeros(slots, np.bool_)
+    farthest, most = -1, nearest + NEARER
+    for i in range(len(tracks)):
+        if root[i] and tracks[i]["slot"] >= 0:
+            used[tracks[i]["slot"]] = True
+            if wide[i] > most:
+                farthest, most = i, wide[i]
+    for slot in range(slots):
+        if not used[slot]:
+            return slot
+    if farthest < 0:
+        return -1
+    slot = tracks[farthest]["slot"]
+    tracks[farthest]["slot"] = -1
+    return slot

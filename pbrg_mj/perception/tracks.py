@@ -1,0 +1,65 @@
+"""Walls over time, as records in an array: one row of `TRACK` per wall a robot follows.
+
+All geometry of a track is about its robot's estimated position at the last scan, the anchor, and never about the
+world's origin: far from it, an angle's error would swamp the offset. The wall is n . (q - anchor) = offset with n =
+(cos angle, sin angle) in the world, seen from the side n . (q - anchor) < offset, and coordinates along it are along
+t = (-sin angle, cos angle).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pbrg_mj.scenario.schema import Scenario
+
+_REAL = ["angle", "offset", "p_aa", "p_ac", "p_cc", "low", "high", "low_bound", "high_bound", "first", "seen"]
+_REAL += ["ref_angle", "ref_x", "ref_y", "w0", "w1", "w2", "e0", "e1"]
+_WHOLE = ["live", "confirmed", "slot", "hits", "unseen", "missed", "strange", "torn", "own"]
+
+TRACK = np.dtype([(name, np.float64) for name in _REAL] + [(name, np.int64) for name in _WHOLE])
+"""One wall followed by one robot.
+
+- angle [rad], offset [m], and their covariance p_aa, p_ac, p_cc
+- low, high [m]: the stretch seen; low_bound, high_bound [m]: beams passed by there, so the wall ends before; infinite
+  when no end has been seen
+- first, seen [s]: first and last sighting; hits: sightings; unseen: scans since the last
+- ref_angle, ref_x, ref_y: line and place of the first sighting; w0, w1, w2, e0, e1: sums of 1, tau, tau^2, e, tau e,
+  each weighted by 1/variance, e the displacement along the normal and tau the time since then
+- live: in use; confirmed: it counts as a wall; missed, strange, torn: what speaks against it
+- slot: of its half-space, -1 for none; own: its obstacle is kept off the own hand point alone
+"""
+
+
+class TrackRules(NamedTuple):
+    """Parameters of the tracks; a named tuple, so that compiled code takes it as it is."""
+
+    range_max: float  # of the beams [m]
+    agree: int  # neighbouring beams that must pass by before an end is believed
+    memory: float  # how long an unseen wall is kept [s]
+    drift: float  # growth of an unseen wall's offset [m/sqrt(s)]
+    turn: float  # and angle [rad/sqrt(s)]
+    clearance: float  # of hand points from faces [m]
+    sigmas: float  # half-spaces move inward by this many standard deviations
+
+
+def track_rules(scenario: Scenario, agree: int, clearance: float) -> TrackRules:
+    """Return the rules for a scenario."""
+    estimator = scenario.estimator
+    return TrackRules(
+        range_max=scenario.sensors.beams.range_max,
+        agree=agree,
+        memory=estimator.memory,
+        drift=estimator.drift_std,
+        turn=float(np.deg2rad(estimator.drift_std_deg)),
+        clearance=clearance,
+        sigmas=estimator.sigmas,
+    )
+
+
+def no_tracks(robots: int, slots: int) -> np.ndarray:
+    """Return empty tracks (robots, M): an obstacle may show two faces and some sightings are not yet walls."""
+    tracks = np.zeros((robots, 2 * slots + 4), dtype=TRACK)
+    tracks["slot"] = -1
+    return tracks

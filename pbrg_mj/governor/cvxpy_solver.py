@@ -75,6 +75,7 @@ class CvxpySolver:
 
 _FOUND: dict[str, Found] = {
     cp.OPTIMAL: "solved",
+    cp.OPTIMAL_INACCURATE: "solved",  # to the reduced tolerances
     cp.INFEASIBLE: "infeasible",
     cp.INFEASIBLE_INACCURATE: "infeasible",
 }

@@ -1,0 +1,68 @@
+"""How large a round's step may be: explicit Euler on the linearised flow, from the problem's own data."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pbrg_mj.team.network import Network
+
+STILL = 1e-9  # eigenvalues this small belong to what the flow conserves: the mean of zeta
+
+
+def admissible_step(network: Network, formation: np.ndarray, alpha: float) -> float:
+    """Return the largest step [s] for which every linearised mode of eqs. 19-23 decays under explicit Euler.
+
+    An eigenvalue mu of the flow decays when |1 + step mu| < 1, that is step < -2 Re(mu) / |mu|^2. The flow falls apart
+    into components of z that only meet in the constraint rows:
+
+    - m: consensus and the leaders' cost,
+    - (z_pj, z_xij): consensus, pinned by robot j's nu,
+    - m with the rows of one half-space. Their gradient in m is at most 1 + sqrt(n), since ||grad_m rho|| <= sqrt(n),
+      and as many bind at once as robots of the formation, b (n, 2) [m], stand in one line at its edge.
+
+    The curvature of rho is left out: it grows as rho falls, and there it makes m chatter within its own small ball. On
+    static problems the flow really blows up at 1 to 5 times this step (tests/test_governor_stability.py).
+    """
+    n, L = network.robots, network.laplacian
+    consensus = np.block([[-L, L], [-L, np.zeros((n, n))]])
+    consensus[:n, :n] -= 2.0 * alpha * np.diag(network.leader)
+    pinned = np.block([[-L, L], [-L, np.zeros((n, n))]])
+    steepest = np.sqrt(abreast(formation)) * (1.0 + np.sqrt(n))
+    flows = [consensus]
+    for robot in _typical(network):
+        flows += [_with_multiplier(pinned, robot, alpha, 1.0), _with_multiplier(consensus, robot, alpha, steepest)]
+    return min(_euler_limit(flow) for flow in flows)
+
+
+def abreast(formation: np.ndarray) -> int:
+    """Return the largest number of robots that one half-space can meet at once: on one edge of b's convex hull."""
+    i, j = np.triu_indices(len(formation), k=1)
+    along = formation[j] - formation[i]
+    normal = np.column_stack([along[:, 1], -along[:, 0]])
+    reach = normal @ formation.T - np.sum(normal * formation[i], axis=1)[:, None]  # (pairs, n)
+    slack = 1e-9 * np.maximum(np.abs(normal).max(axis=1, initial=1.0), 1.0)[:, None]
+    outside = (reach > slack).any(axis=1) & (reach < -slack).any(axis=1)
+    on_line = (np.abs(reach) <= slack).sum(axis=1)
+    return int(on_line[~outside].max(initial=1))
+
+
+def _typical(network: Network) -> list[int]:
+    """Return one robot of each degree and kind: the pinned flow depends on little else, and n of them cost n^4."""
+    kinds = np.column_stack([network.degree, network.leader])
+    return np.unique(kinds, axis=0, return_index=True)[1].tolist()
+
+
+def _with_multiplier(flow: np.ndarray, robot: int, alpha: float, gradient: float) -> np.ndarray:
+    """Return the flow with one multiplier of robot's constraint, whose gradient has the given length."""
+    size = len(flow)
+    coupled = np.zeros((size + 1, size + 1))
+    coupled[:size, :size] = flow
+    coupled[robot, size] = -alpha * gradient
+    coupled[size, robot] = gradient
+    return coupled
+
+
+def _euler_limit(flow: np.ndarray) -> float:
+    modes = np.linalg.eigvals(flow)
+    modes = modes[np.abs(modes) > STILL]
+    return float(np.min(-2.0 * modes.real / np.abs(modes) ** 2)) if len(modes) else np.inf

@@ -75,10 +75,10 @@ def test_planted_optima(kind):
         planted = dataclasses.replace(planted, rows=rows)
         got = solver.solve(planted)
         assert got.status == "solved"
-        np.testing.assert_allclose(got.m, m, atol=1e-5)
+        np.testing.assert_allclose(got.m, m, atol=3e-5)
         assert np.all(got.multipliers >= -1e-9)
         stationarity = gradient_of(lam) - gradient_of(got.multipliers)
-        np.testing.assert_allclose(stationarity, 0.0, atol=1e-5)
+        np.testing.assert_allclose(stationarity, 0.0, atol=1e-4)
         assert np.abs(got.multipliers * np.where(rows.active, row_values(rows, got.m, p, xi), 0)).max() < 1e-6
 
 
@@ -101,6 +101,6 @@ def test_both_solvers_find_the_same_with_inputs_constrained_too():
         assert a.status == b.status
         seen.add(a.status)
         if a.status == "solved":
-            np.testing.assert_allclose(a.m, b.m, atol=2e-5)
+            np.testing.assert_allclose(a.m, b.m, atol=5e-5)
             assert row_values(random.rows, a.m, random.p, random.xi).max() < 1e-7
     assert seen == {"solved", "infeasible"}

@@ -62,7 +62,7 @@ def test_the_centralized_solver_finds_the_planted_optima():
         if np.count_nonzero(optimum.multipliers) < 3:  # three binding rows may leave no interior
             got = solver.solve(static)
             assert got.status == "solved"
-            np.testing.assert_allclose(got.m, optimum.m, atol=1e-5)
+            np.testing.assert_allclose(got.m, optimum.m, atol=3e-5)
             checked += 1
     assert checked > 700
 

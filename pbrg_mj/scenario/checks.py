@@ -8,8 +8,11 @@ from itertools import pairwise
 
 from pbrg_mj.scenario.findings import Finding
 from pbrg_mj.scenario.graph import edge_list, unreachable
+from pbrg_mj.scenario.numbering import in_range, robot_numbers
+from pbrg_mj.scenario.physical import physical
 from pbrg_mj.scenario.placement import placement
 from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.scenario.things import things
 from pbrg_mj.scenario.words import Path, show
 
 COARSEST_STEP = 0.005  # [s] at 10 ms the motors' static friction creeps by 7e-4 m/s
@@ -19,7 +22,8 @@ def check(scenario: Scenario) -> list[Finding]:
     """Return all that is wrong between keys that are right one by one; empty for a good scenario."""
     lengths = list(_lengths(scenario))
     # Where the lists of the team differ in length, places of robots mean nothing.
-    rest = (_robot_numbers, _graph, _timing, _sensing, _operator) + (() if lengths else (placement,))
+    rest = (robot_numbers, _given, _graph, _timing, _sensing, _operator, physical, things)
+    rest += () if lengths else (placement,)
     return lengths + [finding for part in rest for finding in part(scenario)]
 
 
@@ -56,29 +60,11 @@ def _lengths(scenario: Scenario) -> Iterator[Finding]:
         )
 
 
-def _robot_numbers(scenario: Scenario) -> Iterator[Finding]:
-    n = scenario.robots
-    yield from _numbered(("team", "leaders"), scenario.team.leaders, n)
-    robots = scenario.sensors.beams.robots
-    if robots != "all":
-        yield from _numbered(("sensors", "beams", "robots"), robots, n)
+def _given(scenario: Scenario) -> Iterator[Finding]:
     for k, given in enumerate(scenario.estimator.given):
-        path = ("estimator", "given", k)
-        yield from _in_range((*path, "robot"), given.robot, n)
         if math.hypot(*given.normal) == 0:
-            yield Finding((*path, "normal"), f"is {show(given.normal)}; allowed: any direction, not zero")
-
-
-def _numbered(path: Path, robots: Sequence[int], n: int) -> Iterator[Finding]:
-    for k, robot in enumerate(robots):
-        yield from _in_range((*path, k), robot, n)
-        if robot in robots[:k]:
-            yield Finding((*path, k), f"is {robot}, which stands in the list twice; allowed: each robot once")
-
-
-def _in_range(path: Path, robot: int, n: int) -> Iterator[Finding]:
-    if robot > n:
-        yield Finding(path, f"is robot {robot}; allowed: 1 to {n}, the number of robots in team.start")
+            path = ("estimator", "given", k, "normal")
+            yield Finding(path, f"is {show(given.normal)}; allowed: any direction, not zero")
 
 
 def _graph(scenario: Scenario) -> Iterator[Finding]:
@@ -104,7 +90,7 @@ def _edges(path: Path, edges: Sequence[tuple[int, int]], n: int) -> Iterator[Fin
     seen: set[tuple[int, int]] = set()
     for k, (i, j) in enumerate(edges):
         edge = (min(i, j), max(i, j))
-        yield from _in_range((*path, k), edge[1], n)
+        yield from in_range((*path, k), edge[1], n)
         if i == j:
             yield Finding((*path, k), f"is {show((i, j))}, robot {i} with itself; allowed: two different robots")
         elif edge in seen:

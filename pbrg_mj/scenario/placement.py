@@ -1,76 +1,106 @@
-"""Where robots and walls stand at the start, and that none stands in another."""
+"""Where robots and obstacles stand at the start, where robots are put down, and that none stands in another."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import combinations
 
 from pbrg_mj.scenario.base import Vector
 from pbrg_mj.scenario.findings import Finding
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.scenario.surroundings import Wall
-from pbrg_mj.scenario.words import show
+from pbrg_mj.scenario.words import Path
 
 # The size of the robot in models/robot.xml; a test holds the two together.
 BODY_RADIUS = 0.06  # of the disc that the body fits in, around the body's centre [m]
 HAND_OFFSET = 0.04  # of the hand point ahead of the body's centre [m]
 
-SHORTEST_WALL = 1e-6  # [m]
 ROUNDING = 1e-9  # [m] robots that just touch do not overlap
 
 
-def placement(scenario: Scenario) -> Iterator[Finding]:
-    """Yield walls without length, walls that stand in a robot, and robots that stand in each other.
+@dataclass(frozen=True)
+class Obstacle:
+    """Something that stands on the floor at the start."""
 
-    Robots of the ideal plant are points: they hold no place against each other, only against walls.
+    path: Path  # of its key
+    wall: Wall  # the room it takes up
+    meets: str  # what it does to a robot in its way
+
+
+def placement(scenario: Scenario) -> Iterator[Finding]:
+    """Yield obstacles that stand in a robot, robots that stand in each other, and carries onto any of them.
+
+    Robots of the ideal plant are points: they hold no place against each other, only against obstacles.
     """
     physics = scenario.plant == "physics"
     places = body_centres(scenario) if physics else scenario.team.start
-    for k, wall in enumerate(scenario.world.walls):
-        yield from _wall(k, wall, places, BODY_RADIUS if physics else 0.0)
+    still = _still(scenario)
+    for obstacle in (*still, *(_first_stops(scenario) if physics else ())):
+        yield from _in_robots(obstacle, places, BODY_RADIUS if physics else 0.0)
     if physics:
         yield from _overlaps(places)
+        yield from _put_down(scenario, still, places)
 
 
 def body_centres(scenario: Scenario) -> tuple[Vector, ...]:
     """Return the centre of each robot's body at the start, in the world [m]."""
     heading = scenario.team.heading_deg
     degrees = heading if isinstance(heading, tuple) else (heading,) * scenario.robots
-    return tuple(
-        (x - HAND_OFFSET * math.cos(math.radians(turn)), y - HAND_OFFSET * math.sin(math.radians(turn)))
-        for (x, y), turn in zip(scenario.team.start, degrees, strict=True)
-    )
+    return tuple(body_centre(hand, turn) for hand, turn in zip(scenario.team.start, degrees, strict=True))
+
+
+def body_centre(hand: Vector, heading_deg: float) -> Vector:
+    """Return the centre of the body whose hand point is there, in the world [m]."""
+    turn = math.radians(heading_deg)
+    return hand[0] - HAND_OFFSET * math.cos(turn), hand[1] - HAND_OFFSET * math.sin(turn)
 
 
 def distance_to_wall(wall: Wall, point: Vector) -> float:
-    """Return the distance of a point from a wall's box, 0 inside it [m]."""
+    """Return the distance of a point from a wall's box, 0 inside it [m]; infinite from a wall without length."""
     length = math.dist(wall.start, wall.end)
+    if length == 0:
+        return math.inf
     tx, ty = (wall.end[0] - wall.start[0]) / length, (wall.end[1] - wall.start[1]) / length
     x, y = point[0] - (wall.start[0] + wall.end[0]) / 2, point[1] - (wall.start[1] + wall.end[1]) / 2
     along, across = abs(x * tx + y * ty), abs(y * tx - x * ty)
     return math.hypot(max(along - length / 2, 0.0), max(across - wall.thickness / 2, 0.0))
 
 
-def _wall(k: int, wall: Wall, places: tuple[Vector, ...], radius: float) -> Iterator[Finding]:
-    path = ("world", "walls", k)
-    length = math.dist(wall.start, wall.end)
-    if length < SHORTEST_WALL:
-        yield Finding(path, f"runs from {show(wall.start)} to {show(wall.end)}; allowed: two different points")
-        return
+def _still(scenario: Scenario) -> tuple[Obstacle, ...]:
+    """Return the walls and the boxes."""
+    world = scenario.world
+    walls = (Obstacle(("world", "walls", k), wall, "passes through") for k, wall in enumerate(world.walls))
+    boxes = (Obstacle(("world", "boxes", k), box.as_wall(), "stands in") for k, box in enumerate(world.boxes))
+    return (*walls, *boxes)
+
+
+def _first_stops(scenario: Scenario) -> Iterator[Obstacle]:
+    """Yield the moving boxes where they rest at the start."""
+    for k, box in enumerate(scenario.world.moving_boxes):
+        yield Obstacle(("world", "moving_boxes", k), box.at(box.stops[0]).as_wall(), "stands in")
+
+
+def _in_robots(obstacle: Obstacle, places: Sequence[Vector], radius: float) -> Iterator[Finding]:
     for robot, place in enumerate(places, start=1):
-        distance = distance_to_wall(wall, place)
+        distance = distance_to_wall(obstacle.wall, place)
         if distance < radius or distance == 0:
-            yield Finding(path, f"passes through robot {robot} at its start; allowed: {_room(radius, distance)}")
+            told = f"{obstacle.meets} robot {robot} at its start; allowed: {_room(obstacle, radius, distance)}"
+            yield Finding(obstacle.path, told)
 
 
-def _room(radius: float, distance: float) -> str:
+def _room(obstacle: Obstacle, radius: float, distance: float) -> str:
     if not radius:
-        return "hand points off the walls"
-    return f"{radius} m or more between wall and body's centre, not {distance:.3g} m"
+        return f"hand points off the {_kind(obstacle, 's')}"
+    return f"{radius} m or more between {_kind(obstacle)} and body's centre, not {distance:.3g} m"
 
 
-def _overlaps(places: tuple[Vector, ...]) -> Iterator[Finding]:
+def _kind(obstacle: Obstacle, plural: str = "") -> str:
+    return "wall" + plural if obstacle.path[1] == "walls" else "box" + ("es" if plural else "")
+
+
+def _overlaps(places: Sequence[Vector]) -> Iterator[Finding]:
     for (i, a), (j, b) in combinations(enumerate(places), 2):
         distance = math.dist(a, b)
         if distance < 2 * BODY_RADIUS - ROUNDING:
@@ -79,3 +109,23 @@ def _overlaps(places: tuple[Vector, ...]) -> Iterator[Finding]:
                 f"puts robot {j + 1} onto robot {i + 1}, their bodies' centres {distance:.3g} m apart; "
                 f"allowed: {2 * BODY_RADIUS} m or more",
             )
+
+
+def _put_down(scenario: Scenario, still: Sequence[Obstacle], places: Sequence[Vector]) -> Iterator[Finding]:
+    for k, carry in enumerate(scenario.disturbances.carries):
+        path, centre = ("disturbances", "carries", k, "to"), body_centre(carry.to, carry.heading_deg)
+        for obstacle in still:
+            distance = distance_to_wall(obstacle.wall, centre)
+            if distance < BODY_RADIUS:
+                name = f"{_kind(obstacle)} {obstacle.path[2]}"
+                yield Finding(
+                    path, f"puts robot {carry.robot} onto {name}; allowed: {_room(obstacle, BODY_RADIUS, distance)}"
+                )
+        for other, place in enumerate(places, start=1):
+            distance = math.dist(centre, place)
+            if other != carry.robot and distance < 2 * BODY_RADIUS - ROUNDING:
+                yield Finding(
+                    path,
+                    f"puts robot {carry.robot} onto robot {other}'s start, their bodies' centres {distance:.3g} m "
+                    f"apart; allowed: {2 * BODY_RADIUS} m or more",
+                )

@@ -81,7 +81,9 @@ class Camera(Section):
     rate_hz: Positive = Field(default=30.0, description="frames per second [Hz]")
     position_std: NonNegative = Field(default=0.001, description="standard deviation of x and y [m]")
     heading_std_deg: NonNegative = Field(default=0.2, description="standard deviation of the heading [deg]")
-    delay: NonNegative = Field(default=0.0, description="from exposure to use, at most 10 s [s]; until then the start poses are known")
+    delay: NonNegative = Field(
+        default=0.0, description="from exposure to use, at most 10 s [s]; until then the start poses are known"
+    )
 
 
 class Sensors(Section):

@@ -1,0 +1,51 @@
+"""Robot numbers wherever a scenario has one: they exist, and stand in a list once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from pbrg_mj.scenario.findings import Finding
+from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.scenario.words import Path
+
+
+def robot_numbers(scenario: Scenario) -> Iterator[Finding]:
+    """Yield numbers of robots that are not there, and robots listed twice."""
+    n = scenario.robots
+    yield from _listed(("team", "leaders"), scenario.team.leaders, n)
+    robots = scenario.sensors.beams.robots
+    if robots != "all":
+        yield from _listed(("sensors", "beams", "robots"), robots, n)
+    for path, robot in _single(scenario):
+        yield from in_range(path, robot, n)
+
+
+def in_range(path: Path, robot: int, n: int) -> Iterator[Finding]:
+    """Yield a finding if there is no robot of that number, counted from 1, among n."""
+    if robot > n:
+        yield Finding(path, f"is robot {robot}; allowed: 1 to {n}, the number of robots in team.start")
+
+
+def _single(scenario: Scenario) -> Iterator[tuple[Path, int]]:
+    """Yield the entries that concern one robot each."""
+    happen = scenario.disturbances
+    entries = {
+        ("estimator", "given"): scenario.estimator.given,
+        ("disturbances", "pushes"): happen.pushes,
+        ("disturbances", "dead_motors"): happen.dead_motors,
+        ("disturbances", "carries"): happen.carries,
+        ("network", "silences"): scenario.network.silences,
+    }
+    for path, several in entries.items():
+        for k, entry in enumerate(several):
+            yield (*path, k, "robot"), entry.robot
+    for k, link in enumerate(scenario.network.links):
+        for end, robot in enumerate(link.robots):
+            yield ("network", "links", k, "robots", end), robot
+
+
+def _listed(path: Path, robots: Sequence[int], n: int) -> Iterator[Finding]:
+    for k, robot in enumerate(robots):
+        yield from in_range((*path, k), robot, n)
+        if robot in robots[:k]:
+            yield Finding((*path, k), f"is {robot}, which stands in the list twice; allowed: each robot once")

@@ -19,7 +19,7 @@ SLOWEST = 0.1  # [m/s] things that move at least so fast are told from walls
 FEWEST = 3  # sightings of a short wall
 SIGMAS = 3.0
 TOLERANCE = 0.03  # [m] by which an end may move before it counts
-TORN = 4  # a moved end counts 2, a scan without one -1
+TORN = 6  # a moved end counts 2, a scan without one -1: lost beams may feign one now and then
 
 
 @njit(cache=True)
@@ -71,10 +71,18 @@ def extend(track, view, line, rules):
             track["hits"] = 1
         return
     track["torn"] = max(track["torn"] - 1, 0)
+    track["low_bound"] = max(track["low_bound"], low_bound)
+    track["high_bound"] = min(track["high_bound"], high_bound)
+    widen(track, view, line)
+
+
+@njit(cache=True)
+def widen(track, view, line):
+    """Let a track reach as far as a sighting of it."""
     track["low"] = min(track["low"], view.low[line])
     track["high"] = max(track["high"], view.high[line])
-    track["low_bound"] = min(max(track["low_bound"], low_bound), track["low"])
-    track["high_bound"] = max(min(track["high_bound"], high_bound), track["high"])
+    track["low_bound"] = min(track["low_bound"], track["low"])
+    track["high_bound"] = max(track["high_bound"], track["high"])
 
 
 @njit(cache=True)

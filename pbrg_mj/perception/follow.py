@@ -8,7 +8,7 @@ from numba import njit
 
 from pbrg_mj.perception.angles import wrapped
 from pbrg_mj.perception.associate import EXTEND, NEW, STRANGE, UPDATE, associate, same_wall
-from pbrg_mj.perception.confirm import confirm, extend, note_place, restart
+from pbrg_mj.perception.confirm import confirm, extend, note_place, restart, widen
 from pbrg_mj.perception.evidence import contradicted
 
 SEEN_SHARE = 0.05  # of the drift while in sight: nothing is known for ever
@@ -27,7 +27,7 @@ def follow(tracks, view, rules):
         if role[line] == UPDATE:
             _fuse(tracks[which[line]], view, line, rules)
         elif role[line] == EXTEND:
-            extend(tracks[which[line]], view, line, rules)
+            widen(tracks[which[line]], view, line)
         elif role[line] == STRANGE:
             _doubt(tracks[which[line]])
             if not tracks[which[line]]["live"]:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from pbrg_mj.governor.optimum import Optimum
 from pbrg_mj.governor.certificate import ball_rows
+from pbrg_mj.governor.operation import Operation
+from pbrg_mj.governor.optimum import Optimum
+from pbrg_mj.governor.passivity import Passivity
 from pbrg_mj.governor.problem import Problem, Solution
 from pbrg_mj.loop.record import TickRecord, Timings
 from pbrg_mj.perception.half_spaces import HalfSpaces
@@ -69,7 +71,9 @@ def _record(rng: np.random.Generator, index: int, n: int, slots: int) -> TickRec
         solution=Solution(
             values(n, 2), values(n, rows), "infeasible" if index % 7 == 3 else "ok", 10, rng.integers(0, 2**62, n)
         ),
+        operation=Operation(values(2), *values(6).tolist()),
         optimum=_optimum(rng, n, rows) if index % 10 == 0 else None,
+        passivity=Passivity(*values(4).tolist()) if index % 10 == 0 else None,
         velocity=values(n, 2),
         command=values(n, 2),
         timings=Timings(*rng.random(7).tolist()),

@@ -81,6 +81,12 @@ def resting(plan: Scenario, steps: int = 21) -> TickSeries:
         status=np.full(steps, "ok"),
         rounds=np.full(steps, 10),
         bytes_sent=np.full((steps, n), 480),
+        storage=np.zeros(steps),
+        storage_change=np.zeros(steps),
+        worst_row=np.full(steps, -1.0),
+        consensus_spread=np.zeros(steps),
+        stationarity=np.zeros(steps),
+        complementarity=np.zeros(steps),
         velocity=np.zeros((steps, n, 2)),
         command=np.zeros((steps, n, 2)),
     )
@@ -96,6 +102,10 @@ def optima(plan: Scenario, steps: int = 21) -> OptimumSeries:
         multipliers=np.zeros((len(index), plan.robots, plan.robots)),
         status=np.full(len(index), "solved", dtype="<U10"),
         solver_status=np.full(len(index), "optimal"),
+        primal_storage=np.zeros(len(index)),
+        dual_storage=np.zeros(len(index)),
+        primal_dissipation=np.zeros(len(index)),
+        dual_dissipation=np.zeros(len(index)),
     )
 
 

@@ -75,6 +75,12 @@ def _tick_series(run: Run) -> list[Series]:
         ("status", "", t.status.astype(str), ()),
         ("rounds", "", t.rounds, ()),
         ("sent", "bytes", t.bytes_sent, (None,)),
+        ("storage", "m2", t.storage, ()),
+        ("storage_change", "m2", t.storage_change, ()),
+        ("worst_row", "m", t.worst_row, ()),
+        ("consensus_spread", "m", t.consensus_spread, ()),
+        ("stationarity", "m", t.stationarity, ()),
+        ("complementarity", "m2", t.complementarity, ()),
         ("u", "m_s", t.velocity, (None, XY)),
         ("command", *_command(run)),
     )
@@ -96,6 +102,10 @@ def _optimum_series(run: Run) -> list[Series]:
         ("cost_star", "m2", o.cost, ()),
         ("lambda_star", "", o.multipliers, (None, None)),
         ("reference_status", "", o.status.astype(str), ()),
+        ("primal_storage", "m2", o.primal_storage, ()),
+        ("dual_storage", "m2", o.dual_storage, ()),
+        ("primal_dissipation", "m2_s", o.primal_dissipation, ()),
+        ("dual_dissipation", "m2_s", o.dual_dissipation, ()),
     )
     return [Series(name, unit, o.index, values, axes) for name, unit, values, axes in layout]
 

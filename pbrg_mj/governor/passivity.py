@@ -30,6 +30,11 @@ class Passivity:
     primal_dissipation: float  # supply - dS/dt, per second; >= 0: passive
     dual_dissipation: float  # supply - dU/dt, per second; >= 0: passive
 
+    @classmethod
+    def unknown(cls) -> Passivity:
+        """Return what is known without an optimum, or of a governor without this structure: NaN."""
+        return cls(np.nan, np.nan, np.nan, np.nan)
+
 
 def passivity(problem: Problem, optimum: Optimum, alpha: float, before: Estimates, rates: Estimates) -> Passivity:
     """Return the passivity balance at `before` when the estimates move at `rates` (a round's change over its step).

@@ -63,6 +63,12 @@ TICK: tuple[Field, ...] = (
     Field("status", "solution.status", (), "-", "governor: ok, infeasible, diverged, failed", "text"),
     Field("rounds", "solution.rounds", (), "-", "communication rounds used", "int"),
     Field("bytes_sent", "solution.bytes_sent", ("n",), "bytes", "sent by each robot to its neighbours", "int"),
+    Field("storage", "operation.storage", (), "m^2", "V = rho^2 / 2 at the leaders' m"),
+    Field("storage_change", "operation.storage_change", (), "m^2", "V less V a tick ago, at the m applied then"),
+    Field("worst_row", "operation.worst_row", (), "m", "largest row of g at the leaders' m; > 0: no certificate"),
+    Field("consensus_spread", "operation.consensus_spread", (), "m", "largest distance between two robots' m_i"),
+    Field("stationarity", "operation.stationarity", (), "m", "KKT residual of the whole problem's gradient in m"),
+    Field("complementarity", "operation.complementarity", (), "m^2", "KKT residual: largest lambda g, in size"),
     Field("velocity", "velocity", ("n", "2"), "m/s", "u of eq. 2"),
     Field(
         "command",
@@ -81,6 +87,10 @@ OPTIMUM: tuple[Field, ...] = (
     Field("multipliers", "optimum.multipliers", ("n", "R"), "m", "lambda*, one per constraint row; NaN likewise"),
     Field("status", "optimum.status", (), "-", "solved, infeasible, failed", "text"),
     Field("solver_status", "optimum.solver_status", (), "-", "in the solver's own words", "text"),
+    Field("primal_storage", "passivity.primal_storage", (), "m^2", "S of consensus and descent about m*; NaN likewise"),
+    Field("dual_storage", "passivity.dual_storage", (), "m^2", "U of the multipliers about lambda*; NaN likewise"),
+    Field("primal_dissipation", "passivity.primal_dissipation", (), "m^2/s", "supply - dS/dt; >= 0: passive"),
+    Field("dual_dissipation", "passivity.dual_dissipation", (), "m^2/s", "supply - dU/dt; >= 0: passive"),
 )
 
 TIMING: tuple[Field, ...] = (

@@ -36,6 +36,12 @@ class TickSeries:
     status: np.ndarray  # (T,) str
     rounds: np.ndarray  # (T,) int64
     bytes_sent: np.ndarray  # (T, n) int64
+    storage: np.ndarray  # (T,) V at the leaders' m [m^2]
+    storage_change: np.ndarray  # (T,) V less V a tick ago, at the m applied then [m^2]
+    worst_row: np.ndarray  # (T,) largest row of g at the leaders' m [m]
+    consensus_spread: np.ndarray  # (T,) [m]
+    stationarity: np.ndarray  # (T,) KKT residual [m]
+    complementarity: np.ndarray  # (T,) KKT residual [m^2]
     velocity: np.ndarray  # (T, n, 2) u [m/s]
     command: np.ndarray  # (T, n, 2) wheel voltages [V]; u [m/s] in the ideal plant
 
@@ -51,6 +57,10 @@ class OptimumSeries:
     multipliers: np.ndarray  # (S, n, R), NaN unless solved
     status: np.ndarray  # (S,) str: solved, infeasible, failed
     solver_status: np.ndarray  # (S,) str
+    primal_storage: np.ndarray  # (S,) [m^2], NaN unless known
+    dual_storage: np.ndarray  # (S,) [m^2], NaN unless known
+    primal_dissipation: np.ndarray  # (S,) [m^2/s], >= 0: passive; NaN unless known
+    dual_dissipation: np.ndarray  # (S,) [m^2/s], >= 0: passive; NaN unless known
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pbrg_mj.governor.operation import Operation
 from pbrg_mj.governor.optimum import Optimum
+from pbrg_mj.governor.passivity import Passivity
 from pbrg_mj.governor.problem import Problem, Solution
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.sensing.readings import Readings
@@ -38,7 +40,9 @@ class TickRecord:
     half_spaces: HalfSpaces
     problem: Problem
     solution: Solution
+    operation: Operation
     optimum: Optimum | None  # at reference ticks
+    passivity: Passivity | None  # at reference ticks
     velocity: np.ndarray  # (n, 2) u of eq. 2 [m/s]
     command: np.ndarray  # (n, 2) what the plant was given: wheel voltages [V], or u [m/s] in the ideal plant
     timings: Timings

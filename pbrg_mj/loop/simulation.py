@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from pbrg_mj.governor.optimum import Optimum
+from pbrg_mj.governor.passivity import Passivity
+from pbrg_mj.governor.problem import Problem
 from pbrg_mj.governor.registry import CERTIFICATES, governor, reference_solver
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.loop.tick import Parts, State, tick
@@ -32,6 +36,7 @@ class Simulation:
     def build(cls, scenario: Scenario) -> Simulation:
         """Put a scenario's parts together. Raises InputError when it names something nobody knows."""
         timing, robot, graph = scenario.timing, load_robot_model(), network(scenario)
+        answering = governor(scenario)
         parts = Parts(
             scenario=scenario,
             world=build_world(scenario),
@@ -41,7 +46,8 @@ class Simulation:
             formation=np.array(scenario.team.formation, dtype=float),
             hand_offset=robot.hand_offset,
             certificate=CERTIFICATES[scenario.governor.certificate](scenario, graph),
-            governor=governor(scenario),
+            governor=answering,
+            passivity=getattr(answering, "passivity", _unknown_passivity),
             drive=DifferentialDrive(robot) if scenario.plant == "physics" else Integrator(),
             reference_solver=reference_solver(scenario),
             reference_every=whole_number(scenario.reference.period, timing.tick),
@@ -56,7 +62,12 @@ class Simulation:
     def records(self) -> Iterator[TickRecord]:
         """Yield one record per tick, from t = 0 to t = duration."""
         parts = self.parts
-        state = State(None, initial(parts.perception), None, np.zeros((parts.network.robots, 2)))
+        state = State(None, initial(parts.perception), None, np.zeros((parts.network.robots, 2)), None)
         for index in range(self.ticks + 1):
             state, record = tick(parts, state, index)
             yield record
+
+
+def _unknown_passivity(problem: Problem, memory: Any, optimum: Optimum) -> Passivity:
+    """Stand in for governors that do not tell their passivity balance."""
+    return Passivity.unknown()

@@ -6,13 +6,16 @@ physics -> raw ranges, raw poses -> readings -> half-spaces -> problem -> govern
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
+from pbrg_mj.governor.operation import Operation, operation
 from pbrg_mj.governor.optimum import CentralizedSolver, Optimum
+from pbrg_mj.governor.passivity import Passivity
 from pbrg_mj.governor.problem import Certificate, Governor, Problem
 from pbrg_mj.loop.operator import operator_reference
 from pbrg_mj.loop.record import TickRecord, Timings
@@ -44,6 +47,7 @@ class Parts:
     governor: Governor
     drive: Drive
     reference_solver: CentralizedSolver | None
+    passivity: Callable[[Problem, Any, Optimum], Passivity]  # of the governor's own estimates
     reference_every: int  # ticks
 
 
@@ -55,6 +59,7 @@ class State:
     walls: PerceptionMemory
     governor: Any  # None before the first tick
     xi: np.ndarray  # (n, 2) [m]
+    operation: Operation | None  # of the tick before
 
 
 def tick(parts: Parts, state: State, index: int) -> tuple[State, TickRecord]:
@@ -89,15 +94,30 @@ def tick(parts: Parts, state: State, index: int) -> tuple[State, TickRecord]:
     parts.world.advance(command)
     stamps.append(perf_counter())
 
-    optimum = None
+    judged = operation(problem, solution, state.operation)
+    optimum = balance = None
     if parts.reference_solver is not None and index % parts.reference_every == 0:
         optimum = parts.reference_solver.solve(problem)
+        balance = parts.passivity(problem, memory, optimum)
 
     timings = _timings(stamps, optimum)
     record = TickRecord(
-        index, time, truth, readings, hand_world, half_spaces, problem, solution, optimum, velocity, command, timings
+        index=index,
+        time=time,
+        truth=truth,
+        readings=readings,
+        hand_world=hand_world,
+        half_spaces=half_spaces,
+        problem=problem,
+        solution=solution,
+        operation=judged,
+        optimum=optimum,
+        passivity=balance,
+        velocity=velocity,
+        command=command,
+        timings=timings,
     )
-    return State(readings, walls, memory, state.xi + scenario.timing.tick * xi_rate), record
+    return State(readings, walls, memory, state.xi + scenario.timing.tick * xi_rate, judged), record
 
 
 def _timings(stamps: list[float], optimum: Optimum | None) -> Timings:

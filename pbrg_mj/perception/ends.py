@@ -11,6 +11,7 @@ from pbrg_mj.perception.line_fit import LEAST_COSINE, weight_of
 
 SURE = 4.0  # standard deviations beyond which a beam is clearly farther than the wall
 WELL_WITHIN = 0.9  # of the range limit: a wall nearer than that would have been seen
+LEAST_GAP = 0.1  # [m] along the wall that beams must pass: nothing gets through less
 
 
 @njit(cache=True)
@@ -29,30 +30,44 @@ def passes(points, rules, fit, b):  # pragma: no cover - compiled
         return False
     if not math.isfinite(points[b, R]):
         return True
-    s = c * (nx * points[b, DY] - ny * points[b, DX]) / cosine
+    s = _along(points, fit, b)
     variance = 1.0 / weight_of(rules, cosine, c) + s * s * fit[2] - 2.0 * s * fit[3] + fit[4]
     return points[b, R] * cosine - c > max(rules.split_distance, SURE * math.sqrt(variance))
 
 
 @njit(cache=True)
 def is_free(points, rules, fit, b, side):  # pragma: no cover - compiled
-    """Tell whether the beams next to b, on its clockwise (side -1) or counter-clockwise (+1) side, all pass."""
-    agreed = 0
-    while agreed < rules.agree and passes(points, rules, fit, b + side * (agreed + 1)):
-        agreed += 1
-    return agreed == rules.agree
+    """Tell whether a wall truly ends at beam b: enough beams next to it pass, on its side -1 (clockwise) or +1."""
+    start = _along(points, fit, b)
+    for k in range(1, len(points) // 2):
+        if not passes(points, rules, fit, b + side * k):
+            return False
+        if k >= rules.agree and abs(_along(points, fit, b + side * k) - start) >= LEAST_GAP:
+            return True
+    return False
 
 
 @njit(cache=True)
 def has_gap(points, rules, fit, low, high):  # pragma: no cover - compiled
-    """Tell whether neighbouring beams between `low` and `high`, counter-clockwise, agree that they pass the wall."""
-    beams = len(points)
-    between = (high - low) % beams - 1
-    if between > beams // 2:  # the pieces overlap
+    """Tell whether enough neighbouring beams between `low` and `high`, counter-clockwise, pass the wall."""
+    between = (high - low) % len(points) - 1
+    if between > len(points) // 2:  # the pieces overlap
         return False
-    agreed = 0
-    for k in range(1, between + 1):
-        agreed = agreed + 1 if passes(points, rules, fit, (low + k) % beams) else 0
-        if agreed >= rules.agree:
+    agreed, start = 0, low
+    for b in range(low + 1, low + 1 + between):
+        if not passes(points, rules, fit, b):
+            agreed, start = 0, b
+            continue
+        agreed += 1
+        if agreed >= rules.agree and _along(points, fit, b) - _along(points, fit, start) >= LEAST_GAP:
             return True
     return False
+
+
+@njit(cache=True)
+def _along(points, fit, b):  # pragma: no cover - compiled
+    """Return where beam b meets the wall's line, along t = (-sin, cos) [m]."""
+    b %= len(points)
+    nx, ny = math.cos(fit[0]), math.sin(fit[0])
+    cosine = max(nx * points[b, DX] + ny * points[b, DY], LEAST_COSINE)
+    return fit[1] * (nx * points[b, DY] - ny * points[b, DX]) / cosine

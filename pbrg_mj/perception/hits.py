@@ -12,6 +12,7 @@ from numba import njit
 
 X, Y, R, DX, DY, VARIANCE = range(6)  # columns of `points`
 
+MAX_LOST = 1  # beams that returned nothing between two points of one surface
 GRAZING = math.sin(math.radians(10.0))  # sine of the flattest angle at which a beam is taken to meet a wall
 BREAK_MARGIN = 3.0  # standard deviations of the difference of two ranges
 CHORD_MARGIN = 3.5  # standard deviations of a point's distance from a chord
@@ -50,7 +51,7 @@ def apart(points, rules, b, after, skipped):  # pragma: no cover - compiled
         return True
     lost = (after - b) % len(points) - 1 - skipped
     sine = points[b, DX] * points[after, DY] - points[b, DY] * points[after, DX]
-    if lost < 0 or lost >= rules.agree or sine <= 0.0:
+    if lost < 0 or lost > MAX_LOST or sine <= 0.0:
         return True
     noise = math.sqrt(points[b, VARIANCE] + points[after, VARIANCE])
     limit = min(points[b, R], points[after, R]) * sine / GRAZING + BREAK_MARGIN * noise

@@ -17,8 +17,6 @@ from numba import njit
 from pbrg_mj.perception.hits import DX, DY, X, Y
 
 LEAST_COSINE = 0.1  # keeps the weight of a beam that runs along the line finite
-FALSE_ALARM_SCORE = 3.09  # of a normal variable: the share 1e-3 of true walls that the residuals' test loses, per scan
-MAX_BEND = 3.0  # standard deviations of the curvature
 
 
 @njit(cache=True)
@@ -111,10 +109,10 @@ def worst_point(points, rules, members, line, moments):  # pragma: no cover - co
 
 
 @njit(cache=True)
-def is_straight(points, rules, members, line, moments):  # pragma: no cover - compiled
-    """Tell whether the residuals are as small as noise makes them (chi-squared) and show no bend (N(0, 1)).
+def straightness(points, rules, members, line, moments):  # pragma: no cover - compiled
+    """Return (misfit, bend): chi-squared with N - 2 degrees and the size of a N(0, 1) for a straight wall.
 
-    The bend is the residuals' part along s^2, made orthogonal to a line.
+    The misfit is the weighted sum of squared residuals; the bend is their part along s^2, made orthogonal to a line.
     """
     nx, ny, c = math.cos(line[0]), math.sin(line[0]), line[1]
     total, mean, spread = moments[0], moments[1], moments[2]
@@ -131,11 +129,11 @@ def is_straight(points, rules, members, line, moments):  # pragma: no cover - co
         misfit += w * residual**2
         bend += w * basis * residual
         size += w * basis**2
-    return misfit <= chi_squared_limit(len(members) - 2) and bend * bend <= MAX_BEND**2 * size
+    return misfit, abs(bend) / math.sqrt(size) if size > 0.0 else 0.0
 
 
 @njit(cache=True)
-def chi_squared_limit(freedom):  # pragma: no cover - compiled
-    """Return what a chi-squared variable exceeds once in a thousand (Wilson and Hilferty's approximation)."""
+def chi_squared_limit(freedom, score):  # pragma: no cover - compiled
+    """Return what a chi-squared variable exceeds as often as N(0, 1) exceeds `score` (Wilson and Hilferty)."""
     k = 2.0 / (9.0 * freedom)
-    return freedom * (1.0 - k + FALSE_ALARM_SCORE * math.sqrt(k)) ** 3
+    return freedom * (1.0 - k + score * math.sqrt(k)) ** 3

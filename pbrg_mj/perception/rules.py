@@ -8,7 +8,7 @@ from typing import NamedTuple
 from pbrg_mj.scenario.schema import Scenario
 
 NOISE_FLOOR = 1e-3  # [m] below this, straight walls and exact ranges no longer are
-FALSE_END = 3e-3  # probability that lost beams alone make a gap or an end of a wall
+FALSE_END = 1e-3  # probability that stray beams alone make a gap or an end of a wall
 
 
 class LineRules(NamedTuple):
@@ -36,13 +36,13 @@ def line_rules(scenario: Scenario) -> LineRules:
         split_distance=estimator.split_distance,
         min_points=estimator.min_points,
         min_length=estimator.min_length,
-        agree=agreeing_beams(0.0 if exact else beams.dropout),
+        agree=agreeing_beams(0.0 if exact else beams.dropout + beams.outliers),
         closed=beams.sweep_deg == 360.0,
     )
 
 
-def agreeing_beams(dropout: float) -> int:
-    """Return how many neighbouring beams, two or more, all drop out with a probability of at most FALSE_END."""
-    if dropout <= FALSE_END:
+def agreeing_beams(stray: float) -> int:
+    """Return how many neighbouring beams, two or more, all are stray with a probability of at most FALSE_END."""
+    if stray <= FALSE_END:
         return 2
-    return max(2, math.ceil(math.log(FALSE_END) / math.log(min(dropout, 0.9))))
+    return max(2, math.ceil(math.log(FALSE_END) / math.log(min(stray, 0.5))))

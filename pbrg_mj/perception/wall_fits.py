@@ -7,11 +7,24 @@ import math
 from numba import njit
 
 from pbrg_mj.perception.hits import DX, DY, X, Y, range_variance
-from pbrg_mj.perception.line_fit import chord_line, covariance, extent, fit_line, is_straight, worst_point
+from pbrg_mj.perception.line_fit import (
+    chi_squared_limit,
+    chord_line,
+    covariance,
+    extent,
+    fit_line,
+    straightness,
+    worst_point,
+)
 
 OUTLIER = 3.5  # standard deviations beyond which a point belongs to something else
 MAX_OUTLIERS = 2  # a piece with more of them is no wall, unless
 OUTLIER_SHARE = 0.05  # they are no more than this of its points
+FALSE_ALARM = 3.09  # score of a normal variable: a share of 1e-3 of true walls fails the residuals' test, per scan
+MAX_BEND, MAX_BEND_SHORT = 3.0, 2.0  # standard deviations of the curvature
+MAX_ANGLE_STD = math.radians(3.5)  # a direction less sure than this is none
+SHORT = 2.0  # least lengths of a wall up to which a piece may be a row of robots
+OBLIQUE = math.tan(math.radians(45.0))  # tangent of the incidence in its middle from which on gaps are hidden
 LIMIT_MARGIN = 3.0  # standard deviations of a range from the range limit
 
 
@@ -39,7 +52,8 @@ def fit_wall(points, rules, members, fit):  # pragma: no cover - compiled
         worst, index = worst_point(points, rules, kept, line, moments)
         if worst <= OUTLIER:
             write_fit(line, moments, fit)
-            return count if is_straight(points, rules, kept, line, moments) else 0
+            misfit, bend = straightness(points, rules, kept, line, moments)
+            return count if _is_wall(rules, fit, misfit / chi_squared_limit(count - 2, FALSE_ALARM), bend) else 0
         for i in range(index, count - 1):
             members[i] = members[i + 1]
         count -= 1
@@ -54,6 +68,19 @@ def write_fit(line, moments, fit):  # pragma: no cover - compiled
     fit[0], fit[1] = line
     fit[2], fit[3], fit[4] = covariance(total, mean, spread)
     fit[5], fit[6] = low, high
+
+
+@njit(cache=True)
+def _is_wall(rules, fit, misfit, bend):  # pragma: no cover - compiled
+    """Tell whether a straight piece is long, sure and straight enough; `misfit` is a share of what is allowed.
+
+    A short piece may be a row of robots. It must be straighter, and not seen so obliquely that the gaps are hidden.
+    """
+    if fit[2] > MAX_ANGLE_STD**2 or misfit > 1.0 or bend > MAX_BEND:
+        return False
+    if fit[6] - fit[5] >= SHORT * rules.min_length:
+        return True
+    return bend <= MAX_BEND_SHORT and abs(fit[5] + fit[6]) <= 2.0 * OBLIQUE * fit[1]
 
 
 @njit(cache=True)

@@ -12,7 +12,7 @@ from pbrg_mj.analysis.obstacles import footprints
 from pbrg_mj.analysis.outcome import final_target
 from pbrg_mj.errors import InputError
 from pbrg_mj.log.run import Run
-from pbrg_mj.world.geometry import Rectangles
+from pbrg_mj.world.geometry import Rectangles, wall_rectangles
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -88,6 +88,7 @@ def _trajectories(axes: Axes, run: Run) -> None:
     axes.set_xlim(axes.get_xlim())
     axes.set_ylim(axes.get_ylim())
     axes.set_aspect("equal")
+    _floor(axes, run)
     for corners in _corners(footprints(run.scenario)):
         axes.fill(*corners.T, facecolor="0.8", edgecolor="0.4", linewidth=0.6)
     lines = final_target(run).rows
@@ -96,6 +97,17 @@ def _trajectories(axes: Axes, run: Run) -> None:
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
     axes.legend(loc="best")
+
+
+def _floor(axes: Axes, run: Run) -> None:
+    """Draw working areas under everything else, and dashed where moving boxes stop."""
+    world = run.scenario.world
+    for patch in world.patches:
+        (x0, y0), (x1, y1) = patch.start, patch.end
+        axes.fill([x0, x1, x1, x0], [y0, y0, y1, y1], facecolor="#F2E6D0", edgecolor="none", zorder=0)
+    stops = [box.at(stop).as_wall() for box in world.moving_boxes for stop in box.stops]
+    for corners in _corners(wall_rectangles(stops)):
+        axes.fill(*corners.T, fill=False, edgecolor="0.4", linewidth=0.6, linestyle="--")
 
 
 def _formation(axes: Axes, q: np.ndarray) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import cos, pi, sin
+from math import cos, sin
 from typing import Any
 
 import numpy as np
@@ -13,11 +13,15 @@ from foxglove_schemas_protobuf.Log_pb2 import Log
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
 from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.scenario.surroundings import Box, Wall, World
 
-FLOOR_MARGIN = 1.0  # of drawn floor around walls and robots [m]
+FLOOR_MARGIN = 1.0  # of drawn floor around all that is on it [m]
 FLOOR_THICKNESS = 0.01  # [m]
+FLAT = 0.002  # height of what is drawn on the floor [m]
 WALL_COLOR = (0.45, 0.45, 0.5, 1.0)
 FLOOR_COLOR = (0.92, 0.92, 0.9, 1.0)
+PATCH_COLOR = (0.72, 0.68, 0.6, 1.0)
+STOP_COLOR = (0.8, 0.52, 0.16, 0.5)
 NANOSECONDS = 1_000_000_000
 
 
@@ -37,12 +41,12 @@ def poses(body_pose: np.ndarray, time_ns: int) -> bytes:
     return message.SerializeToString(deterministic=True)
 
 
-def scan(robot: int, ranges: np.ndarray, time_ns: int) -> bytes:
+def scan(robot: int, ranges: np.ndarray, angles: np.ndarray, time_ns: int) -> bytes:
     """Return a LaserScan of one robot; `ranges` (beams,) [m], NaN where a beam returned nothing.
 
-    Beam k points at 2 pi k / beams, counter-clockwise from straight ahead.
+    The beams point at `angles` (beams,) [rad], evenly spaced, counter-clockwise from straight ahead.
     """
-    message = LaserScan(frame_id=frame_of(robot), start_angle=0.0, end_angle=2 * pi * (1 - 1 / len(ranges)))
+    message = LaserScan(frame_id=frame_of(robot), start_angle=angles[0], end_angle=angles[-1])
     _stamp(message, time_ns)
     message.pose.orientation.w = 1.0
     message.ranges.extend(ranges.tolist())
@@ -57,22 +61,54 @@ def event(text: str, time_ns: int, *, warning: bool) -> bytes:
 
 
 def floor_plan(scenario: Scenario) -> bytes:
-    """Return a SceneUpdate with the floor and the walls, at time 0."""
+    """Return a SceneUpdate at time 0: floor, walls and, if any, boxes, patches, and where moving boxes stop."""
+    world = scenario.world
     message = SceneUpdate()
     floor = message.entities.add(frame_id="world", id="floor")
-    wall_ends = [end for wall in scenario.world.walls for end in (wall.start, wall.end)]
-    corners = [*scenario.team.start, *wall_ends]
-    low = np.min(corners, axis=0) - FLOOR_MARGIN
-    high = np.max(corners, axis=0) + FLOOR_MARGIN
-    middle, size = (low + high) / 2, high - low
-    _box(floor, (*middle, -FLOOR_THICKNESS / 2), 0.0, (*size, FLOOR_THICKNESS), FLOOR_COLOR)
-    walls = message.entities.add(frame_id="world", id="walls")
-    for wall in scenario.world.walls:
+    low, high = _extent(scenario)
+    _box(floor, (*(low + high) / 2, -FLOOR_THICKNESS / 2), 0.0, (*(high - low), FLOOR_THICKNESS), FLOOR_COLOR)
+    layers = {
+        "walls": (world.walls, WALL_COLOR),
+        "boxes": ([box.as_wall() for box in world.boxes], WALL_COLOR),
+        "patches": (_patches(world), PATCH_COLOR),
+        "stops": (_stops(world), STOP_COLOR),
+    }
+    for name, (walls, color) in layers.items():
+        if walls or name == "walls":
+            _walls(message.entities.add(frame_id="world", id=name), walls, color)
+    return message.SerializeToString(deterministic=True)
+
+
+def _extent(scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lower left and the upper right corner (2,) [m] of the floor to draw."""
+    world = scenario.world
+    things = (*world.obstacles, *_patches(world), *_stops(world))
+    ends = [end for thing in things for end in (thing.start, thing.end)]
+    corners = [*scenario.team.start, *ends, *(carry.to for carry in scenario.disturbances.carries)]
+    return np.min(corners, axis=0) - FLOOR_MARGIN, np.max(corners, axis=0) + FLOOR_MARGIN
+
+
+def _patches(world: World) -> list[Wall]:
+    boxes = []
+    for patch in world.patches:
+        corners = np.array([patch.start, patch.end])
+        size = tuple(np.ptp(corners, axis=0).tolist())
+        boxes.append(Box(center=tuple(corners.mean(axis=0).tolist()), size=size, height=FLAT).as_wall())
+    return boxes
+
+
+def _stops(world: World) -> list[Wall]:
+    return [
+        box.at(stop).as_wall().model_copy(update={"height": FLAT}) for box in world.moving_boxes for stop in box.stops
+    ]
+
+
+def _walls(entity: Any, walls: Sequence[Wall], color: tuple[float, ...]) -> None:
+    for wall in walls:
         along = np.subtract(wall.end, wall.start)
         middle = np.add(wall.end, wall.start) / 2
         size = (float(np.hypot(*along)), wall.thickness, wall.height)
-        _box(walls, (*middle, wall.height / 2), float(np.arctan2(along[1], along[0])), size, WALL_COLOR)
-    return message.SerializeToString(deterministic=True)
+        _box(entity, (*middle, wall.height / 2), float(np.arctan2(along[1], along[0])), size, color)
 
 
 def _box(entity: Any, middle: Sequence[float], heading: float, size: Sequence[float], color: tuple[float, ...]) -> None:

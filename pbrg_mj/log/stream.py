@@ -17,6 +17,7 @@ from pbrg_mj.log.fields import SCHEMA_VERSION, Dims
 from pbrg_mj.log.schemas import CLASSES, encoder
 from pbrg_mj.log.versions import versions
 from pbrg_mj.loop.record import TickRecord
+from pbrg_mj.scenario.beam_layout import beam_angles
 from pbrg_mj.scenario.load import Loaded
 from pbrg_mj.scenario.schema import Scenario
 
@@ -51,6 +52,7 @@ class RecordStream:
         self._tick, self._optimum = encoder("Tick", dims), encoder("Optimum", dims)
         self._timing = encoder("Timing", dims) if scenario.log.timings else None
         self._scanning = tuple(j + 1 for j in scenario.beam_robots) if len(first.readings.ranges) else ()
+        self._beam_angles = beam_angles(scenario.sensors.beams)
         self._floor_plan: bytes | None = scene.floor_plan(scenario)
         self._channels = self._register(timings=scenario.log.timings)
         self._pose_frame: int | None = None
@@ -81,7 +83,7 @@ class RecordStream:
             self._pose_frame = record.readings.pose_frame
         if record.readings.new_scan:
             for robot, ranges in zip(self._scanning, record.readings.ranges, strict=True):
-                yield channels.scan_channel(robot), scene.scan(robot, ranges, time_ns)
+                yield channels.scan_channel(robot), scene.scan(robot, ranges, self._beam_angles, time_ns)
         yield from self._events(record, time_ns)
 
     def _events(self, record: TickRecord, time_ns: int) -> Iterator[tuple[str, bytes]]:

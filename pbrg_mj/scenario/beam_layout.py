@@ -16,8 +16,3 @@ def beam_angles(beams: Beams) -> np.ndarray:
     count, sweep = beams.count, np.deg2rad(beams.sweep_deg)
     gaps = count if beams.sweep_deg == 360 else max(count - 1, 1)
     return np.deg2rad(beams.start_deg) + sweep * np.arange(count) / gaps
-
-
-def unit_vectors(angles: np.ndarray) -> np.ndarray:
-    """Return (k, 2) unit vectors that point at `angles` (k,) [rad]."""
-    return np.column_stack([np.cos(angles), np.sin(angles)])

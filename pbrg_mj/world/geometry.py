@@ -38,14 +38,6 @@ def wall_rectangles(walls: Sequence[Wall]) -> Rectangles:
     )
 
 
-def corners(walls: Rectangles) -> np.ndarray:
-    """Return the corners (w, 4, 2) [m] of each footprint, counter-clockwise."""
-    along = walls.axis * walls.half_size[:, :1]
-    across = np.column_stack([-walls.axis[:, 1], walls.axis[:, 0]]) * walls.half_size[:, 1:]
-    turns = [-along - across, along - across, along + across, -along + across]
-    return walls.centre[:, None, :] + np.stack(turns, axis=1)
-
-
 def signed_distance(points: np.ndarray, walls: Rectangles) -> np.ndarray:
     """Return the distances (k, w) [m] of points (k, 2) from each wall's nearest face; negative inside the wall."""
     offset = points[:, None, :] - walls.centre  # (k, w, 2)

@@ -1,0 +1,193 @@
+"""docs/physics.md, from what was measured."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from bench import ROBOT
+from numbers_table import numbers_table
+
+from pbrg_mj.world.gear_friction import wheel_load
+
+KINDS = ("voltage", "speed_loop")
+
+
+def page(found: dict) -> str:
+    """Return the page's text."""
+    parts = (_model(), _motor(found), _tracking(found), _drives(found), _floor(found), _limits(found))
+    head = "# The robot's physics, and the evidence\n\n<!-- Written by `python scripts/physics`; change it there. -->\n"
+    return head + "".join(f"\n{part.strip()}\n" for part in parts)
+
+
+def _model() -> str:
+    casters = ROBOT.mass * 9.81 - 2 * wheel_load()
+    return f"""
+Every number and figure here comes from `python scripts/physics` (needs the `plot` extra). The tests
+(`tests/test_world_motor.py`, `test_world_floor.py`, `test_world_working_areas.py`, `test_world_speed_loop.py`,
+`test_vehicle_tracking.py`) assert the same bounds.
+
+## The model
+
+`models/robot.xml`: a differential-drive robot of the size of the paper's TDO-48, modelled after data sheets of its
+class, not identified from one machine.
+
+{numbers_table()}
+
+The motor is MuJoCo's `dcmotor` with voltage input, back-EMF and LuGre friction:
+`J dw/dt = k (V - K w) - friction`, `k = stall torque / nominal voltage`, `K = nominal voltage / no-load speed`.
+Casters have no friction: a soft contact that slides presses harder the faster it slides, and casters of friction 0.01
+took 40 % of the weight off the wheels at 0.3 m/s. What a ball caster drags, about 1 % of the {casters:.2f} N that both
+carry, is 2 % of the gears' Coulomb friction."""
+
+
+def _motor(found: dict) -> str:
+    speed, creep, coasting = found["speed_against_voltage"]["worst"], found["robot_creep"], found["coasting"]
+    stored, rise = f"{coasting['bristles_can_store_J']:.1e} J", f"{coasting['largest_rise_J']:.1e} J"
+    resisted = f"{creep['bristles_0.03']:.1g} and {creep['bristles_0.1']:.1g} m/s"
+    rows = (
+        (
+            "steady wheel speed at 0.5 V to 6 V, wheels in the air",
+            "closed form",
+            f"off by {_off(speed['stands'])}",
+            "2 %",
+        ),
+        ("the same on the floor", "closed form", f"off by {_off(speed['floor'])}", "2 %"),
+        *map(_broken_away, found["breakaway"]),
+        (
+            "creep of a wheel in the air, 30 to 95 % of breakaway",
+            "0",
+            f"{found['wheel_creep']:.1g} rad/s",
+            "1e-6 rad/s",
+        ),
+        ("creep of the robot, 30 to 90 % of breakaway", "0", f"{creep['even_floor']:.1g} m/s", "1e-5 m/s"),
+        ("the same at 90 %, rolling resistance 0.03 and 0.1", "0", resisted, "1e-5 m/s"),
+        ("coasting from 3 V: largest rise of kinetic energy", "what bristles give back", rise, stored),
+    )
+    return f"""
+## Motors and friction
+
+| what | expected | measured | bound |
+|---|---|---|---|
+{_table(rows)}
+The closed form of the speed is the balance stall torque (V / Vn - w / w0) = Coulomb torque. Creep is the mean over 2 s,
+beginning 1 s (wheel) or 2 s (robot) after the voltage. Breakaway is where a ramp of 20 s turns the wheels.
+
+![Wheel speed against voltage on the closed form; the voltage drive moves nothing below 0.06 m/s, the speed loop follows
+at any speed; kinetic energy falls to nothing within half a second](img/physics_motor.png)
+
+Rolling resistance c of a floor is the torque c N r per wheel, N = {wheel_load():.3f} N its static load, added to the
+LuGre Coulomb and static torques: bristles hold it without creep. MuJoCo's rolling friction of contacts (`condim="6"`)
+with the same torque is a soft constraint: at 90 % of breakaway the robot creeps at {creep["contacts_0.03"]:.1g} m/s
+(c = 0.03) and {creep["contacts_0.1"]:.1g} m/s (c = 0.1), which would let every static error seep away."""
+
+
+def _broken_away(found: dict) -> tuple[str, ...]:
+    limit, measured = found["limit_N_m"], found["measured_N_m"]
+    what = f"breakaway torque, rolling resistance {found['rolling_resistance']:g}"
+    return what, f"{limit:.3g} N m", f"{measured:.3g} N m, {100 * (measured / limit - 1):+.1f} %", "2 %"
+
+
+def _tracking(found: dict) -> str:
+    def cell(shape: str, kind: str, friction: float) -> str:
+        run = found["tracking"][shape, kind, friction]
+        return f"{1000 * run['worst_m']:.1f} mm, {100 * run['worst_share']:.2g} %"
+
+    rows = (
+        (shape, f"{'with' if friction else 'no'} friction", *(cell(shape, kind, friction) for kind in KINDS))
+        for shape in ("line", "circle")
+        for friction in (0.0, 1.0)
+    )
+    lag = ROBOT.driven_inertia * ROBOT.no_load_speed / ROBOT.stall_torque
+    lost = ROBOT.no_load_speed * ROBOT.coulomb_torque / ROBOT.stall_torque / (0.2 / ROBOT.wheel_radius)
+    return f"""
+## Tracking
+
+The hand point is driven at 0.2 m/s from rest along a line of 1 m and round a circle of radius 0.3 m (1.9 m), by
+velocity alone, without position feedback: is it the integrator that the pre-stabiliser believes in? Largest distance
+from where it should be at that time, and its share of the path:
+
+| path | motors | `voltage` | `speed_loop` |
+|---|---|---|---|
+{_table(rows)}
+With the speed loop and without friction the bound of 1 % of the path holds. Open loop it cannot: the motor reaches its
+speed with a time constant of {lag:.2f} s, so the hand point lags by {lag:.2f} s times 0.2 m/s = {200 * lag:.0f} mm for
+good, and friction takes {100 * lost:.0f} % of a speed of 0.2 m/s. What remains with the loop is the wheels' rolling
+radius: they sink 0.1 mm into the floor, a quarter of a percent of speed.
+
+![A hand point driven round a circle: with the speed loop on the wanted circle, open loop without friction 2 cm behind,
+open loop with friction on a smaller circle](img/physics_tracking.png)"""
+
+
+def _drives(found: dict) -> str:
+    voltage, loop = (found["deadband"][kind] for kind in KINDS)
+    limit = ROBOT.static_torque / ROBOT.stall_torque * ROBOT.top_speed
+    stuck = f"{voltage['deadband_m_s']:g} m/s; by the closed form any below {limit:.2g} m/s"
+    follows = f"none: {1000 * loop['wanted_m_s'][0]:g} mm/s moves at {1000 * loop['moved_m_s'][0]:.3g} mm/s"
+    rows = (
+        ("a command is", "a wheel voltage [V]", "a wheel speed [rad/s]"),
+        ("fastest command", f"{ROBOT.voltage:g} V", f"{ROBOT.loaded_speed:g} rad/s, reached against Coulomb friction"),
+        ("fastest wanted speed tried that moves nothing", stuck, follows),
+    )
+    return f"""
+## Drives
+
+| | `voltage` | `speed_loop` |
+|---|---|---|
+{_table(rows)}
+Both scale a robot's two commands together, so that it keeps its direction when it cannot keep its speed. The loop is
+proportional-integral with feed-forward at the physics rate; its gains follow from the model and one time constant of
+10 ms (`pbrg_mj/world/speed_loop.py`). It is not MuJoCo's own velocity input, whose integral needs a position set-point,
+and which no duty cycles can stand behind. `drive.pwm_levels` rounds voltages of either drive to the duty cycles of a
+motor driver. The loop measures wheel speeds exactly; an encoder's steps are not modelled."""
+
+
+def _floor(found: dict) -> str:
+    errors = ((name, " ".join(f"{1000 * e:.1f}" for e in error)) for name, error in found["floors"].items())
+    slips = (
+        (
+            f"{s['friction']:g}",
+            f"{s['closed_form_m_s2']:.3g}",
+            f"{s['acceleration_m_s2']:.3g}",
+            f"{s['rim_m_s']:.2g}",
+            f"{s['over_ground_m_s']:.2g}",
+        )
+        for s in found["slip"]
+    )
+    return f"""
+## Floors
+
+The paper observes "a small static error due to the difference of static friction that depends on the working area".
+The governed team of `floor/friction_patches` after 60 s, distance of each robot from its place in the formation:
+
+| floor | robots 1 to 5 [mm] |
+|---|---|
+{_table(errors)}
+![Static errors of five robots on five floors, from below a millimetre without friction to ten
+centimetres on a carpet](img/physics_floors.png)
+
+A patch's sliding friction acts through the tyres' contacts, looked up below each wheel's centre once per tick. On a
+slippery floor wheels at full voltage spin, and the robot gains over its first 0.5 s:
+
+| sliding friction | mu x wheel load / mass [m/s^2] | measured [m/s^2] | rim after 0.5 s [m/s] | robot [m/s] |
+|---|---|---|---|---|
+{_table(slips)}"""
+
+
+def _limits(found: dict) -> str:
+    worst = max(abs(s["acceleration_m_s2"] / s["closed_form_m_s2"] - 1) for s in found["slip"])
+    return f"""
+## Limits
+
+- A tyre that slips fast hops by some hundredths of a millimetre, as soft contacts do; its mean traction is off the
+  closed form by up to {100 * worst:.0f} %.
+- Rolling resistance counts with the static wheel load; a robot that is pushed or tilts keeps it.
+- A step of voltage to about 95 % of breakaway or more can break a wheel away: the bristles overshoot.
+- No winding inductance, heat or battery sag; no play in the gears; the wheels' encoders are exact."""
+
+
+def _table(rows: Iterable[tuple[str, ...]]) -> str:
+    return "".join(f"| {' | '.join(row)} |\n" for row in rows)
+
+
+def _off(share: float) -> str:
+    return f"{100 * share:.1g} %" if share > 1e-6 else "less than 1e-4 %"

@@ -53,7 +53,7 @@ def test_only_the_speed_loop_moves_below_the_voltage_of_breakaway(kind, moves):
 
 @pytest.mark.parametrize(("goal", "resistance"), [(1.0, 0.0), (-1.0, 0.1)])
 def test_a_robot_rests_short_of_its_goal_by_the_friction_of_the_area_it_stands_in(goal, resistance):
-    """u = alpha (goal - q) stops where its voltage turns no wheel: between Coulomb and static torque, with alpha = 1."""
+    """u = goal - q stops where its voltage turns no wheel any more: between Coulomb and static torque."""
     area = {"from": (-9, -9), "to": (-0.2, 9), "rolling_resistance": 0.1}
     rest = come_to_rest(goal, world={"patches": [area]})
     rolling = resistance * wheel_load() * ROBOT.wheel_radius

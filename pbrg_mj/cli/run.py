@@ -35,11 +35,14 @@ def run(
     """Run a scenario headlessly and write its log. Exit code 1 when it was violated or diverged."""
     # Where MUJOCO_GL names a library that is missing, MuJoCo would not even start; nothing here draws.
     os.environ.pop("MUJOCO_GL", None)
+    from pbrg_mj.loop.advice import advice
     from pbrg_mj.scenario.load import load_scenario
 
     loaded = load_scenario(scenario, [*(overrides or ()), *_shorthands(seed, duration)])
     path = _log_path(output, loaded.name)
-    if not _record(loaded, path, show=not quiet):
+    for line in advice(loaded.scenario):
+        note(f"warning: {line}")
+    if not record(loaded, path, show=not quiet):
         note(f"interrupted; the log so far: {path}")
         return INTERRUPTED
     return _report(path, json=json, quiet=quiet)
@@ -60,7 +63,7 @@ def _log_path(output: Path | None, name: str) -> Path:
     return path
 
 
-def _record(loaded: Loaded, path: Path, *, show: bool) -> bool:
+def record(loaded: Loaded, path: Path, *, show: bool) -> bool:
     """Simulate into the log; False when interrupted. The log is closed and whole either way."""
     from pbrg_mj.log.writer import LogWriter
     from pbrg_mj.loop.simulation import Simulation

@@ -1,8 +1,8 @@
 """When a track counts as a wall: long ones at once, short ones when nothing about them can be moving.
 
 A short stretch may be the face of something that moves. Its speed along the normal is estimated by weighted least
-squares from its sightings; along itself a wall cannot move while both ends stay between the last beam that met it and
-the first that passed it. It is a wall when SLOWEST is ruled out both ways.
+squares from its sightings. A slide along itself shows at an end once it is longer than twice the gap between the last
+beam on the thing and the first past it. It is a wall when SLOWEST is ruled out both ways.
 """
 
 from __future__ import annotations
@@ -16,9 +16,10 @@ from pbrg_mj.perception.evidence import end_bound
 
 LONG = 1.0  # [m] stretches this long are walls at first sight
 SLOWEST = 0.1  # [m/s] things that move at least so fast are told from walls
+WIDEST = 0.15  # [m] blur of an end, and of ends that are hidden
 FEWEST = 3  # sightings of a short wall
 SIGMAS = 3.0
-TOLERANCE = 0.03  # [m] by which an end may move before it counts
+TOLERANCE = 0.01  # [m] by which an end may move before it counts, beside the noise of the pose
 TORN = 6  # a moved end counts 2, a scan without one -1: lost beams may feign one now and then
 
 
@@ -50,8 +51,9 @@ def restart(track, view, line, rules):
     track["ref_angle"] = angle
     track["ref_x"] = view.x + view.offset[line] * math.cos(angle) - middle * math.sin(angle)
     track["ref_y"] = view.y + view.offset[line] * math.sin(angle) + middle * math.cos(angle)
-    track["w0"] = track["w1"] = track["w2"] = track["e0"] = track["e1"] = 0.0
+    track["w0"] = track["w1"] = track["w2"] = track["e0"] = track["e1"] = track["blur"] = 0.0
     track["first"] = view.time
+    _note_blur(track, view, line, (track["low_bound"], track["high_bound"]))
 
 
 @njit(cache=True)
@@ -71,6 +73,7 @@ def extend(track, view, line, rules):
             track["hits"] = 1
         return
     track["torn"] = max(track["torn"] - 1, 0)
+    _note_blur(track, view, line, (low_bound, high_bound))
     track["low_bound"] = max(track["low_bound"], low_bound)
     track["high_bound"] = min(track["high_bound"], high_bound)
     widen(track, view, line)
@@ -81,8 +84,6 @@ def widen(track, view, line):
     """Let a track reach as far as a sighting of it."""
     track["low"] = min(track["low"], view.low[line])
     track["high"] = max(track["high"], view.high[line])
-    track["low_bound"] = min(track["low_bound"], track["low"])
-    track["high_bound"] = max(track["high_bound"], track["high"])
 
 
 @njit(cache=True)
@@ -91,11 +92,12 @@ def confirm(track, view, line):
     if track["confirmed"]:
         return
     long = view.high[line] - view.low[line] >= LONG
-    track["confirmed"] = 1 if long or (_rests_across(track) and _rests_along(track)) else 0
+    track["confirmed"] = 1 if long or (rests_across(track) and _rests_along(track)) else 0
 
 
 @njit(cache=True)
-def _rests_across(track):
+def rests_across(track):
+    """Return whether a speed of SLOWEST along the normal is ruled out."""
     w0, w1, w2 = track["w0"], track["w1"], track["w2"]
     det = w0 * w2 - w1 * w1
     if track["hits"] < FEWEST or det <= 0:
@@ -106,8 +108,12 @@ def _rests_across(track):
 
 @njit(cache=True)
 def _rests_along(track):
-    """Return whether a slide at SLOWEST since the first sighting would have shown: both ends have been seen."""
-    low, high = track["low"] - track["low_bound"], track["high_bound"] - track["high"]
-    if low == math.inf or high == math.inf:
-        return True
-    return (track["seen"] - track["first"]) * SLOWEST > low + high + TOLERANCE
+    """Return whether a slide at SLOWEST since the first sighting would have shown at an end."""
+    return (track["seen"] - track["first"]) * SLOWEST > 2 * (track["blur"] + TOLERANCE)
+
+
+@njit(cache=True)
+def _note_blur(track, view, line, bounds):
+    """Keep the widest gap so far between the last beam on the thing and the first past it, at the better end."""
+    here = min(view.low[line] - bounds[0], bounds[1] - view.high[line])
+    track["blur"] = max(track["blur"], min(here, WIDEST))

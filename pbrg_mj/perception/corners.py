@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 
 from pbrg_mj.perception.angles import wrapped
+from pbrg_mj.perception.confirm import rests_across
 
 FAR = 100.0  # [m] a wall whose end has not been seen goes on so far
 LEAST_TURN, MOST_TURN = math.radians(20.0), math.radians(160.0)  # between two faces at a corner
@@ -18,8 +19,10 @@ BEYOND = 0.02  # [m] a face lies so far behind the other's line, at a convex cor
 @njit(cache=True)
 def ends(track):
     """Return where a face begins and ends along t: beyond the stretch seen, as far as no beam has passed it by."""
-    low = track["low_bound"] if track["low_bound"] > -math.inf else track["low"] - FAR
-    return low, track["high_bound"] if track["high_bound"] < math.inf else track["high"] + FAR
+    low = min(track["low_bound"], track["low"]) if track["low_bound"] > -math.inf else track["low"] - FAR
+    return low, max(track["high_bound"], track["high"]) if track["high_bound"] < math.inf else track[
+        "high"
+    ] + FAR
 
 
 @njit(cache=True)
@@ -77,3 +80,17 @@ def chains(tracks):
         if following[i] >= 0:
             before[following[i]] = i
     return before, following
+
+
+@njit(cache=True)
+def confirm_corners(tracks):
+    """Confirm two faces that meet when neither moves along its normal: together they cannot move at all."""
+    for a in tracks:
+        for b in tracks:
+            if a["live"] and b["live"] and _rests(a) and _rests(b) and convex_corner(a, b):
+                a["confirmed"] = b["confirmed"] = 1
+
+
+@njit(cache=True)
+def _rests(track):
+    return track["confirmed"] or rests_across(track)

@@ -53,7 +53,7 @@ def end_bound(view, line, end, rules):
             break  # something hides the rest
         else:
             silent = 0
-        if silent >= rules.agree or r > distance + BEHIND:
+        if silent >= rules.silent or r > distance + BEHIND:
             best = end * s
             break
     return end * best

@@ -9,6 +9,7 @@ from numba import njit
 from pbrg_mj.perception.angles import wrapped
 from pbrg_mj.perception.associate import EXTEND, NEW, STRANGE, UPDATE, associate, same_wall
 from pbrg_mj.perception.confirm import confirm, extend, note_place, restart, widen
+from pbrg_mj.perception.corners import confirm_corners
 from pbrg_mj.perception.evidence import contradicted
 
 SEEN_SHARE = 0.05  # of the drift while in sight: nothing is known for ever
@@ -37,6 +38,7 @@ def follow(tracks, view, rules):
             _begin(tracks, view, line, rules)
     _miss(tracks, view, rules)
     _merge(tracks)
+    confirm_corners(tracks)
 
 
 @njit(cache=True)

@@ -12,6 +12,7 @@ from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.perception.polygons import hull
 from pbrg_mj.perception.rules import LineRules, line_rules
 from pbrg_mj.perception.tracks import TrackRules, track_rules
+from pbrg_mj.scenario.beam_layout import beam_angles
 from pbrg_mj.scenario.schema import Estimator, GivenHalfSpace, Scenario
 
 
@@ -52,7 +53,7 @@ def perception_setup(scenario: Scenario, clearance: float, hand_offset: float = 
     the body's centre. Raises InputError when given half-spaces do not fit: no such robot, zero normal, more than
     there are slots.
     """
-    estimator, beams, rules = scenario.estimator, scenario.sensors.beams, line_rules(scenario)
+    estimator, rules = scenario.estimator, line_rules(scenario)
     formation = np.array(scenario.team.formation, dtype=float)
     return PerceptionSetup(
         robots=scenario.robots,
@@ -60,7 +61,7 @@ def perception_setup(scenario: Scenario, clearance: float, hand_offset: float = 
         clearance=clearance,
         hand_offset=hand_offset,
         beam_robots=scenario.beam_robots,
-        directions=beam_directions(beams.count, beams.start_deg, beams.sweep_deg),
+        directions=unit_vectors(beam_angles(scenario.sensors.beams)),
         rules=rules,
         track_rules=track_rules(scenario, rules.agree, clearance),
         pose=pose_model(scenario),
@@ -70,14 +71,14 @@ def perception_setup(scenario: Scenario, clearance: float, hand_offset: float = 
     )
 
 
-def beam_directions(count: int, start_deg: float = 0.0, sweep_deg: float = 360.0) -> np.ndarray:
-    """Return (count, 2) unit vectors in the body frame, counter-clockwise from `start_deg`, straight ahead being 0.
-
-    They spread over `sweep_deg` from the first to the last; a whole circle is not closed with a second first beam.
-    """
-    gaps = count if sweep_deg == 360.0 else max(count - 1, 1)
-    angle = np.deg2rad(start_deg + sweep_deg * np.arange(count) / gaps)
+def unit_vectors(angle: np.ndarray) -> np.ndarray:
+    """Return (k, 2) unit vectors in the directions `angle` (k,) [rad]."""
     return np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def beam_directions(count: int) -> np.ndarray:
+    """Return (count, 2) unit vectors in the body frame: beam 0 straight ahead, then counter-clockwise."""
+    return unit_vectors(2 * np.pi * np.arange(count) / count)
 
 
 def _team(formation: np.ndarray, robot: int, scope: str) -> np.ndarray:

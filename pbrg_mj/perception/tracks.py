@@ -15,7 +15,7 @@ import numpy as np
 from pbrg_mj.scenario.schema import Scenario
 
 _REAL = ["angle", "offset", "p_aa", "p_ac", "p_cc", "low", "high", "low_bound", "high_bound", "first", "seen"]
-_REAL += ["ref_angle", "ref_x", "ref_y", "w0", "w1", "w2", "e0", "e1"]
+_REAL += ["ref_angle", "ref_x", "ref_y", "w0", "w1", "w2", "e0", "e1", "blur"]
 _WHOLE = ["live", "confirmed", "slot", "hits", "unseen", "missed", "strange", "torn", "own"]
 
 TRACK = np.dtype([(name, np.float64) for name in _REAL] + [(name, np.int64) for name in _WHOLE])
@@ -27,6 +27,7 @@ TRACK = np.dtype([(name, np.float64) for name in _REAL] + [(name, np.int64) for 
 - first, seen [s]: first and last sighting; hits: sightings; unseen: scans since the last
 - ref_angle, ref_x, ref_y: line and place of the first sighting; w0, w1, w2, e0, e1: sums of 1, tau, tau^2, e, tau e,
   each weighted by 1/variance, e the displacement along the normal and tau the time since then
+- blur [m]: how far the thing can slide along itself before its better seen end must show it
 - live: in use; confirmed: it counts as a wall; missed, strange, torn: what speaks against it
 - slot: of its half-space, -1 for none; own: its obstacle is kept off the own hand point alone
 """
@@ -36,7 +37,7 @@ class TrackRules(NamedTuple):
     """Parameters of the tracks; a named tuple, so that compiled code takes it as it is."""
 
     range_max: float  # of the beams [m]
-    agree: int  # neighbouring beams that must pass by before an end is believed
+    silent: int  # neighbouring beams without an echo that cannot all have been lost
     memory: float  # how long an unseen wall is kept [s]
     drift: float  # growth of an unseen wall's offset [m/sqrt(s)]
     turn: float  # and angle [rad/sqrt(s)]
@@ -45,11 +46,11 @@ class TrackRules(NamedTuple):
 
 
 def track_rules(scenario: Scenario, agree: int, clearance: float) -> TrackRules:
-    """Return the rules for a scenario."""
+    """Return the rules for a scenario; `agree` neighbouring beams are not lost together."""
     estimator = scenario.estimator
     return TrackRules(
         range_max=scenario.sensors.beams.range_max,
-        agree=agree,
+        silent=agree if scenario.sensors.beams.dropout > 0 else 1,
         memory=estimator.memory,
         drift=estimator.drift_std,
         turn=float(np.deg2rad(estimator.drift_std_deg)),

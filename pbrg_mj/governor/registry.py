@@ -32,11 +32,16 @@ def _cvxpy() -> CentralizedSolver:
 SOLVERS: dict[str, Callable[[], CentralizedSolver]] = {"clarabel": ClarabelSolver, "cvxpy": _cvxpy}
 
 
+def round_step(scenario: Scenario) -> float:
+    """Return the step of one communication round [s]: as given, or so that the rounds of a tick cover the tick."""
+    settings = scenario.governor
+    return scenario.timing.tick / settings.rounds if settings.step is None else settings.step
+
+
 def _distributed(scenario: Scenario) -> Governor:
     settings = scenario.governor
-    step = scenario.timing.tick / settings.rounds if settings.step is None else settings.step
     cap = math.inf if settings.multiplier_cap is None else settings.multiplier_cap
-    return DistributedGovernor(Flow(settings.alpha, step, cap), settings.rounds, settings.initial)
+    return DistributedGovernor(Flow(settings.alpha, round_step(scenario), cap), settings.rounds, settings.initial)
 
 
 GOVERNORS: dict[str, Callable[[Scenario], Governor]] = {

@@ -49,5 +49,5 @@ class World(Protocol):
         ...
 
     def advance(self, command: np.ndarray) -> None:
-        """Hold `command` (n, 2) over one tick: wheel voltages [V], or velocities [m/s] for the ideal plant."""
+        """Hold `command` (n, 2) over one tick: wheel voltages [V] or speeds [rad/s], or velocities [m/s] if ideal."""
         ...

@@ -36,7 +36,7 @@ class RadioLink:
         for robot, queue in enumerate(self._queues):
             while queue and queue[0][0] <= step:
                 self._held[robot] = queue.popleft()[1]
-        return self._held
+        return self._held.copy()
 
     def _travel(self, robot: int) -> float:
         """Return how long the command that is sent now takes to a robot [s]."""

@@ -32,7 +32,7 @@ def associate(tracks, view):
     for line in range(lines):
         for i in range(len(tracks)):
             if tracks[i]["live"] and _overlaps(tracks[i], view, line):
-                cost[line, i] = _distance(tracks[i], view, line)
+                cost[line, i] = distance(tracks[i], view, line)
                 if cost[line, i] > GATE and role[line] == NEW and _is_near(tracks[i], view, line):
                     role[line], which[line] = STRANGE, i
     taken = np.zeros(len(tracks), np.bool_)
@@ -47,7 +47,7 @@ def associate(tracks, view):
 
 
 @njit(cache=True)
-def _distance(track, view, line):
+def distance(track, view, line):
     """Return the squared Mahalanobis distance of a line from a track."""
     a = wrapped(view.angle[line] - track["angle"])
     if abs(a) > 0.5:

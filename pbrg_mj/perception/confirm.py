@@ -1,8 +1,8 @@
 """When a track counts as a wall: long ones at once, short ones when nothing about them can be moving.
 
 A short stretch may be the face of something that moves. Its speed along the normal is estimated by weighted least
-squares from its sightings. A slide along itself shows at an end once it is longer than twice the gap between the last
-beam on the thing and the first past it. It is a wall when SLOWEST is ruled out both ways.
+squares from its sightings. A slide along itself shows at an end once it is longer than about twice the gap between
+the last beam on the thing and the first past it. It is a wall when SLOWEST is ruled out both ways.
 """
 
 from __future__ import annotations
@@ -87,12 +87,12 @@ def widen(track, view, line):
 
 
 @njit(cache=True)
-def confirm(track, view, line):
+def confirm(track, view, line, rules):
     """Make a track a wall if it cannot be anything else."""
     if track["confirmed"]:
         return
     long = view.high[line] - view.low[line] >= LONG
-    track["confirmed"] = 1 if long or (rests_across(track) and _rests_along(track)) else 0
+    track["confirmed"] = 1 if long or (rests_across(track) and _rests_along(track, rules)) else 0
 
 
 @njit(cache=True)
@@ -107,9 +107,13 @@ def rests_across(track):
 
 
 @njit(cache=True)
-def _rests_along(track):
-    """Return whether a slide at SLOWEST since the first sighting would have shown at an end."""
-    return (track["seen"] - track["first"]) * SLOWEST > 2 * (track["blur"] + TOLERANCE)
+def _rests_along(track, rules):
+    """Return whether a slide at SLOWEST since the first sighting would have shown at an end.
+
+    It shows when the first beam past the thing meets it, or the last on it does not, and by one beam late.
+    """
+    shows = (1 + 1 / rules.silent) * track["blur"] + 4 * TOLERANCE
+    return (track["seen"] - track["first"]) * SLOWEST > shows
 
 
 @njit(cache=True)

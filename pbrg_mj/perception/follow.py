@@ -7,10 +7,11 @@ import math
 from numba import njit
 
 from pbrg_mj.perception.angles import wrapped
-from pbrg_mj.perception.associate import EXTEND, NEW, STRANGE, UPDATE, associate, same_wall
+from pbrg_mj.perception.associate import EXTEND, NEW, STRANGE, UPDATE, associate
 from pbrg_mj.perception.confirm import confirm, extend, note_place, restart, widen
 from pbrg_mj.perception.corners import confirm_corners
 from pbrg_mj.perception.evidence import contradicted
+from pbrg_mj.perception.merge import merge, unite
 
 SEEN_SHARE = 0.05  # of the drift while in sight: nothing is known for ever
 PATIENCE = 3  # scans against a wall before it is dropped, and scans an unconfirmed one may be out of sight
@@ -26,6 +27,7 @@ def follow(tracks, view, rules):
     role, which = associate(tracks, view)
     for line in range(len(role)):
         if role[line] == UPDATE:
+            which[line] = unite(tracks, view, line, which[line])
             _fuse(tracks[which[line]], view, line, rules)
         elif role[line] == EXTEND:
             widen(tracks[which[line]], view, line)
@@ -37,7 +39,7 @@ def follow(tracks, view, rules):
         if role[line] == NEW:
             _begin(tracks, view, line, rules)
     _miss(tracks, view, rules)
-    _merge(tracks)
+    merge(tracks)
     confirm_corners(tracks)
 
 
@@ -85,7 +87,7 @@ def _fuse(track, view, line, rules):
     track["hits"] += 1
     track["unseen"] = track["missed"] = track["strange"] = 0
     extend(track, view, line, rules)
-    confirm(track, view, line)
+    confirm(track, view, line, rules)
 
 
 @njit(cache=True)
@@ -120,7 +122,7 @@ def _begin(tracks, view, line, rules):
     track["slot"] = -1
     restart(track, view, line, rules)
     note_place(track, view, line)
-    confirm(track, view, line)
+    confirm(track, view, line, rules)
 
 
 @njit(cache=True)
@@ -131,21 +133,3 @@ def _miss(tracks, view, rules):
             track["missed"] = track["missed"] + 1 if contradicted(view, track, rules) else 0
             if track["missed"] >= PATIENCE:
                 track["live"] = 0
-
-
-@njit(cache=True)
-def _merge(tracks):
-    """Make tracks that turn out to be one wall one: the confirmed and older one stays."""
-    for i in range(len(tracks)):
-        for j in range(len(tracks)):
-            a, b = tracks[i], tracks[j]
-            if i == j or not a["live"] or not b["live"] or b["confirmed"] > a["confirmed"]:
-                continue
-            if (b["confirmed"] == a["confirmed"] and b["first"] < a["first"]) or not same_wall(a, b):
-                continue
-            a["low"], a["high"] = min(a["low"], b["low"]), max(a["high"], b["high"])
-            a["low_bound"] = min(a["low_bound"], b["low_bound"])
-            a["high_bound"] = max(a["high_bound"], b["high_bound"])
-            if b["seen"] >= a["seen"]:
-                a["seen"], a["unseen"] = b["seen"], b["unseen"]
-            b["live"] = 0

@@ -1,0 +1,49 @@
+"""Tracks that turn out to be one wall made one."""
+
+from __future__ import annotations
+
+from numba import njit
+
+from pbrg_mj.perception.associate import GATE, distance, same_wall
+
+COVERED = 0.1  # [m] of a track must lie on the line that shows it to be part of a longer wall
+
+
+@njit(cache=True)
+def merge(tracks):
+    """Make tracks that have come to be the same wall one."""
+    for i in range(len(tracks)):
+        for j in range(i):
+            if tracks[i]["live"] and tracks[j]["live"] and same_wall(tracks[i], tracks[j]):
+                _absorb(tracks, i, j)
+
+
+@njit(cache=True)
+def unite(tracks, view, line, track):
+    """Make all tracks one that a single line runs through, whatever ends they have seemed to have; return which."""
+    for i in range(len(tracks)):
+        if i != track and tracks[i]["live"] and _runs_through(tracks[i], view, line):
+            track = _absorb(tracks, track, i)
+    return track
+
+
+@njit(cache=True)
+def _runs_through(track, view, line):
+    common = min(track["high"], view.high[line]) - max(track["low"], view.low[line])
+    return common > COVERED and distance(track, view, line) <= GATE
+
+
+@njit(cache=True)
+def _absorb(tracks, i, j):
+    """Make two tracks one; return the one that stays, the confirmed and older one."""
+    a, b = tracks[i], tracks[j]
+    if (b["confirmed"], -b["first"]) > (a["confirmed"], -a["first"]):
+        i, a, b = j, b, a
+    if b["low"] < a["low"]:
+        a["low"], a["low_bound"] = b["low"], b["low_bound"]
+    if b["high"] > a["high"]:
+        a["high"], a["high_bound"] = b["high"], b["high_bound"]
+    if b["seen"] >= a["seen"]:
+        a["seen"], a["unseen"] = b["seen"], b["unseen"]
+    b["live"] = 0
+    return i

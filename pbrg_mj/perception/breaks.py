@@ -41,12 +41,15 @@ def _first(points, rules, order, count):  # pragma: no cover - compiled
 
 @njit(cache=True)
 def _broken(points, rules, order, i, after):  # pragma: no cover - compiled
-    """Tell whether the i-th point and the one after it are apart; lone outliers taken out in between do not count."""
-    beams = len(points)
-    skipped = 0
-    b = (order[i] + 1) % beams
-    while b != order[after] and skipped < 3:  # never more than a lone outlier and its like in the next gap
-        if math.isfinite(points[b, R]):
-            skipped += 1
-        b = (b + 1) % beams
-    return apart(points, rules, order[i], order[after], skipped)
+    """Tell whether the i-th point and the one after it are apart.
+
+    Lone outliers taken out in between do not count if they are nearer: then they hide the surface. A beam that went
+    farther, like one that returned nothing, did not meet it.
+    """
+    a, z = order[i], order[after]
+    nearer = 0
+    for k in range(1, (z - a) % len(points)):
+        r = points[(a + k) % len(points), R]
+        if math.isfinite(r) and r < max(points[a, R], points[z, R]):
+            nearer += 1
+    return apart(points, rules, a, z, nearer)

@@ -12,7 +12,7 @@ from numba import njit
 
 X, Y, R, DX, DY, VARIANCE = range(6)  # columns of `points`
 
-MAX_LOST = 1  # beams that returned nothing between two points of one surface
+MAX_LOST = 1  # beams between two points of one surface that did not meet it
 GRAZING = math.sin(math.radians(10.0))  # sine of the flattest angle at which a beam is taken to meet a wall
 BREAK_MARGIN = 3.0  # standard deviations of the difference of two ranges
 CHORD_MARGIN = 3.5  # standard deviations of a point's distance from a chord
@@ -43,7 +43,7 @@ def range_variance(rules, r):  # pragma: no cover - compiled
 def apart(points, rules, b, after, skipped):  # pragma: no cover - compiled
     """Tell whether two points belong to different things, by an adaptive breakpoint.
 
-    `after` follows b counter-clockwise; `skipped` points between them do not count. A wall whose far point is met at
+    `after` follows b counter-clockwise; `skipped` beams between them do not count. A wall whose far point is met at
     the angle GRAZING spreads its points r sin(dphi) / sin(GRAZING) apart, r the shorter range and dphi the angle
     between the beams (after Borges and Aldon, "Line extraction in 2D range images for mobile robotics", 2004).
     """
@@ -118,12 +118,14 @@ def _spike(points, rules, order, count, i, size):  # pragma: no cover - compiled
         return False
     a, z = order[(i - 1) % count], order[(i + size) % count]
     chord = chord_normal(points, a, z)
+    hidden = 0
     for k in range(i, i + size):
         error = chord_error(points, rules, (a, z), chord, order[k % count])
         if abs(error) <= 1.0 or (size > 1 and error > 0.0):
             return False
+        hidden += error < 0.0
     before, after = order[(i - 2) % count], order[(i + size + 1) % count]
-    if apart(points, rules, before, a, 0) or apart(points, rules, a, z, size) or apart(points, rules, z, after, 0):
+    if apart(points, rules, before, a, 0) or apart(points, rules, a, z, hidden) or apart(points, rules, z, after, 0):
         return False
     chord = chord_normal(points, before, after)
     first = chord_error(points, rules, (before, after), chord, a)

@@ -24,7 +24,7 @@ FALSE_ALARM = 3.09  # score of a normal variable: a share of 1e-3 of true walls 
 MAX_BEND, MAX_BEND_SHORT = 3.0, 2.0  # standard deviations of the curvature
 MAX_ANGLE_STD = math.radians(3.5)  # a direction less sure than this is none
 SHORT = 2.0  # least lengths of a wall up to which a piece may be a row of robots
-OBLIQUE = math.tan(math.radians(45.0))  # tangent of the incidence in its middle from which on gaps are hidden
+OBLIQUE = math.tan(math.radians(35.0))  # tangent of the incidence in its middle from which on gaps are hidden
 LIMIT_MARGIN = 3.0  # standard deviations of a range from the range limit
 
 

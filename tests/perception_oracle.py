@@ -1,0 +1,278 @@
+"""The lines of a scan in plain numpy: the same rules as the compiled kernels, written for arrays and lists of beams."""
+
+import math
+
+import numpy as np
+
+from pbrg_mj.perception.ends import LEAST_GAP, SURE, WELL_WITHIN
+from pbrg_mj.perception.hits import BREAK_MARGIN, CHORD_MARGIN, GRAZING, MAX_LOST
+from pbrg_mj.perception.joins import NOISE_MARGIN, SAME_WALL
+from pbrg_mj.perception.line_fit import LEAST_COSINE
+from pbrg_mj.perception.pieces import MAX_TURN, MIN_TURN
+from pbrg_mj.perception.rules import LineRules
+from pbrg_mj.perception.wall_fits import (
+    FALSE_ALARM,
+    LIMIT_MARGIN,
+    MAX_ANGLE_STD,
+    MAX_BEND,
+    MAX_BEND_SHORT,
+    MAX_OUTLIERS,
+    OBLIQUE,
+    OUTLIER,
+    OUTLIER_SHARE,
+    SHORT,
+)
+
+Beams = list[int]
+
+
+class Scan:
+    """A scan and its rules."""
+
+    def __init__(self, ranges: np.ndarray, directions: np.ndarray, rules: LineRules) -> None:
+        self.r, self.d, self.rules = ranges, directions, rules
+        self.beams = len(ranges)
+        self.xy = ranges[:, None] * directions
+        self.var = rules.range_std**2 + (rules.noise_ratio * ranges) ** 2
+
+    def apart(self, a: int, b: int, skipped: int) -> bool:
+        lost = (b - a) % self.beams - 1 - skipped
+        sine = float(np.linalg.det(self.d[[a, b]]))
+        if (b <= a and not self.rules.closed) or not 0 <= lost <= MAX_LOST or sine <= 0:
+            return True
+        limit = min(self.r[a], self.r[b]) * sine / GRAZING + BREAK_MARGIN * math.sqrt(self.var[a] + self.var[b])
+        return bool(np.linalg.norm(self.xy[b] - self.xy[a]) > limit)
+
+    def broken(self, a: int, b: int) -> bool:
+        between = [(a + k) % self.beams for k in range(1, (b - a) % self.beams)]
+        return self.apart(a, b, int((self.r[between] < max(self.r[a], self.r[b])).sum()))
+
+    def chord_errors(self, a: int, z: int, some: Beams) -> np.ndarray:
+        chord, off = self.xy[z] - self.xy[a], self.xy[some] - self.xy[a]
+        length = float(np.linalg.norm(chord))
+        if length == 0:
+            return np.linalg.norm(off, axis=1) / self.rules.split_distance
+        n = np.array([chord[1], -chord[0]]) / length
+        u = off @ chord / length**2
+        across = self.var * (self.d @ n) ** 2
+        std = np.sqrt(across[some] + (1 - u) ** 2 * across[a] + u**2 * across[z])
+        return off @ n / np.maximum(self.rules.split_distance, CHORD_MARGIN * std)
+
+
+def find_lines(ranges: np.ndarray, directions: np.ndarray, rules: LineRules) -> list[dict]:
+    """Walls as dicts of angle, offset, covariance, low, high, free_low, free_high and their beams; longest first."""
+    scan = Scan(ranges, directions, rules)
+    order = without_spikes(scan, np.flatnonzero(np.isfinite(ranges)).tolist())
+    clusters, ring = cluster(scan, order)
+    pieces = [split_and_merge(scan, beams) for beams in clusters]
+    flat = [(piece, k) for k, group in enumerate(pieces) for piece in group]
+    walls = [
+        wall for i, (piece, _) in enumerate(flat) if not curved(scan, flat, ring, i) and (wall := fit_wall(scan, piece))
+    ]
+    walls = joined(scan, walls, [b for group in clusters for b in group])
+    for wall in walls:
+        wall["free_low"] = ends_at(scan, wall, wall["beams"][0], -1)
+        wall["free_high"] = ends_at(scan, wall, wall["beams"][1], 1)
+    return sorted(walls, key=lambda wall: wall["low"] - wall["high"])
+
+
+def without_spikes(scan: Scan, order: Beams) -> Beams:
+    count = len(order)
+
+    def spike(i: int, size: int) -> bool:
+        if count < size + 4:
+            return False
+        a2, a, *off, z, z2 = (order[k % count] for k in range(i - 2, i + size + 2))
+        errors = scan.chord_errors(a, z, off)
+        if np.any(np.abs(errors) <= 1) or (size == 2 and np.any(errors > 0)):
+            return False
+        same = not (scan.apart(a2, a, 0) or scan.apart(a, z, int((errors < 0).sum())) or scan.apart(z, z2, 0))
+        return same and bool(np.all(np.abs(scan.chord_errors(a2, z2, [a, z])) <= 1))
+
+    return [b for i, b in enumerate(order) if not (spike(i, 1) or spike(i, 2) or spike(i - 1, 2))]
+
+
+def cluster(scan: Scan, order: Beams) -> tuple[list[Beams], bool]:
+    if not order:
+        return [], False
+    broken = [scan.broken(b, after) for b, after in zip(order, order[1:] + order[:1], strict=True)]
+    ring = not any(broken)
+    first = int(np.argmax(scan.r[order])) if ring else int(np.flatnonzero(broken)[-1]) + 1
+    turned = order[first:] + order[:first]
+    cuts = [i for i in range(1, len(turned)) if scan.broken(turned[i - 1], turned[i])]
+    return [turned[i:j] for i, j in zip([0, *cuts], [*cuts, len(turned)], strict=True)], ring
+
+
+def split_and_merge(scan: Scan, beams: Beams) -> list[Beams]:
+    def cut(some: Beams) -> int | None:
+        if len(some) < 3:
+            return None
+        errors = np.abs(scan.chord_errors(some[0], some[-1], some[1:-1]))
+        return int(np.argmax(errors)) + 1 if errors.max() > 1 else None
+
+    def split(some: Beams) -> list[Beams]:
+        at = cut(some)
+        return [some] if at is None else split(some[:at]) + split(some[at:])
+
+    merged: list[Beams] = []
+    for piece in split(beams):
+        if merged and cut(merged[-1] + piece) is None:
+            merged[-1] = merged[-1] + piece
+        else:
+            merged.append(piece)
+    return merged
+
+
+def curved(scan: Scan, pieces: list[tuple[Beams, int]], ring: bool, i: int) -> bool:
+    def turn(a: tuple[Beams, int], b: tuple[Beams, int]) -> float:
+        if min(len(a[0]), len(b[0])) < 3 or (a[1] != b[1] and not ring):
+            return 0.0
+        chords = [complex(*(scan.xy[piece[-1]] - scan.xy[piece[0]])) for piece in (a[0], b[0])]
+        angle = float(np.angle(chords[1] * chords[0].conjugate()))
+        return angle if MIN_TURN < abs(angle) < MAX_TURN else 0.0
+
+    after = pieces[(i + 1) % len(pieces)]
+    return len(pieces) >= 3 and turn(pieces[i - 1], pieces[i]) * turn(pieces[i], after) > 0
+
+
+def weights(scan: Scan, some: Beams, normal: np.ndarray, c: float) -> np.ndarray:
+    cosine = np.maximum(np.abs(scan.d[some] @ normal), LEAST_COSINE)
+    return 1 / ((cosine * scan.rules.range_std) ** 2 + (scan.rules.noise_ratio * c) ** 2)
+
+
+def fit_line(scan: Scan, some: Beams, normal: np.ndarray, c: float) -> dict:
+    """Weighted total least squares, twice; `normal` and c are a guess for the weights."""
+    xy = scan.xy[some]
+    for _ in range(2):
+        w = weights(scan, some, normal, c)
+        mean = w @ xy / w.sum()
+        _, axes = np.linalg.eigh(((xy - mean).T * w) @ (xy - mean))
+        normal = axes[:, 0] * (1 if axes[:, 0] @ mean >= 0 else -1)
+        c = float(normal @ mean)
+    w = weights(scan, some, normal, c)
+    s = xy @ np.array([-normal[1], normal[0]])
+    jacobian = np.column_stack([s, -np.ones(len(s))])  # of the residuals n . p - c
+    return {
+        "angle": math.atan2(normal[1], normal[0]),
+        "offset": c,
+        "covariance": np.linalg.inv((jacobian.T * w) @ jacobian),
+        "low": s.min(),
+        "high": s.max(),
+        "normal": normal,
+        "jacobian": jacobian,
+        "weight": w,
+        "residual": xy @ normal - c,
+    }
+
+
+def fit_wall(scan: Scan, piece: Beams) -> dict | None:
+    rules, some, outliers, checked = scan.rules, list(piece), 0, False
+    while outliers <= max(MAX_OUTLIERS, OUTLIER_SHARE * len(piece)):
+        if len(some) < rules.min_points or math.dist(scan.xy[some[0]], scan.xy[some[-1]]) < rules.min_length:
+            return None
+        x, y = scan.xy[some[-1]] - scan.xy[some[0]]
+        chord = np.array([y, -x]) / math.hypot(x, y)
+        line = fit_line(scan, some, chord, float(abs(chord @ scan.xy[some[0]])))
+        if not checked:
+            checked = True
+            r = line["offset"] / np.maximum(scan.d[some] @ line["normal"], 1e-6)
+            inside = r + LIMIT_MARGIN * np.hypot(rules.range_std, rules.noise_ratio * r) <= rules.range_max
+            if not inside.all():
+                some = np.array(some)[inside].tolist()
+                continue
+        w, jacobian = line["weight"], line["jacobian"]
+        leverage = w * np.einsum("ij,jk,ik->i", jacobian, line["covariance"], jacobian)
+        deviation = np.abs(line["residual"]) * np.sqrt(w / np.maximum(1 - leverage, 1e-6))
+        if deviation.max() <= OUTLIER:
+            return {**line, "points": some, "beams": (some[0], some[-1])} if is_wall(scan, line) else None
+        del some[int(np.argmax(deviation))]
+        outliers += 1
+    return None
+
+
+def is_wall(scan: Scan, line: dict) -> bool:
+    w, e, s = line["weight"], line["residual"], line["jacobian"][:, 0]
+    k = 2 / (9 * (len(s) - 2))
+    straight = w @ e**2 <= (len(s) - 2) * (1 - k + FALSE_ALARM * math.sqrt(k)) ** 3
+    # The bend: the part of the residuals along s^2, made orthogonal to 1 and s in the weighted scalar product.
+    s = s - w @ s / w.sum()
+    root = np.sqrt(w)
+    basis, _ = np.linalg.qr(root[:, None] * np.column_stack([np.ones_like(s), s, s**2]))
+    bend = abs(float(basis[:, 2] @ (root * e)))
+    short = line["high"] - line["low"] < SHORT * scan.rules.min_length
+    oblique = abs(line["low"] + line["high"]) > 2 * OBLIQUE * line["offset"]
+    sure = line["covariance"][0, 0] <= MAX_ANGLE_STD**2
+    return bool(straight and sure and bend <= (MAX_BEND_SHORT if short else MAX_BEND) and not (short and oblique))
+
+
+def joined(scan: Scan, walls: list[dict], order: Beams) -> list[dict]:
+    result: list[dict] = []
+    for wall in sorted(walls, key=lambda wall: wall["low"] - wall["high"]):
+        for index, known in enumerate(result):
+            both = joint(scan, known, wall, order)
+            if both is not None:
+                result[index] = both
+                break
+        else:
+            result.append(wall)
+    return result
+
+
+def joint(scan: Scan, a: dict, b: dict, order: Beams) -> dict | None:
+    turn = abs(math.remainder(a["angle"] - b["angle"], 2 * math.pi))
+    if turn > SAME_WALL + NOISE_MARGIN * math.sqrt(a["covariance"][0, 0] + b["covariance"][0, 0]):
+        return None
+    members = set(a["points"]) | set(b["points"])
+    points = [p for p in order if p in members]
+    line = fit_line(scan, points, a["normal"], a["offset"])
+    if np.any(np.abs(line["residual"]) > np.maximum(scan.rules.split_distance, NOISE_MARGIN / np.sqrt(line["weight"]))):
+        return None
+    first, last = sorted((a, b), key=lambda wall: wall["low"])
+    if has_gap(scan, line, first["beams"][1], last["beams"][0]):
+        return None
+    end = first if last["high"] < first["high"] else last
+    return {**line, "points": points, "beams": (first["beams"][0], end["beams"][1])}
+
+
+def meets(scan: Scan, line: dict, b: int) -> float:
+    """Where a beam meets the line, along t."""
+    nx, ny = line["normal"]
+    return float(line["offset"] * (np.array([-ny, nx]) @ scan.d[b]) / max(scan.d[b] @ line["normal"], LEAST_COSINE))
+
+
+def passes(scan: Scan, line: dict, b: int) -> bool:
+    cosine, c = float(scan.d[b] @ line["normal"]), line["offset"]
+    if cosine < LEAST_COSINE or c / cosine > WELL_WITHIN * scan.rules.range_max:
+        return False
+    if np.isnan(scan.r[b]):
+        return True
+    at = np.array([meets(scan, line, b), -1])
+    variance = at @ line["covariance"] @ at + 1 / weights(scan, [b], line["normal"], c)[0]
+    return bool(scan.r[b] * cosine - c > max(scan.rules.split_distance, SURE * math.sqrt(variance)))
+
+
+def beside(scan: Scan, b: int, steps: range) -> Beams:
+    numbers = [b + k for k in steps]
+    return [k % scan.beams for k in numbers if scan.rules.closed or 0 <= k < scan.beams]
+
+
+def ends_at(scan: Scan, line: dict, b: int, side: int) -> bool:
+    others = beside(scan, b, range(side, side * (scan.beams // 2), side))
+    for run, other in enumerate(others, start=1):
+        if not passes(scan, line, other):
+            return False
+        if run >= scan.rules.agree and abs(meets(scan, line, other) - meets(scan, line, b)) >= LEAST_GAP:
+            return True
+    return False
+
+
+def has_gap(scan: Scan, line: dict, low: int, high: int) -> bool:
+    between = (high - low) % scan.beams - 1
+    if between > scan.beams // 2:
+        return False
+    run: Beams = [low]  # the last beam that does not pass, and those after it
+    for b in beside(scan, low, range(1, between + 1)):
+        run = [*run, b] if passes(scan, line, b) else [b]
+        if len(run) > scan.rules.agree and meets(scan, line, run[-1]) - meets(scan, line, run[0]) >= LEAST_GAP:
+            return True
+    return False

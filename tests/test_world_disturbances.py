@@ -102,12 +102,20 @@ def test_a_carried_robot_is_put_down_at_rest_in_place():
     np.testing.assert_allclose(truth.hand_world[1], (3.0, 1.0), atol=1e-9)
     assert np.rad2deg(truth.body_pose[1, 2]) == pytest.approx(120.0, abs=1e-9)
     assert np.abs(world.data.qvel).reshape(2, 8)[1].max() == 0.0
+    assert np.abs(world.data.act).reshape(2, 2)[1].max() == 0.0  # nor are its motors' bristles bent
     run(world, 1.0)
     np.testing.assert_allclose(world.truth().hand_world[1], (3.0, 1.0), atol=1e-3)
     run(world, 0.5, (5.0, 5.0))
     ahead = world.truth().hand_world[1] - (3.0, 1.0)
     assert np.rad2deg(np.arctan2(*ahead[::-1])) == pytest.approx(120.0, abs=1.0)
     assert np.linalg.norm(ahead) > 0.2
+
+
+def test_the_speed_loops_do_not_wind_up_in_the_air():
+    world = MujocoWorld(scenario(2, drive={"kind": "speed_loop"}, disturbances={"carries": [CARRY]}))
+    run(world, 0.7, (0.3, 0.3))  # rad/s, told in vain for 0.4 s; slow enough for the integral to go on
+    run(world, 1.0)
+    np.testing.assert_allclose(world.truth().hand_world[1], (3.0, 1.0), atol=1e-3)
 
 
 def test_in_the_air_it_hovers_where_it_was_and_nobody_meets_it():

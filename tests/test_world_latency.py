@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from pbrg_mj.scenario.streams import Source, stream
 from pbrg_mj.world.mujoco_world import MujocoWorld
 from pbrg_mj.world.radio import RadioLink
 from tests.worlds import scenario
@@ -87,20 +88,17 @@ def test_jitter_is_uniform_beyond_the_delay():
     assert abs(np.corrcoef(came[:-1], came[1:])[0, 1]) < 3.5 / np.sqrt(len(came))
 
 
-def test_commands_come_in_order_none_early_none_lost():
-    radio, sent, newest = link(0.01, 0.1), 0, 0
-    overtaken = 0
-    for step in range(5000):
+def test_commands_come_in_order_none_early_none_late():
+    """Each comes when it and all before it have travelled."""
+    radio, count = link(0.01, 0.1), 1000
+    travel = [0.01 + 0.1 * stream(1, Source.RADIO, 0, k).random() for k in range(count)]
+    alone = 5 * np.arange(count) + np.ceil(np.array(travel) / 0.002)
+    came = np.maximum.accumulate(alone)
+    assert (came > alone).sum() > 500
+    for step in range(5 * count):
         if step % 5 == 0:
-            sent += 1
-            radio.send(np.full((1, 2), float(sent)), step)
-        now = int(radio.received(step)[0, 0])
-        assert now >= newest
-        assert now == 0 or step - 5 * (now - 1) >= 5
-        overtaken += now > newest + 1
-        newest = now
-        assert sent - newest <= 12  # all that was sent 55 steps ago has come
-    assert overtaken > 50
+            radio.send(np.full((1, 2), step // 5 + 1.0), step)
+        assert radio.received(step)[0, 0] == (came <= step).sum()
 
 
 def test_jitter_is_each_robots_own_and_the_seeds():

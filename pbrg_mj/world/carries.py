@@ -97,5 +97,4 @@ def _put(model: mujoco.MjModel, data: mujoco.MjData, index: ModelIndex, robot: i
     standing = model.qpos0[joint[2]]
     data.qpos[joint] = [x, y, standing + above, np.cos(heading / 2), 0.0, 0.0, np.sin(heading / 2)]
     data.qvel[dofs] = 0.0
-    data.qacc_warmstart[dofs] = 0.0
     data.act[index.motor_state[robot]] = 0.0  # the bristles of static friction

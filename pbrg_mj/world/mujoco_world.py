@@ -45,7 +45,6 @@ class MujocoWorld:
         self._index = index_model(self.model, scenario.robots, scenario.beam_robots, sensors.beams.count)
         self._camera = Sampler(sensors.camera.rate_hz, timing.physics_step, sensors.camera.delay)
         self._beams = Sampler(sensors.beams.rate_hz, timing.physics_step)
-        self._beam_robots = np.array(scenario.beam_robots, dtype=int)
         self._walls = wall_rectangles(scenario.world.obstacles)
         self._moving_boxes = scenario.world.moving_boxes
         self._patches = Patches(scenario, self.robot, self.model) if scenario.world.patches else None
@@ -72,13 +71,11 @@ class MujocoWorld:
         """Return the camera's and the beams' last samples."""
         readings, index = self.data.sensordata, self._index
         body_pose = _poses(readings[index.camera_position], readings[index.camera_ahead])
-        ranges = readings[index.beams]
-        pose_frame, scan_frame = self._camera.frame(self._step), self._beams.frame(self._step)
+        pose_frame = self._camera.frame(self._step)
         if self._carries:
             body_pose = self._carries.camera(body_pose, self._camera.step(pose_frame))
-            aloft = self._carries.aloft(self._beams.step(scan_frame))
-            ranges[np.isin(self._beam_robots, aloft)] = -1.0
-        return Observation(body_pose, pose_frame, ranges, scan_frame if len(index.beams) else -1)
+        scan_frame = self._beams.frame(self._step) if len(index.beams) else -1
+        return Observation(body_pose, pose_frame, readings[index.beams], scan_frame)
 
     def truth(self) -> Truth:
         """Return poses, wheel speeds and wall contacts as they are."""

@@ -27,13 +27,13 @@ class RadioLink:
         """Send the commands (n, 2) off at physics step `step`."""
         for robot, queue in enumerate(self._queues):
             arrival = step + steps_until(self._travel(robot), self._physics_step)
-            latest = queue[-1][0] if queue else arrival
-            queue.append((max(arrival, latest), command[robot].copy()))
+            queue.append((arrival, command[robot].copy()))
         self._sent += 1
 
     def received(self, step: int) -> np.ndarray:
         """Return the commands (n, 2) in force at physics step `step`; steps may not go back."""
         for robot, queue in enumerate(self._queues):
+            # One that is ready waits behind one that is not: no command overtakes.
             while queue and queue[0][0] <= step:
                 self._held[robot] = queue.popleft()[1]
         return self._held.copy()

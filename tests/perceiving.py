@@ -13,9 +13,9 @@ from pbrg_mj.perception.perceive import initial, perceive
 from pbrg_mj.perception.setup import PerceptionSetup, perception_setup
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.scenario.streams import Source, stream
+from pbrg_mj.sensing.beam_model import noisy_scan
 from pbrg_mj.sensing.noise import SensorNoise, sensor_noise
 from pbrg_mj.sensing.readings import Readings
-from pbrg_mj.sensing.beam_model import noisy_scan
 from tests.raycast import Scene, cast
 
 CLEARANCE, HAND = 0.1, 0.04
@@ -37,12 +37,12 @@ def readings(scenes: list[Scene], poses: np.ndarray, noise: SensorNoise, frame: 
     rows, seen = [], []
     for robot, (scene, pose) in enumerate(zip(scenes, poses, strict=True)):
         raw = cast(scene, pose, BEAMS, noise.range_max)
-        rows.append(noisy_scan(np.nan_to_num(raw, nan=-1.0), noise, stream(noise.seed, Source.BEAMS, robot, frame)))
+        rows.append(
+            noisy_scan(np.nan_to_num(raw, nan=-1.0), noise, stream(noise.seed, Source.BEAMS, robot, frame))
+        )
         draw = stream(noise.seed, Source.CAMERA, robot, frame).standard_normal(3)
         seen.append(pose + draw * [noise.position_std, noise.position_std, noise.heading_std])
     return Readings(np.array(seen), np.array(rows), True, 0, 0)
-
-
 
 
 def walk(

@@ -15,6 +15,7 @@ from pbrg_mj.perception.angles import wrapped
 from pbrg_mj.perception.evidence import end_bound
 
 LONG = 1.0  # [m] stretches this long are walls at first sight
+WIDE = 6.0  # and those of so many times their distance without an end in sight: a near wall shows only a short stretch
 SLOWEST = 0.1  # [m/s] things that move at least so fast are told from walls
 WIDEST = 0.15  # [m] blur of an end, and of ends that are hidden
 FEWEST = 3  # sightings of a short wall
@@ -91,8 +92,10 @@ def confirm(track, view, line, rules):
     """Make a track a wall if it cannot be anything else."""
     if track["confirmed"]:
         return
-    long = view.high[line] - view.low[line] >= LONG
-    track["confirmed"] = 1 if long or (rests_across(track) and _rests_along(track, rules)) else 0
+    length = view.high[line] - view.low[line]
+    ended = view.free_low[line] or view.free_high[line]
+    at_once = length >= LONG or (not ended and length >= WIDE * view.offset[line])
+    track["confirmed"] = 1 if at_once or (rests_across(track) and _rests_along(track, rules)) else 0
 
 
 @njit(cache=True)

@@ -16,10 +16,10 @@ SHARE = 0.6  # of them must
 
 @njit(cache=True)
 def beam_on_line(angle, offset, direction):
-    """Return the coordinate along the line and the range where a beam meets it; a range of inf if it does not."""
+    """Return the coordinate along the line and the range where a beam meets it from the front, else inf."""
     cos, sin = math.cos(angle), math.sin(angle)
     along = direction[0] * cos + direction[1] * sin
-    if along < LEAST_COSINE:
+    if along < LEAST_COSINE or offset <= 0:
         return 0.0, math.inf
     distance = offset / along
     return distance * (direction[1] * cos - direction[0] * sin), distance

@@ -38,7 +38,9 @@ def hull(points):
             chain[size] = k
             size += 1
         size -= 1  # the last point begins the other half
-    return chain[: max(size, 1)]
+    first, last = points[order[0]], points[order[count - 1]]
+    one = first[0] == last[0] and first[1] == last[1]
+    return chain[: 1 if one else max(size, 1)]
 
 
 @njit(cache=True)

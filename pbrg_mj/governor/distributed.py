@@ -7,18 +7,25 @@ from typing import Literal
 
 import numpy as np
 
+from pbrg_mj.governor.channel import Channel
+from pbrg_mj.governor.exchange import Exchange
+from pbrg_mj.governor.network_rounds import run_network_rounds
+from pbrg_mj.governor.optimum import Optimum
+from pbrg_mj.governor.passivity import Passivity, passivity
 from pbrg_mj.governor.primal_dual import Estimates, Flow, run_rounds
 from pbrg_mj.governor.problem import Problem, Solution, Status
 
 DOUBLE = 8  # bytes of one number on the wire
+HOPS = 2  # bytes of the hop count in a message that can be late or lost
 
 
 @dataclass(frozen=True)
 class DistributedMemory:
-    """The robots' estimates, and the last references that were finite."""
+    """The robots' estimates, the last references that were finite, and the messages under way."""
 
     estimates: Estimates
     m: np.ndarray  # (n, 2)
+    exchange: Exchange | None = None  # None when every message arrives within its round
 
 
 @dataclass(frozen=True)
@@ -28,6 +35,7 @@ class DistributedGovernor:
     flow: Flow
     rounds: int  # per tick
     initial: Literal["zero", "start"]
+    channel: Channel | None = None  # None: every message arrives within its round
 
     def init(self, problem: Problem) -> DistributedMemory:
         """Return first estimates: all zero (paper, simulations), or from the start positions (experiments).
@@ -39,27 +47,66 @@ class DistributedGovernor:
         if self.initial == "start":
             z[:, :2] = problem.p
             z[:, 2 : 2 + 2 * n] = problem.p.reshape(-1)
-        lam = np.zeros_like(problem.rows.d)
-        return DistributedMemory(Estimates(z, np.zeros_like(z), lam, np.zeros((n, 4))), z[:, :2].copy())
+        estimates = Estimates(z, np.zeros_like(z), np.zeros_like(problem.rows.d), np.zeros((n, 4)))
+        exchange = None if self.channel is None else Exchange.quiet(self.channel, n)
+        return DistributedMemory(estimates, z[:, :2].copy(), exchange)
 
     def step(self, problem: Problem, memory: DistributedMemory) -> tuple[Solution, DistributedMemory]:
         """Run one tick's rounds.
 
-        A flow that is no longer finite is `diverged`; the last finite m_i are held. A multiplier at its cap says that
-        its robot, by all it knows, finds no admissible reference: `infeasible`; the m_i then seek the least violation.
+        A flow that is no longer finite is `diverged`; the last finite m_i are held. A robot that counts a neighbour as
+        lost, or hears of one that does, is `holding` its estimates. A multiplier at its cap says that its robot, by all
+        it knows, finds no admissible reference: `infeasible`; the m_i then seek the least violation.
         """
-        estimates = run_rounds(problem, memory.estimates, self.flow, self.rounds)
-        finite = bool(np.isfinite(estimates.z).all() and np.isfinite(estimates.lam).all())
-        status: Status = "ok" if finite else "diverged"
-        if finite and np.any(estimates.lam >= self.flow.multiplier_cap):
-            status = "infeasible"
-        m = estimates.z[:, :2].copy() if finite else memory.m
-        numbers = 2 * (4 * problem.network.robots + 2)  # (z_i, zeta_i), to every neighbour, every round
+        estimates, exchange, sent = self._run(problem, memory, self.rounds)
+        status = self._status(estimates, exchange)
+        m = memory.m if status == "diverged" else estimates.z[:, :2].copy()
         solution = Solution(
             m=m,
             multipliers=estimates.lam,
             status=status,
             rounds=self.rounds,
-            bytes_sent=self.rounds * numbers * DOUBLE * problem.network.degree,
+            bytes_sent=sent,
+            lost=self._lost(problem, exchange),
         )
-        return solution, DistributedMemory(estimates, m)
+        return solution, DistributedMemory(estimates, m, exchange)
+
+    def passivity(self, problem: Problem, memory: DistributedMemory, optimum: Optimum) -> Passivity:
+        """Return the passivity balance over the round that would follow; what is on the lines is not in it."""
+        before = memory.estimates
+        after = self._run(problem, memory, 1)[0]
+        if optimum.status != "solved" or not (_finite(before) and _finite(after)):
+            return Passivity.unknown()
+        rates = {name: (getattr(after, name) - getattr(before, name)) / self.flow.step for name in vars(before)}
+        return passivity(problem, optimum, self.flow.alpha, before, Estimates(**rates))
+
+    def _run(
+        self, problem: Problem, memory: DistributedMemory, rounds: int
+    ) -> tuple[Estimates, Exchange | None, np.ndarray]:
+        """Return the estimates and links after some rounds, and the bytes sent by each robot, (n,)."""
+        numbers = 2 * (4 * problem.network.robots + 2)  # (z_i, zeta_i) or a wave, to every neighbour, every round
+        if self.channel is None or memory.exchange is None:
+            sent = rounds * numbers * DOUBLE * problem.network.degree
+            return run_rounds(problem, memory.estimates, self.flow, rounds), None, sent
+        links = (memory.estimates, memory.exchange)
+        estimates, exchange, messages = run_network_rounds(problem, links, self.channel, self.flow, rounds)
+        return estimates, exchange, messages * (numbers * DOUBLE + HOPS)
+
+    def _status(self, estimates: Estimates, exchange: Exchange | None) -> Status:
+        if not _finite(estimates):
+            return "diverged"
+        if exchange is not None and exchange.holding.any():
+            return "holding"
+        return "infeasible" if np.any(estimates.lam >= self.flow.multiplier_cap) else "ok"
+
+    def _lost(self, problem: Problem, exchange: Exchange | None) -> np.ndarray:
+        """Return how many neighbours each robot counts as lost, (n,)."""
+        n = problem.network.robots
+        if self.channel is None or exchange is None:
+            return np.zeros(n, dtype=np.int64)
+        receiver = np.repeat(np.arange(n), problem.network.degree)
+        return np.bincount(receiver[exchange.lost_links(self.channel)], minlength=n)
+
+
+def _finite(estimates: Estimates) -> bool:
+    return bool(np.isfinite(estimates.z).all() and np.isfinite(estimates.lam).all())

@@ -64,17 +64,18 @@ def _rounds(estimates, network, state, rows, gains):  # pragma: no cover - compi
     n = len(leader)
     for _ in range(rounds):
         for i in range(n):
-            heard = neighbours[first[i] : first[i + 1]]
+            heard = (neighbours[first[i] : first[i + 1]], old[0], old[1])
             own = (i, leader[i], p[i], xi[i], a[i], C[i], d[i], active[i])
-            _update_robot(old, new, heard, own, r, (alpha, step, cap))
+            update_robot(old, new, heard, own, r, (alpha, step, cap))
         old, new = new, old
     return old
 
 
 @njit(cache=True)
-def _update_robot(old, new, heard, own, r, gains):  # pragma: no cover - compiled
-    """Write robot i's row of `new` from its own row of `old` and the rows (z, zeta) of the robots it heard."""
+def update_robot(old, new, heard, own, r, gains):  # pragma: no cover - compiled
+    """Write robot i's row of `new` from its own row of `old` and what it heard: rows `at` of `seen_z`, `seen_zeta`."""
     z, zeta, lam, nu = old
+    at, seen_z, seen_zeta = heard
     i, delta, p, xi, a, C, d, active = own
     alpha, step, cap = gains
     size = z.shape[1]
@@ -101,9 +102,9 @@ def _update_robot(old, new, heard, own, r, gains):  # pragma: no cover - compile
     grad_y = 2.0 * delta * (z_i[1] - r[1]) + push_y
     for c in range(size):
         lead = lead_zeta = 0.0  # sum_k L_ik z_k and sum_k L_ik zeta_k
-        for k in heard:
-            lead += z_i[c] - z[k, c]
-            lead_zeta += zeta_i[c] - zeta[k, c]
+        for k in at:
+            lead += z_i[c] - seen_z[k, c]
+            lead_zeta += zeta_i[c] - seen_zeta[k, c]
         new[1][i, c] = zeta_i[c] - step * lead  # eq. 19, second row
         if c >= 2 + 2 * n:
             gradient = weight * z_i[c]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol
 
 import numpy as np
@@ -11,7 +11,7 @@ from pbrg_mj.governor.certificate import Rows
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.team.network import Network
 
-Status = Literal["ok", "infeasible", "diverged", "failed"]
+Status = Literal["ok", "holding", "infeasible", "diverged", "failed"]
 
 
 @dataclass(frozen=True)
@@ -37,6 +37,12 @@ class Solution:
     status: Status
     rounds: int  # communication rounds used
     bytes_sent: np.ndarray  # (n,) int64, payload sent by each robot to all its neighbours
+    lost: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    """(n,) int64, how many neighbours each robot counts as lost; nobody is lost unless the governor says so."""
+
+    def __post_init__(self) -> None:
+        if len(self.lost) != len(self.bytes_sent):
+            object.__setattr__(self, "lost", np.zeros(len(self.bytes_sent), dtype=np.int64))
 
 
 class Certificate(Protocol):

@@ -13,6 +13,7 @@ class Source(IntEnum):
     CAMERA = 1
     BEAMS = 2
     RADIO = 3
+    MESSAGES = 4
 
 
 def stream(seed: int, source: Source, robot: int, frame: int) -> np.random.Generator:

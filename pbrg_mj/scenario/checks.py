@@ -8,6 +8,7 @@ from itertools import pairwise
 
 from pbrg_mj.scenario.findings import Finding
 from pbrg_mj.scenario.graph import edge_list, unreachable
+from pbrg_mj.scenario.messages import messages
 from pbrg_mj.scenario.numbering import in_range, robot_numbers
 from pbrg_mj.scenario.physical import physical
 from pbrg_mj.scenario.placement import placement
@@ -22,7 +23,7 @@ def check(scenario: Scenario) -> list[Finding]:
     """Return all that is wrong between keys that are right one by one; empty for a good scenario."""
     lengths = list(_lengths(scenario))
     # Where the lists of the team differ in length, places of robots mean nothing.
-    rest = (robot_numbers, _given, _graph, _timing, _sensing, _operator, physical, things)
+    rest = (robot_numbers, _given, _graph, _timing, _sensing, _operator, physical, things, messages)
     rest += () if lengths else (placement,)
     return lengths + [finding for part in rest for finding in part(scenario)]
 

@@ -56,6 +56,8 @@ def _violated(run: Run) -> Outcome | None:
 
 def _diverged(run: Run) -> Outcome | None:
     limit = run.scenario.outcome.diverged_beyond
+    if np.any(run.ticks.status == "diverged"):
+        return Outcome("diverged", "the governor's estimates")
     values = (run.ticks.p, run.ticks.xi, run.ticks.m)
     if not all(np.isfinite(value).all() for value in values):
         return Outcome("diverged", "not finite")

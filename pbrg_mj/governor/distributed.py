@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -36,6 +37,7 @@ class DistributedGovernor:
     rounds: int  # per tick
     initial: Literal["zero", "start"]
     channel: Channel | None = None  # None: every message arrives within its round
+    diverged_beyond: float = math.inf  # [m]
 
     def init(self, problem: Problem) -> DistributedMemory:
         """Return first estimates: all zero (paper, simulations), or from the start positions (experiments).
@@ -54,18 +56,19 @@ class DistributedGovernor:
     def step(self, problem: Problem, memory: DistributedMemory) -> tuple[Solution, DistributedMemory]:
         """Run one tick's rounds.
 
-        A flow that is no longer finite is `diverged`; the last finite m_i are held. A robot that counts a neighbour as
-        lost, or hears of one that does, is `holding` its estimates. A multiplier at its cap says that its robot, by all
-        it knows, finds no admissible reference: `infeasible`; the m_i then seek the least violation.
+        A flow that has left all bounds is `diverged` for good; the last m_i within them are held. A robot that counts a
+        neighbour as lost, or hears of one that does, is `holding` its estimates. A multiplier at its cap says that its
+        robot, by all it knows, finds no admissible reference: `infeasible`; the m_i then seek the least violation.
         """
-        estimates, exchange, sent = self._run(problem, memory, self.rounds)
+        rounds = self.rounds if self._bounded(memory.estimates) else 0
+        estimates, exchange, sent = self._run(problem, memory, rounds)
         status = self._status(estimates, exchange)
         m = memory.m if status == "diverged" else estimates.z[:, :2].copy()
         solution = Solution(
             m=m,
             multipliers=estimates.lam,
             status=status,
-            rounds=self.rounds,
+            rounds=rounds,
             bytes_sent=sent,
             lost=self._lost(problem, exchange),
         )
@@ -75,7 +78,7 @@ class DistributedGovernor:
         """Return the passivity balance over the round that would follow; what is on the lines is not in it."""
         before = memory.estimates
         after = self._run(problem, memory, 1)[0]
-        if optimum.status != "solved" or not (_finite(before) and _finite(after)):
+        if optimum.status != "solved" or not (self._bounded(before) and self._bounded(after)):
             return Passivity.unknown()
         rates = {name: (getattr(after, name) - getattr(before, name)) / self.flow.step for name in vars(before)}
         return passivity(problem, optimum, self.flow.alpha, before, Estimates(**rates))
@@ -93,7 +96,7 @@ class DistributedGovernor:
         return estimates, exchange, messages * (numbers * DOUBLE + HOPS)
 
     def _status(self, estimates: Estimates, exchange: Exchange | None) -> Status:
-        if not _finite(estimates):
+        if not self._bounded(estimates):
             return "diverged"
         if exchange is not None and exchange.holding.any():
             return "holding"
@@ -107,6 +110,6 @@ class DistributedGovernor:
         receiver = np.repeat(np.arange(n), problem.network.degree)
         return np.bincount(receiver[exchange.lost_links(self.channel)], minlength=n)
 
-
-def _finite(estimates: Estimates) -> bool:
-    return bool(np.isfinite(estimates.z).all() and np.isfinite(estimates.lam).all())
+    def _bounded(self, estimates: Estimates) -> bool:
+        finite = np.isfinite(estimates.lam).all() and np.isfinite(estimates.z).all()
+        return bool(finite and np.abs(estimates.z).max() <= self.diverged_beyond)

@@ -9,8 +9,10 @@ from importlib.metadata import entry_points
 from pbrg_mj.errors import InputError
 from pbrg_mj.governor.baselines import CentralizedGovernor, NoGovernor
 from pbrg_mj.governor.certificate import BallCertificate
+from pbrg_mj.governor.channel import channel
 from pbrg_mj.governor.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.distributed import DistributedGovernor
+from pbrg_mj.governor.guard import GuardedGovernor
 from pbrg_mj.governor.optimum import CentralizedSolver
 from pbrg_mj.governor.primal_dual import Flow
 from pbrg_mj.governor.problem import Certificate, Governor
@@ -41,7 +43,14 @@ def round_step(scenario: Scenario) -> float:
 def _distributed(scenario: Scenario) -> Governor:
     settings = scenario.governor
     cap = math.inf if settings.multiplier_cap is None else settings.multiplier_cap
-    return DistributedGovernor(Flow(settings.alpha, round_step(scenario), cap), settings.rounds, settings.initial)
+    optimizer = DistributedGovernor(
+        flow=Flow(settings.alpha, round_step(scenario), cap),
+        rounds=settings.rounds,
+        initial=settings.initial,
+        channel=channel(scenario),
+        diverged_beyond=scenario.outcome.diverged_beyond,
+    )
+    return GuardedGovernor(optimizer) if settings.guard else optimizer
 
 
 GOVERNORS: dict[str, Callable[[Scenario], Governor]] = {

@@ -43,7 +43,7 @@ class TickSeries:
     stationarity: np.ndarray  # (T,) KKT residual [m]
     complementarity: np.ndarray  # (T,) KKT residual [m^2]
     velocity: np.ndarray  # (T, n, 2) u [m/s]
-    command: np.ndarray  # (T, n, 2) wheel voltages [V]; u [m/s] in the ideal plant
+    command: np.ndarray  # (T, n, 2) wheel voltages [V] or speeds [rad/s]; u [m/s] in the ideal plant
 
 
 @dataclass(frozen=True)

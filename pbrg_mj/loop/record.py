@@ -44,5 +44,5 @@ class TickRecord:
     optimum: Optimum | None  # at reference ticks
     passivity: Passivity | None  # at reference ticks
     velocity: np.ndarray  # (n, 2) u of eq. 2 [m/s]
-    command: np.ndarray  # (n, 2) what the plant was given: wheel voltages [V], or u [m/s] in the ideal plant
+    command: np.ndarray  # (n, 2) what the plant was given: wheel voltages [V] or speeds [rad/s]; u [m/s] if ideal
     timings: Timings

@@ -20,7 +20,7 @@ from pbrg_mj.scenario.checks import whole_number
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.sensing.noise import sensor_noise
 from pbrg_mj.team.graph import network
-from pbrg_mj.vehicle.drive import DifferentialDrive, Integrator
+from pbrg_mj.vehicle.drive import drive_of
 from pbrg_mj.world.build import build_world
 from pbrg_mj.world.robot import load_robot_model
 
@@ -48,7 +48,7 @@ class Simulation:
             certificate=CERTIFICATES[scenario.governor.certificate](scenario, graph),
             governor=answering,
             passivity=getattr(answering, "passivity", _unknown_passivity),
-            drive=DifferentialDrive(robot) if scenario.plant == "physics" else Integrator(),
+            drive=drive_of(scenario, robot),
             reference_solver=reference_solver(scenario),
             reference_every=whole_number(scenario.reference.period, timing.tick),
         )

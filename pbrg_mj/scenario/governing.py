@@ -84,6 +84,10 @@ class Governor(Section):
         description="largest multiplier of a row [m]: where no reference is admissible, the least violation is sought "
         "instead of running away; null: none, as in the paper",
     )
+    guard: bool = Field(
+        default=False,
+        description="apply no reference that the robots' own rows forbid, though the optimizer lags; the paper has none",
+    )
 
 
 class Reference(Section):

@@ -1,0 +1,35 @@
+"""What is foreseen of a run before it starts, and what is seen when it was not heeded."""
+
+from __future__ import annotations
+
+import json
+
+from pbrg_mj.cli.main import main
+from pbrg_mj.loop.advice import advice
+from pbrg_mj.scenario.load import load_scenario
+
+
+def paper(*overrides):
+    return load_scenario("paper/experiment_near", overrides).scenario
+
+
+def test_the_papers_steps_raise_no_doubt():
+    assert advice(paper()) == []
+    assert advice(paper("governor.kind=centralized", "governor.rounds=1")) == []
+
+
+def test_a_step_beyond_the_admissible_one_is_foreseen_with_the_admissible_one():
+    (line,) = advice(paper("governor.step=0.05"))
+    assert line.startswith("a round of 0.05 s may be too long for alpha = 7 on this graph: explicit steps are stable")
+    (line,) = advice(paper("governor.rounds=1"))
+    assert "a round of 0.01 s" in line
+
+
+def test_the_run_warns_beforehand_and_says_diverged_afterwards(tmp_path, capsys):
+    arguments = ["--set", "governor.step=0.5", "--duration", "8", "--json", "-o", str(tmp_path / "x.mcap")]
+    assert main(["run", "paper/simulation_near", *arguments]) == 1
+    printed = capsys.readouterr()
+    assert "warning: a round of 0.5 s may be too long" in printed.err
+    assert json.loads(printed.out)["outcome"] == "diverged"
+    assert main(["validate", "paper/simulation_near"]) == 0
+    assert "warning" not in capsys.readouterr().err

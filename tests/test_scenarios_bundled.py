@@ -16,6 +16,7 @@ from pbrg_mj.scenario.load import load_scenario
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "scenarios.md"
 NAMES = tuple(bundled_scenarios())
 LEAST_SPACING = 0.3  # [m] between hand points of a formation: two bodies and a body's width between them
+TOP_SPEED = 1.0  # [m/s] of the unloaded motors: the way of one second
 
 
 def page_rows() -> dict[str, list[str]]:
@@ -60,7 +61,8 @@ def test_one_second_of_it_runs_and_is_finite(name):
         assert np.isfinite(truth.body_pose).all()
         assert not truth.wall_contact.any()
     moved = np.linalg.norm(records[-1].truth.hand_world - records[0].truth.hand_world, axis=1)
-    assert 0.001 < moved.max() < 1.5  # somebody moves, nobody is thrown about
+    # Somebody moves; nobody outruns the motors, which the ideal plant does not have.
+    assert 0.001 < moved.max() < (TOP_SPEED if scenario.plant == "physics" else np.inf)
     assert any(record.optimum is not None for record in records)
 
 

@@ -8,19 +8,26 @@ one more standard deviation.
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
+from pbrg_mj.perception.angles import wrapped
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.sensing.noise import sensor_noise
 
 LONGEST = 0.5  # [s] speeds are not taken over longer gaps
+FRESH = 1e-6  # [s] a pose this old is as old as the scan
+
+STAND = np.dtype(
+    [(name, np.float64) for name in ("x", "y", "est_x", "est_y", "est_heading", "exposed", "time", "known")]
+)
+"""Where a robot stood at its last scan: x, y [m], the tracks' anchor; the camera's estimate [m], [rad] and when it was
+exposed [s]; the time of the scan [s]; known: 0 before the first scan, then 1."""
 
 
-@dataclass(frozen=True)
-class PoseModel:
+class PoseModel(NamedTuple):
     """Noise and clock of a robot's own pose estimate."""
 
     position_var: float  # of one scan's pose, along each axis [m^2]
@@ -29,24 +36,24 @@ class PoseModel:
     scan_period: float  # of the beams [s]
 
 
-@dataclass(frozen=True)
-class Stand:
-    """Where a robot stood at its last scan."""
+class Clock(NamedTuple):
+    """When a scan and the pose that goes with it were taken."""
 
-    place: np.ndarray  # (2,) x, y at the scan, the tracks' anchor [m]
-    estimate: np.ndarray  # (3,) the camera's x, y [m], heading [rad]
-    exposed: float  # when that was true [s]
-    time: float  # of the scan [s]
+    pose_frame: int
+    scan_frame: int
+    time: float  # of use [s]
 
 
-@dataclass(frozen=True)
-class ScanPose:
+class ScanPose(NamedTuple):
     """A robot's pose at its scan."""
 
-    pose: tuple[float, float, float]  # x, y [m], heading [rad]
+    x: float  # [m]
+    y: float  # [m]
+    heading: float  # [rad]
     position_var: float  # [m^2]
     heading_var: float  # [rad^2]
-    shift: tuple[float, float]  # since the last scan [m]
+    shift_x: float  # since the last scan [m]
+    shift_y: float  # [m]
     time: float  # [s]
     elapsed: float  # since the last scan [s]
 
@@ -60,27 +67,29 @@ def pose_model(scenario: Scenario) -> PoseModel:
     return PoseModel(shared * noise.position_std**2, shared * noise.heading_std**2, frame, scan)
 
 
-def stand(
-    estimate: np.ndarray, frames: tuple[int, int], time: float, last: Stand | None, model: PoseModel
-) -> ScanPose:
-    """Return the pose at a scan from the `estimate` (3,) of the camera; `frames` are of camera and scan."""
-    exposed = frames[0] * model.frame_period
-    age = min(max(frames[1] * model.scan_period - exposed, 0.0), LONGEST)
-    x, y, heading = estimate.tolist()
+@njit(cache=True)
+def stand(estimate, clock, last, model):
+    """Return the ScanPose of a scan from the `estimate` (3,) of the camera, and remember it in `last` (a STAND)."""
+    exposed = clock.pose_frame * model.frame_period
+    age = min(max(clock.scan_frame * model.scan_period - exposed, 0.0), LONGEST)
+    x, y, heading = estimate[0], estimate[1], estimate[2]
     position_var, heading_var = model.position_var, model.heading_var
-    gap = exposed - last.exposed if last is not None else 0.0
-    if last is not None and age > 1e-6 and 0 < gap <= LONGEST:
+    gap = exposed - last["exposed"]
+    if last["known"] > 0 and age > FRESH and 0 < gap <= LONGEST:
         ratio = age / gap
-        dx, dy = ratio * (x - float(last.estimate[0])), ratio * (y - float(last.estimate[1]))
-        turn = ratio * math.remainder(heading - float(last.estimate[2]), 2 * math.pi)
+        dx, dy = ratio * (x - last["est_x"]), ratio * (y - last["est_y"])
+        turn = ratio * wrapped(heading - last["est_heading"])
         x, y, heading = x + dx, y + dy, heading + turn
         position_var = (1 + 2 * ratio**2) * position_var + 0.25 * (dx**2 + dy**2)
         heading_var = (1 + 2 * ratio**2) * heading_var + 0.25 * turn**2
-    shift = (x - float(last.place[0]), y - float(last.place[1])) if last is not None else (0.0, 0.0)
-    elapsed = time - last.time if last is not None else 0.0
-    return ScanPose((x, y, heading), position_var, heading_var, shift, time, elapsed)
-
-
-def stood(pose: ScanPose, estimate: np.ndarray, frame: int, model: PoseModel) -> Stand:
-    """Return what to remember of a scan's pose."""
-    return Stand(np.array(pose.pose[:2]), estimate.copy(), frame * model.frame_period, pose.time)
+    shift_x, shift_y, elapsed = 0.0, 0.0, 0.0
+    if last["known"] > 0:
+        shift_x, shift_y, elapsed = x - last["x"], y - last["y"], clock.time - last["time"]
+    last["x"], last["y"], last["time"], last["known"] = x, y, clock.time, 1.0
+    last["est_x"], last["est_y"], last["est_heading"], last["exposed"] = (
+        estimate[0],
+        estimate[1],
+        estimate[2],
+        exposed,
+    )
+    return ScanPose(x, y, heading, position_var, heading_var, shift_x, shift_y, clock.time, elapsed)

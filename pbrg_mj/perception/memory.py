@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pbrg_mj.perception.frames import Stand
 from pbrg_mj.perception.half_spaces import HalfSpaces
 
 
@@ -15,5 +14,5 @@ class PerceptionMemory:
     """Every robot's tracks, where it stood at its last scan, and the half-spaces made of them. Never written to."""
 
     tracks: np.ndarray  # (n, M) of TRACK
-    stands: tuple[Stand | None, ...]  # (n,) None before a robot's first scan
+    stands: np.ndarray  # (n,) of STAND
     half_spaces: HalfSpaces

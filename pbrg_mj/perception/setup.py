@@ -7,23 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.perception.frames import PoseModel, pose_model
+from pbrg_mj.perception.frames import pose_model
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.perception.polygons import hull
 from pbrg_mj.perception.rules import LineRules, line_rules
-from pbrg_mj.perception.tracks import TrackRules, track_rules
+from pbrg_mj.perception.scan_lines import line_buffer, workspace
+from pbrg_mj.perception.scans import Makings, Room
+from pbrg_mj.perception.tracks import track_rules
 from pbrg_mj.scenario.beam_layout import beam_angles
 from pbrg_mj.scenario.schema import Estimator, GivenHalfSpace, Scenario
-
-
-@dataclass(frozen=True)
-class SegmentRules:
-    """When consecutive points of a scan are one straight wall."""
-
-    range_std: float  # of the ranges, at least NOISE_FLOOR [m]
-    split_distance: float  # [m]
-    min_points: int
-    min_length: float  # [m]
 
 
 @dataclass(frozen=True)
@@ -32,18 +24,21 @@ class PerceptionSetup:
 
     robots: int
     slots: int  # half-spaces per robot
-    clearance: float  # body radius plus hand offset [m]
-    hand_offset: float  # of the hand point ahead of the body's centre [m]
-    beam_robots: tuple[int, ...]  # robot of each row of the ranges
-    directions: np.ndarray  # (beams, 2) unit vectors of the beams in the body frame
-    rules: LineRules
-    track_rules: TrackRules
-    pose: PoseModel
-    teams: tuple[
-        np.ndarray, ...
-    ]  # per robot (k, 2): hull of the robots its half-spaces bind, from its hand point [m]
+    beam_robots: np.ndarray  # (R,) robot of each row of the ranges
+    makings: Makings
     binds: np.ndarray  # (n, n) bool: whom the half-spaces of each robot bind
     given: HalfSpaces | None  # for `source: given`; None when walls come from the beams
+    room: Room
+
+    @property
+    def directions(self) -> np.ndarray:
+        """Unit vectors (beams, 2) of the beams in the body frame."""
+        return self.makings.directions
+
+    @property
+    def rules(self) -> LineRules:
+        """Rules by which points are lines."""
+        return self.makings.rules
 
 
 def perception_setup(scenario: Scenario, clearance: float, hand_offset: float = 0.0) -> PerceptionSetup:
@@ -53,21 +48,24 @@ def perception_setup(scenario: Scenario, clearance: float, hand_offset: float = 
     the body's centre. Raises InputError when given half-spaces do not fit: no such robot, zero normal, more than
     there are slots.
     """
-    estimator, rules = scenario.estimator, line_rules(scenario)
-    formation = np.array(scenario.team.formation, dtype=float)
-    return PerceptionSetup(
-        robots=scenario.robots,
-        slots=estimator.half_spaces_per_robot,
-        clearance=clearance,
-        hand_offset=hand_offset,
-        beam_robots=scenario.beam_robots,
-        directions=unit_vectors(beam_angles(scenario.sensors.beams)),
+    estimator, rules, robots = scenario.estimator, line_rules(scenario), scenario.robots
+    formation, beams = np.array(scenario.team.formation, dtype=float), scenario.sensors.beams
+    makings = Makings(
+        directions=unit_vectors(beam_angles(beams)),
         rules=rules,
         track_rules=track_rules(scenario, rules.agree, clearance),
         pose=pose_model(scenario),
-        teams=tuple(_team(formation, robot, estimator.scope) for robot in range(scenario.robots)),
-        binds=_binds(scenario.robots, estimator.scope),
-        given=given_half_spaces(estimator, scenario.robots) if estimator.source == "given" else None,
+        teams=np.array([_team(formation, robot, estimator.scope) for robot in range(robots)]),
+        hand_offset=float(hand_offset),
+    )
+    return PerceptionSetup(
+        robots=robots,
+        slots=estimator.half_spaces_per_robot,
+        beam_robots=np.array(scenario.beam_robots, dtype=np.int64),
+        makings=makings,
+        binds=_binds(robots, estimator.scope),
+        given=given_half_spaces(estimator, robots) if estimator.source == "given" else None,
+        room=Room(workspace(beams.count), line_buffer(beams.count)),
     )
 
 
@@ -76,17 +74,9 @@ def unit_vectors(angle: np.ndarray) -> np.ndarray:
     return np.column_stack([np.cos(angle), np.sin(angle)])
 
 
-def beam_directions(count: int) -> np.ndarray:
-    """Return (count, 2) unit vectors in the body frame: beam 0 straight ahead, then counter-clockwise."""
-    return unit_vectors(2 * np.pi * np.arange(count) / count)
-
-
 def _team(formation: np.ndarray, robot: int, scope: str) -> np.ndarray:
     """Return (k, 2) corners of the hull of the robots bound, as seen from robot `robot` in formation [m]."""
-    if scope == "own":
-        return np.zeros((1, 2))
-    shifted = formation - formation[robot]
-    return shifted[hull(shifted)]
+    return formation[hull(formation)] - formation[robot] if scope == "team" else np.zeros((1, 2))
 
 
 def _binds(robots: int, scope: str) -> np.ndarray:

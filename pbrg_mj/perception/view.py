@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
-
-from pbrg_mj.perception.frames import ScanPose
-from pbrg_mj.perception.scan_lines import Lines
+from numba import njit
 
 
 class View(NamedTuple):
@@ -32,18 +31,36 @@ class View(NamedTuple):
     heading_var: float  # of its heading [rad^2]
 
 
-def view(lines: Lines, ranges: np.ndarray, directions: np.ndarray, pose: ScanPose) -> View:
-    """Return what a scan showed.
+@njit(cache=True)
+def view(lines, ranges, directions, pose):
+    """Return what a scan showed: `lines` are a LineBuffer's, in the body frame, and `pose` a ScanPose.
 
     The pose's noise is added to every line: with the robot's own position as the anchor, an error of the heading
     turns the line and an error of the position shifts it, whatever the distance.
     """
-    x, y, heading = pose.pose
-    cos, sin = np.cos(heading), np.sin(heading)
-    beams = directions @ np.array([[cos, sin], [-sin, cos]])
-    covariance = lines.covariance + np.diag([pose.heading_var, pose.position_var])
+    cos, sin = math.cos(pose.heading), math.sin(pose.heading)
+    beams = np.empty_like(directions)
+    beams[:, 0] = cos * directions[:, 0] - sin * directions[:, 1]
+    beams[:, 1] = sin * directions[:, 0] + cos * directions[:, 1]
+    covariance = lines.covariance.copy()
+    covariance[:, 0, 0] += pose.heading_var
+    covariance[:, 1, 1] += pose.position_var
     return View(
-        lines.angle + heading, lines.offset, covariance, lines.low, lines.high, lines.free_low, lines.free_high,
-        ranges, beams, x, y, pose.shift[0], pose.shift[1], pose.time, pose.elapsed,
-        pose.position_var, pose.heading_var,
-    )  # fmt: skip
+        lines.angle + pose.heading,
+        lines.offset,
+        covariance,
+        lines.low,
+        lines.high,
+        lines.free_low,
+        lines.free_high,
+        ranges,
+        beams,
+        pose.x,
+        pose.y,
+        pose.shift_x,
+        pose.shift_y,
+        pose.time,
+        pose.elapsed,
+        pose.position_var,
+        pose.heading_var,
+    )

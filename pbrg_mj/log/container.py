@@ -9,7 +9,6 @@ from __future__ import annotations
 import struct
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
 from io import BytesIO
 from typing import BinaryIO, TypeVar
 
@@ -17,29 +16,23 @@ import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, Chunk, DataEnd, Footer, Metadata
+from mcap.records import Attachment, Channel, Chunk, DataEnd, Footer, Metadata, Schema
+
+from pbrg_mj.log.message import Message
 
 MAGIC = b"\x89MCAP0\r\n"
 LARGEST_CHUNK = 2**28  # bytes after decompression; a decompression bomb ends here
 RECORD_HEAD = struct.Struct("<BQ")  # opcode, length
 MESSAGE_HEAD = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
 
-Record = TypeVar("Record", Attachment, Channel, Chunk, DataEnd, Footer, Metadata)
+Record = TypeVar("Record", Attachment, Channel, Chunk, DataEnd, Footer, Metadata, Schema)
 
 
 class Damage(Exception):
     """The file is not whole from here on; the text says why, in one line."""
 
 
-@dataclass(frozen=True)
-class Payload:
-    """One message: the channel's name and the serialised data."""
-
-    topic: str
-    data: bytes
-
-
-def read_container(file: BinaryIO, size: int) -> Iterator[Attachment | Metadata | Payload]:
+def read_container(file: BinaryIO, size: int) -> Iterator[Attachment | Metadata | Message]:
     """Yield what the log holds, in order; raise Damage where the file is not whole.
 
     `file` stands behind the leading magic, `size` is the whole file's length in bytes. A chunk's messages are
@@ -47,24 +40,24 @@ def read_container(file: BinaryIO, size: int) -> Iterator[Attachment | Metadata 
     """
     topics: dict[int, str] = {}
     crc = zlib.crc32(MAGIC)
-    for opcode, head, body in _records(file, size - len(MAGIC)):
+    for opcode, head, body in records(file, size - len(MAGIC)):
         if opcode == Opcode.DATA_END:
-            if _parse(DataEnd, body).data_section_crc not in (0, crc):
+            if parse(DataEnd, body).data_section_crc not in (0, crc):
                 raise Damage("the checksum of the data does not match")
             _check_summary(file, head + body)
             return
         crc = zlib.crc32(body, zlib.crc32(head, crc))
         if opcode == Opcode.ATTACHMENT:
-            yield _checked_attachment(body)
+            yield checked_attachment(body)
         elif opcode == Opcode.METADATA:
-            yield _parse(Metadata, body)
+            yield parse(Metadata, body)
         elif opcode == Opcode.CHUNK:
-            yield from _messages(_decompress(_parse(Chunk, body)), topics)
+            yield from _messages(decompress(parse(Chunk, body)), topics)
     raise Damage("the file ends before its end mark")
 
 
-def _records(file: BinaryIO, left: int) -> Iterator[tuple[int, bytes, bytes]]:
-    """Yield opcode, head and body of the records in the next `left` bytes."""
+def records(file: BinaryIO, left: int) -> Iterator[tuple[int, bytes, bytes]]:
+    """Yield opcode, head and body of the records in the next `left` bytes; raise Damage where they are cut."""
     while left > 0:
         head = file.read(RECORD_HEAD.size)
         if len(head) < RECORD_HEAD.size:
@@ -76,20 +69,23 @@ def _records(file: BinaryIO, left: int) -> Iterator[tuple[int, bytes, bytes]]:
         yield opcode, head, file.read(length)
 
 
-def _parse(kind: type[Record], body: bytes) -> Record:
+def parse(kind: type[Record], body: bytes) -> Record:
+    """Return the record in `body`; raise Damage when there is none."""
     try:
         return kind.read(ReadDataStream(BytesIO(body)))
     except (McapError, struct.error, ValueError, OverflowError) as error:
         raise Damage(f"a {kind.__name__} record cannot be read") from error
 
 
-def _checked_attachment(body: bytes) -> Attachment:
+def checked_attachment(body: bytes) -> Attachment:
+    """Return the attachment in `body`; raise Damage unless its checksum holds."""
     if zlib.crc32(body[:-4]).to_bytes(4, "little") != body[-4:]:
         raise Damage("the checksum of an attachment does not match")
-    return _parse(Attachment, body)
+    return parse(Attachment, body)
 
 
-def _decompress(chunk: Chunk) -> bytes:
+def decompress(chunk: Chunk) -> bytes:
+    """Return a chunk's records; raise Damage unless its checksum holds."""
     size = chunk.uncompressed_size
     if chunk.compression != "zstd":
         raise Damage(f"a chunk is compressed with {chunk.compression!r:.20}, not with zstd")
@@ -106,15 +102,21 @@ def _decompress(chunk: Chunk) -> bytes:
 
 def _messages(data: bytes, topics: dict[int, str]) -> Iterator[Payload]:
     """Yield a chunk's messages; its channels are added to `topics`."""
-    for opcode, _, body in _records(BytesIO(data), len(data)):
+    for opcode, _, body in records(BytesIO(data), len(data)):
         if opcode == Opcode.CHANNEL:
-            channel = _parse(Channel, body)
+            channel = parse(Channel, body)
             topics[channel.id] = channel.topic
         elif opcode == Opcode.MESSAGE:
             channel_id = MESSAGE_HEAD.unpack_from(body)[0] if len(body) >= MESSAGE_HEAD.size else -1
             if channel_id not in topics:
                 raise Damage("a message belongs to no channel")
-            yield Payload(topics[channel_id], body[MESSAGE_HEAD.size :])
+            yield message_of(topics[channel_id], body)
+
+
+def message_of(topic: str, body: bytes) -> Message:
+    """Return the message in a record's body, which is not shorter than MESSAGE_HEAD."""
+    _, index, log_time, publish_time = MESSAGE_HEAD.unpack_from(body)
+    return Message(topic, body[MESSAGE_HEAD.size :], index, log_time, publish_time)
 
 
 def _check_summary(file: BinaryIO, data_end: bytes) -> None:
@@ -124,6 +126,6 @@ def _check_summary(file: BinaryIO, data_end: bytes) -> None:
     index, end = tail[: -len(MAGIC)], tail[-len(MAGIC) :]
     if end != MAGIC or len(index) < footer_size:
         raise Damage("the index at the file's end is cut")
-    footer = _parse(Footer, index[RECORD_HEAD.size - footer_size :])
+    footer = parse(Footer, index[RECORD_HEAD.size - footer_size :])
     if footer.summary_crc not in (0, zlib.crc32(index[:-4])):
         raise Damage("the checksum of the index at the file's end does not match")

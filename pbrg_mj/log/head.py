@@ -1,0 +1,112 @@
+"""What a log says about itself: whether it is ours, and what it takes to rerun it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import BinaryIO
+
+from mcap.records import Attachment, Metadata
+
+from pbrg_mj.errors import InputError
+from pbrg_mj.log import channels
+from pbrg_mj.log.container import MAGIC
+from pbrg_mj.log.fields import SCHEMA_VERSION, Dims
+from pbrg_mj.scenario.load import parse_scenario
+from pbrg_mj.scenario.schema import Scenario
+
+
+@dataclass(frozen=True)
+class Head:
+    """Everything embedded before the first tick."""
+
+    name: str  # of the scenario
+    scenario: Scenario
+    scenario_yaml: str  # as run
+    model_xml: str  # MJCF as run; empty for the ideal plant
+    versions: dict[str, str]
+    dims: Dims
+
+
+@dataclass
+class Embedded:
+    """Attachments and metadata found so far."""
+
+    path: str
+    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
+    attachments: dict[str, bytes] = field(default_factory=dict)
+
+    def keep(self, item: Attachment | Metadata) -> None:
+        """Take one of them in."""
+        if isinstance(item, Metadata):
+            self.metadata[item.name] = item.metadata
+        else:
+            self.attachments[item.name] = item.data
+
+    def dims(self) -> Dims:
+        """Return the run's dimensions; raise InputError unless the log is ours and of a known version."""
+        facts = self.metadata.get(channels.RUN_METADATA)
+        if facts is None:
+            raise InputError("this MCAP file is not a log of pbrg", file=self.path)
+        try:
+            version = int(facts["schema"])
+            dims = {"n": int(facts["robots"]), "K": int(facts["slots"]), "R": int(facts["rows"])}
+        except (KeyError, ValueError) as error:
+            raise InputError("its metadata are damaged", file=self.path) from error
+        if not 1 <= version <= SCHEMA_VERSION:
+            allowed = f"this program reads versions up to {SCHEMA_VERSION}"
+            raise InputError(f"the log has version {version}; {allowed}", file=self.path)
+        if min(dims.values()) < 0:
+            raise InputError("its metadata are damaged", file=self.path)
+        return dims
+
+    def head(self, damage: str | None) -> Head:
+        """Return all of it, checked. Raises InputError when something is missing or contradicts itself."""
+        if damage and channels.RUN_METADATA not in self.metadata:
+            raise InputError(f"this is not a log of pbrg, or damaged at its start ({damage})", file=self.path)
+        dims = self.dims()
+        scenario_yaml = self._text(channels.SCENARIO_ATTACHMENT)
+        if not scenario_yaml:
+            raise InputError("the log holds no scenario", file=self.path)
+        scenario = parse_scenario(scenario_yaml, file=f"{self.path}:{channels.SCENARIO_ATTACHMENT}")
+        if scenario.robots != dims["n"]:
+            counts = f"{dims['n']} robots, its scenario has {scenario.robots}"
+            raise InputError(f"the log contradicts itself: {counts}", file=self.path)
+        return Head(
+            name=self.metadata[channels.RUN_METADATA].get("name", ""),
+            scenario=scenario,
+            scenario_yaml=scenario_yaml,
+            model_xml=self._text(channels.MODEL_ATTACHMENT),
+            versions=self.metadata.get(channels.VERSIONS_METADATA, {}),
+            dims=dims,
+        )
+
+    def _text(self, name: str) -> str:
+        try:
+            return self.attachments.get(name, b"").decode()
+        except UnicodeDecodeError as error:
+            raise InputError(f"the embedded {name} is not UTF-8", file=self.path) from error
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[tuple[BinaryIO, int]]:
+    """Give the file, standing behind MCAP's magic, and its size in bytes.
+
+    Raises InputError when there is no such file, it cannot be read, or it is not an MCAP file.
+    """
+    if not path.exists():
+        raise InputError("there is no such file", file=str(path))
+    if not path.is_file():
+        raise InputError("this is not a file but a folder or a device; give a log", file=str(path))
+    try:
+        with path.open("rb") as file:
+            size = path.stat().st_size
+            if size == 0:
+                raise InputError("the file is empty", file=str(path))
+            if file.read(len(MAGIC)) != MAGIC:
+                raise InputError("this is not an MCAP file", file=str(path))
+            yield file, size
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=str(path)) from error

@@ -93,7 +93,7 @@ def test_states_and_radii_travel_one_hop_a_tick():
 
 
 def test_a_wall_seen_late_is_not_touched(tmp_path, capsys):
-    """In physics, at speed, with a leak against windup of xi: the guard stops the team, the paper's governor does not."""
+    """In physics, at speed, with a leak against windup: the guard stops the team, the paper's governor does not."""
     scenario = ["run", "sensing/late_detection", "--duration", "20", "--json"]
     safe = ["--set", "governor.guard=true", "--set", "control.leak=0.5", "-o", str(tmp_path / "safe.mcap")]
     assert main([*scenario, *safe]) == 0

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from pbrg_mj.analysis.certify import sensed_margin, true_margin, worst_row
 from pbrg_mj.analysis.outcome import ROUNDING, final_target, formation_error, outcome
+from pbrg_mj.analysis.sensing import true_optima
 from pbrg_mj.errors import InputError
 from pbrg_mj.log.run import Run
 from pbrg_mj.scenario.placement import BODY_RADIUS
@@ -67,6 +68,7 @@ class RunMetrics:
     optimality_gap_m: Summary
     leader_optimality_gap_m: Summary
     cost_gap_m2: Summary
+    sensing_gap_m: Summary
     consensus_spread_m: Summary
     governor_not_ok_share: float
     reference_ticks: int
@@ -192,12 +194,21 @@ def _against_optimum(run: Run) -> dict[str, Any]:
         "optimality_gap_m": summary(gap),
         "leader_optimality_gap_m": summary(gap[:, leaders]),
         "cost_gap_m2": summary(cost - run.optima.cost[solved]),
+        "sensing_gap_m": summary(_sensing_gap(run, solved)),
         "consensus_spread_m": summary(consensus_spread(run.ticks.m)),
         "governor_not_ok_share": float(np.mean(run.ticks.status != "ok")),
         "reference_ticks": len(status),
         "reference_infeasible_share": _share(status == "infeasible"),
         "reference_failed_share": _share(status == "failed"),
     }
+
+
+def _sensing_gap(run: Run, solved: np.ndarray) -> np.ndarray:
+    true = true_optima(run, solved)
+    if true is None:
+        return np.zeros(0)
+    gap = np.linalg.norm(run.optima.m[solved] - true, axis=1)
+    return gap[np.isfinite(gap)]
 
 
 def _network(run: Run) -> dict[str, Any]:

@@ -1,0 +1,57 @@
+"""The optimum on the true walls beside the one on sensed half-spaces."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from pbrg_mj.analysis.metrics import metrics
+from pbrg_mj.analysis.sensing import true_optima
+from pbrg_mj.cli.main import main
+from pbrg_mj.log.reader import read_run
+
+
+@pytest.fixture(scope="module")
+def ideal(tmp_path_factory):
+    path = tmp_path_factory.mktemp("sensing") / "x.mcap"
+    assert main(["run", "paper/simulation_inadmissible", "--duration", "10", "--quiet", "-o", str(path)]) == 0
+    return read_run(path)
+
+
+def test_exact_half_spaces_leave_no_gap(ideal):
+    assert metrics(ideal).sensing_gap_m.p95 < 1e-4
+
+
+def test_a_wall_five_centimetres_off_moves_the_optimum(ideal):
+    """The line the leader was given stays; the true wall, and with it m*_true, moves 5 cm nearer."""
+    walls = ideal.scenario.world.walls
+    shift = -0.05 / np.sqrt(2)
+    moved = [
+        wall.model_copy(
+            update={
+                "start": (wall.start[0] + shift, wall.start[1] + shift),
+                "end": (wall.end[0] + shift, wall.end[1] + shift),
+            }
+        )
+        for wall in walls
+    ]
+    world = ideal.scenario.world.model_copy(update={"walls": tuple(moved)})
+    estimator = ideal.scenario.estimator.model_copy(update={"source": "beams", "given": ()})
+    scenario = ideal.scenario.model_copy(update={"world": world, "estimator": estimator})
+    nearer = dataclasses.replace(ideal, scenario=scenario)
+    every = np.ones(len(ideal.optima.index), dtype=bool)
+    true = true_optima(nearer, every)
+    normal = np.array([1.0, 1.0]) / np.sqrt(2)
+    back = (ideal.optima.m - true) @ normal
+    assert np.all(back > 0.0)
+    assert metrics(nearer).sensing_gap_m.mean == pytest.approx(np.linalg.norm(ideal.optima.m - true, axis=1).mean())
+    # the ball's boundary is a cone: the optimum moves back by no more than the wall does
+    assert np.all(back <= 0.05 + 1e-6)
+
+
+def test_with_own_scopes_there_is_nothing_to_compare(ideal):
+    estimator = ideal.scenario.estimator.model_copy(update={"scope": "own"})
+    own = dataclasses.replace(ideal, scenario=ideal.scenario.model_copy(update={"estimator": estimator}))
+    assert metrics(own).as_dict()["sensing_gap_m"] == {"mean": None, "p95": None, "final": None}

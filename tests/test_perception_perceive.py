@@ -46,8 +46,10 @@ def readings(scene: Scene, poses: np.ndarray, noise: np.random.Generator | None 
 
 
 def once(scene: Scene, poses: np.ndarray) -> HalfSpaces:
+    """What is known after two scans, enough for a long wall."""
     config = exact(len(poses))
-    return perceive(readings(scene, poses), 0.0, initial(config), config)[0]
+    _, memory = perceive(readings(scene, poses), 0.0, initial(config), config)
+    return perceive(readings(scene, poses), 0.1, memory, config)[0]
 
 
 def held(before: Readings) -> Readings:
@@ -118,9 +120,10 @@ def test_only_the_nearest_walls_are_kept() -> None:
         readings(Scene(((-2.0, -3.0, -2.0, 3.0),)), POSES[:1]), 0.0, initial(config), config
     )
     assert far.h[0] == pytest.approx([1.9], abs=1e-9)
-    both, memory = perceive(readings(CORNER, POSES[:1]), 0.1, memory, config)
+    _, memory = perceive(readings(CORNER, POSES[:1]), 0.1, memory, config)
+    both, memory = perceive(readings(CORNER, POSES[:1]), 0.2, memory, config)
     assert both.h[0] == pytest.approx([0.9], abs=1e-9) and both.G[0, 0] == pytest.approx([1, 0], abs=1e-9)
-    farther, _ = perceive(readings(Scene(((-2.0, -3.0, -2.0, 3.0),)), POSES[:1]), 0.2, memory, config)
+    farther, _ = perceive(readings(Scene(((-2.0, -3.0, -2.0, 3.0),)), POSES[:1]), 0.3, memory, config)
     assert np.array_equal(farther.h, both.h)
 
 

@@ -1,4 +1,4 @@
-"""When a track counts as a wall: long ones at once, short ones when nothing about them can be moving.
+"""When a track counts as a wall: long ones when seen twice, short ones when nothing about them can be moving.
 
 A short stretch may be the face of something that moves. Its speed along the normal is estimated by weighted least
 squares from its sightings. A slide along itself shows at an end once it is longer than about twice the gap between
@@ -14,7 +14,9 @@ from numba import njit
 from pbrg_mj.perception.angles import wrapped
 from pbrg_mj.perception.evidence import end_bound
 
-LONG = 1.0  # [m] stretches this long are walls at first sight
+LONG = (
+    1.0  # [m] stretches this long are walls when seen twice, and twice as long in the very first scan at once
+)
 WIDE = 6.0  # and those of so many times their distance without an end in sight: a near wall shows only a short stretch
 SLOWEST = 0.1  # [m/s] things that move at least so fast are told from walls
 WIDEST = 0.15  # [m] blur of an end, and of ends that are hidden
@@ -94,8 +96,11 @@ def confirm(track, view, line, rules):
         return
     length = view.high[line] - view.low[line]
     ended = view.free_low[line] or view.free_high[line]
-    at_once = length >= LONG or (not ended and length >= WIDE * view.offset[line])
-    track["confirmed"] = 1 if at_once or (rests_across(track) and _rests_along(track, rules)) else 0
+    wide = not ended and length >= WIDE * view.offset[line]
+    large = (
+        length >= LONG or wide if track["hits"] > 1 else view.elapsed == 0 and (length >= 2 * LONG or wide)
+    )
+    track["confirmed"] = 1 if large or (rests_across(track) and _rests_along(track, rules)) else 0
 
 
 @njit(cache=True)

@@ -13,7 +13,7 @@ from pbrg_mj.perception.corners import confirm_corners
 from pbrg_mj.perception.evidence import contradicted
 from pbrg_mj.perception.merge import merge, unite
 
-SEEN_SHARE = 0.05  # of the drift while in sight: nothing is known for ever
+SEEN_SHARE = 0.02  # of the drift while in sight: nothing is known for ever
 PATIENCE = 3  # scans against a wall before it is dropped, and scans an unconfirmed one may be out of sight
 SLACK = 1e-9  # [s] rounding of the clock
 

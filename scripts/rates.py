@@ -50,7 +50,7 @@ class Case:
     step: float  # [s]
 
     def overrides(self) -> list[str]:
-        """Return what it changes in the experiments; physics takes the tick's nearest whole reference period."""
+        """Return what it changes in the experiments."""
         keys = {
             "log.timings": "false",
             "timing.duration": DURATION,
@@ -127,7 +127,7 @@ def draw(rows: list[dict[str, Any]], sweep: str, x: str, by: str, path: Path) ->
     values = sorted({row[by] for row in rows})
     names = {"alpha_r": "$\\alpha_r$ = {:g} 1/s", "tick": "tick {:g} s"}
     with matplotlib.rc_context({"font.size": 8, "legend.fontsize": 7, "svg.hashsalt": "pbrg-mj"}):
-        figure = Figure(figsize=(7.2, 4.4), layout="constrained")
+        figure = Figure(figsize=(7.2, 4.6), layout="constrained")
         panels = figure.subplots(2, 2, sharex=True)
         for (plant, which), look in LOOK.items():
             chosen = [row for row in rows if row["plant"] == plant and row[by] == values[int(which)]]
@@ -135,7 +135,7 @@ def draw(rows: list[dict[str, Any]], sweep: str, x: str, by: str, path: Path) ->
                 curve(axes, chosen, x, key, look | {"label": f"{plant}, {names[by].format(values[int(which)])}"})
         for axes, (key, label) in zip(panels.flat, PANELS, strict=True):
             finish(axes, key, label, sweep)
-        panels[0, 0].legend(loc="best")
+        figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=4)
         panels[1, 0].set_xlabel(XLABEL[sweep])
         panels[1, 1].set_xlabel(XLABEL[sweep])
         figure.savefig(path, dpi=150)
@@ -168,7 +168,8 @@ def finish(axes: Axes, key: str, label: str, sweep: str) -> None:
         axes.set_yscale("log")
     if key == "true_margin_min_m":
         axes.axhline(0.0, color="black", linewidth=0.6)
-        axes.set_yscale("symlog", linthresh=1.0)
+    if key in ("settling_time_s", "certificate_violated_share"):
+        axes.set_ylim(bottom=0.0)
     if sweep == "rounds":
         axes.axvline(0.704 / limit(), color="black", linewidth=0.8, linestyle="--")  # 704 bytes a round
 

@@ -25,7 +25,8 @@ def test_the_page_lists_exactly_the_fields_of_the_table() -> None:
 def test_the_page_names_channels_and_what_is_embedded() -> None:
     section = PAGE.split("## Channels\n")[1].split("\n## ")[0]
     topics = set(re.findall(r"^\| `([^`]+)`", section, flags=re.MULTILINE))
-    own = {getattr(channels, name) for name in ("TICK", "OPTIMUM", "TIMING", "TRANSFORMS", "SCENE", "EVENTS")}
+    names = ("TICK", "OPTIMUM", "TIMING", "TRANSFORMS", "SCENE", "TEAM_SCENE", "P_POSES", "M_POSES", "EVENTS")
+    own = {getattr(channels, name) for name in names}
     assert topics == own | {channels.scan_channel(1).replace("1", "<k>")}
     embedded = PAGE.split("## Embedded\n")[1].split("\n## ")[0]
     for name in (channels.SCENARIO_ATTACHMENT, channels.MODEL_ATTACHMENT):

@@ -119,6 +119,9 @@ def test_a_stranger_decodes_every_message(tmp_path: Path) -> None:
     events = counts.pop("/events")
     assert counts == {
         "/scene": 1,
+        "/scene/team": 6,
+        "/poses/p": 6,
+        "/poses/m": 6,
         "/tick": 60,
         "/optimum": 6,
         "/timing": 60,
@@ -144,7 +147,7 @@ def test_poses_scans_and_walls_as_viewers_see_them(tmp_path: Path) -> None:
     scan = found["/scan/robot_3"]
     assert list(scan.ranges) == record.readings.ranges[1].tolist()
     np.testing.assert_allclose((scan.start_angle, scan.end_angle), (0.0, 2 * np.pi * 7 / 8))
-    floor, walls = found["/scene"].entities
+    floor, walls, *_ = found["/scene"].entities
     wall = walls.cubes[0]
     assert (wall.pose.position.x, wall.pose.position.y, wall.pose.position.z) == (3.0, 1.0, 0.1)
     np.testing.assert_allclose((wall.size.x, wall.size.y, wall.size.z), (4.0, 0.1, 0.2))

@@ -19,7 +19,7 @@ AROUND = {
 
 def drawn(**sections: object) -> dict[str, list]:
     message = SceneUpdate.FromString(scene.floor_plan(scenario(**sections)))
-    return {entity.id: list(entity.cubes) for entity in message.entities}
+    return {entity.id: list(entity.cubes) for entity in message.entities if entity.frame_id == "world"}
 
 
 def numbers(cube) -> list[float]:

@@ -100,7 +100,7 @@ def decompress(chunk: Chunk) -> bytes:
     return data
 
 
-def _messages(data: bytes, topics: dict[int, str]) -> Iterator[Payload]:
+def _messages(data: bytes, topics: dict[int, str]) -> Iterator[Message]:
     """Yield a chunk's messages; its channels are added to `topics`."""
     for opcode, _, body in records(BytesIO(data), len(data)):
         if opcode == Opcode.CHANNEL:

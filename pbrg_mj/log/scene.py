@@ -1,4 +1,4 @@
-"""What a viewer draws, in Foxglove's well-known schemas: walls, poses, scans, events."""
+"""What a viewer draws, in Foxglove's well-known schemas: the floor plan, poses, scans, events."""
 
 from __future__ import annotations
 
@@ -12,22 +12,16 @@ from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
 from foxglove_schemas_protobuf.Log_pb2 import Log
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
+from pbrg_mj.log import drawing
+from pbrg_mj.log.drawing import Color, stamp
+from pbrg_mj.log.team_scene import frame_of, robots
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.scenario.surroundings import Box, Wall, World
+from pbrg_mj.world.robot import load_robot_model
 
 FLOOR_MARGIN = 1.0  # of drawn floor around all that is on it [m]
 FLOOR_THICKNESS = 0.01  # [m]
 FLAT = 0.002  # height of what is drawn on the floor [m]
-WALL_COLOR = (0.45, 0.45, 0.5, 1.0)
-FLOOR_COLOR = (0.92, 0.92, 0.9, 1.0)
-PATCH_COLOR = (0.72, 0.68, 0.6, 1.0)
-STOP_COLOR = (0.8, 0.52, 0.16, 0.5)
-NANOSECONDS = 1_000_000_000
-
-
-def frame_of(robot: int) -> str:
-    """Return the name of robot `robot`'s body frame, counted from 1."""
-    return f"robot_{robot}"
 
 
 def poses(body_pose: np.ndarray, time_ns: int) -> bytes:
@@ -35,7 +29,7 @@ def poses(body_pose: np.ndarray, time_ns: int) -> bytes:
     message = FrameTransforms()
     for robot, (x, y, heading) in enumerate(body_pose.tolist(), start=1):
         transform = message.transforms.add(parent_frame_id="world", child_frame_id=frame_of(robot))
-        _stamp(transform, time_ns)
+        stamp(transform, time_ns)
         transform.translation.x, transform.translation.y = x, y
         transform.rotation.z, transform.rotation.w = sin(heading / 2), cos(heading / 2)
     return message.SerializeToString(deterministic=True)
@@ -47,7 +41,7 @@ def scan(robot: int, ranges: np.ndarray, angles: np.ndarray, time_ns: int) -> by
     The beams point at `angles` (beams,) [rad], evenly spaced, counter-clockwise from straight ahead.
     """
     message = LaserScan(frame_id=frame_of(robot), start_angle=angles[0], end_angle=angles[-1])
-    _stamp(message, time_ns)
+    stamp(message, time_ns)
     message.pose.orientation.w = 1.0
     message.ranges.extend(ranges.tolist())
     return message.SerializeToString(deterministic=True)
@@ -56,26 +50,29 @@ def scan(robot: int, ranges: np.ndarray, angles: np.ndarray, time_ns: int) -> by
 def event(text: str, time_ns: int, *, warning: bool) -> bytes:
     """Return a Log message."""
     message = Log(level=Log.WARNING if warning else Log.INFO, message=text, name="pbrg")
-    _stamp(message, time_ns)
+    stamp(message, time_ns)
     return message.SerializeToString(deterministic=True)
 
 
 def floor_plan(scenario: Scenario) -> bytes:
-    """Return a SceneUpdate at time 0: floor, walls and, if any, boxes, patches, and where moving boxes stop."""
+    """Return a SceneUpdate at time 0: floor, walls, robots and, if any, boxes, patches, and where moving boxes stop."""
     world = scenario.world
     message = SceneUpdate()
     floor = message.entities.add(frame_id="world", id="floor")
     low, high = _extent(scenario)
-    _box(floor, (*(low + high) / 2, -FLOOR_THICKNESS / 2), 0.0, (*(high - low), FLOOR_THICKNESS), FLOOR_COLOR)
+    drawing.box(
+        floor, (*(low + high) / 2, -FLOOR_THICKNESS / 2), 0.0, (*(high - low), FLOOR_THICKNESS), drawing.FLOOR_COLOR
+    )
     layers = {
-        "walls": (world.walls, WALL_COLOR),
-        "boxes": ([box.as_wall() for box in world.boxes], WALL_COLOR),
-        "patches": (_patches(world), PATCH_COLOR),
-        "stops": (_stops(world), STOP_COLOR),
+        "walls": (world.walls, drawing.WALL_COLOR),
+        "boxes": ([box.as_wall() for box in world.boxes], drawing.WALL_COLOR),
+        "patches": (_patches(world), drawing.PATCH_COLOR),
+        "stops": (_stops(world), drawing.STOP_COLOR),
     }
     for name, (walls, color) in layers.items():
         if walls or name == "walls":
             _walls(message.entities.add(frame_id="world", id=name), walls, color)
+    robots(message, load_robot_model(), scenario.robots)
     return message.SerializeToString(deterministic=True)
 
 
@@ -103,21 +100,9 @@ def _stops(world: World) -> list[Wall]:
     ]
 
 
-def _walls(entity: Any, walls: Sequence[Wall], color: tuple[float, ...]) -> None:
+def _walls(entity: Any, walls: Sequence[Wall], color: Color) -> None:
     for wall in walls:
         along = np.subtract(wall.end, wall.start)
         middle = np.add(wall.end, wall.start) / 2
         size = (float(np.hypot(*along)), wall.thickness, wall.height)
-        _box(entity, (*middle, wall.height / 2), float(np.arctan2(along[1], along[0])), size, color)
-
-
-def _box(entity: Any, middle: Sequence[float], heading: float, size: Sequence[float], color: tuple[float, ...]) -> None:
-    cube = entity.cubes.add()
-    for target, values in ((cube.pose.position, middle), (cube.size, size)):
-        target.x, target.y, target.z = values
-    cube.pose.orientation.z, cube.pose.orientation.w = sin(heading / 2), cos(heading / 2)
-    cube.color.r, cube.color.g, cube.color.b, cube.color.a = color
-
-
-def _stamp(message: Any, time_ns: int) -> None:
-    message.timestamp.seconds, message.timestamp.nanos = divmod(time_ns, NANOSECONDS)
+        drawing.box(entity, (*middle, wall.height / 2), float(np.arctan2(along[1], along[0])), size, color)

@@ -11,8 +11,9 @@ from typing import BinaryIO, Self
 from mcap.writer import Writer
 
 from pbrg_mj.errors import InputError, PbrgError
-from pbrg_mj.log.fields import Dims
-from pbrg_mj.log.stream import RecordStream, embed
+from pbrg_mj.log import channels
+from pbrg_mj.log.embed import embed, register
+from pbrg_mj.log.stream import MessageStream, dims_of
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.scenario.load import Loaded
 
@@ -50,7 +51,7 @@ class LogWriter:
         if self._file is None:
             self._start(record)
         try:
-            self._bytes += self._stream.add(record)
+            self._bytes += self._add(record)
             self._ticks += 1
             if self._ticks >= self._ticks_per_chunk or self._bytes >= CHUNK_BYTES:
                 self._writer.flush()
@@ -74,8 +75,6 @@ class LogWriter:
             raise self._failed(failure) from failure
 
     def _start(self, first: TickRecord) -> None:
-        n, slots = first.half_spaces.h.shape
-        dims: Dims = {"n": n, "K": slots, "R": first.problem.rows.d.shape[1]}
         try:
             self._file = self._path.open("wb")
         except OSError as error:
@@ -83,11 +82,21 @@ class LogWriter:
         try:
             self._writer = Writer(self._file, chunk_size=WHOLE_RECORDS, enable_data_crcs=True)
             self._writer.start(profile="", library="pbrg_mj")
-            embed(self._writer, self._loaded, self._model_xml, dims)
-            self._stream = RecordStream(self._writer, self._loaded.scenario, first, dims)
+            embed(self._writer, self._loaded, self._model_xml, dims_of(first))
+            self._stream = MessageStream(self._loaded.scenario, first)
+            self._channels = register(self._writer, self._stream.types)
             self._file.flush()
         except OSError as error:
             raise self._failed(error) from error
+
+    def _add(self, record: TickRecord) -> int:
+        """Write one record; return the reproducible bytes it took before compression."""
+        size = 0
+        for message in self._stream.messages(record):
+            channel = self._channels[message.topic]
+            self._writer.add_message(channel, message.log_time, message.data, message.publish_time, message.index)
+            size += len(message.data) if message.topic != channels.TIMING else 0
+        return size
 
     def _failed(self, error: OSError) -> PbrgError:
         """Close what is left of the file; `__exit__` then has nothing more to do."""

@@ -1,0 +1,40 @@
+"""What a log holds before any tick: what it takes to rerun it, and its channels."""
+
+from __future__ import annotations
+
+from google.protobuf.message import Message as Protobuf
+from mcap.writer import Writer
+from mcap_protobuf.schema import register_schema
+
+from pbrg_mj.log import channels
+from pbrg_mj.log.fields import SCHEMA_VERSION, Dims
+from pbrg_mj.log.versions import versions
+from pbrg_mj.scenario.load import Loaded
+
+
+def embed(writer: Writer, loaded: Loaded, model_xml: str, dims: Dims) -> None:
+    """Write what it takes to rerun, before any tick and outside of chunks: a log cut short still has it."""
+    attachments = (
+        (channels.SCENARIO_ATTACHMENT, "application/yaml", loaded.yaml_text),
+        (channels.MODEL_ATTACHMENT, "application/xml", model_xml),
+    )
+    for name, media_type, text in attachments:
+        if text:
+            # time 0, never the clock's: the same run makes the same bytes
+            writer.add_attachment(0, 0, name, media_type, text.encode())
+    numbers = {
+        "schema": SCHEMA_VERSION,
+        "seed": loaded.scenario.seed,
+        "robots": dims["n"],
+        "slots": dims["K"],
+        "rows": dims["R"],
+    }
+    facts = {"name": loaded.name} | {key: str(value) for key, value in numbers.items()}
+    writer.add_metadata(channels.RUN_METADATA, facts)
+    writer.add_metadata(channels.VERSIONS_METADATA, versions())
+
+
+def register(writer: Writer, types: dict[str, type[Protobuf]]) -> dict[str, int]:
+    """Register a channel for each topic, and each class's schema once; return topic -> channel number."""
+    schemas = {kind: register_schema(writer, kind) for kind in dict.fromkeys(types.values())}
+    return {topic: writer.register_channel(topic, "protobuf", schemas[kind]) for topic, kind in types.items()}

@@ -1,0 +1,53 @@
+"""The scans of a log, which the run as arrays leaves out: only pictures need them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
+from google.protobuf.message import DecodeError
+
+from pbrg_mj.log.channels import scan_channel
+from pbrg_mj.log.container import MAGIC, Damage, Payload, read_container
+from pbrg_mj.log.scene import NANOSECONDS
+
+
+@dataclass(frozen=True)
+class ScanSeries:
+    """One robot's scans, in order."""
+
+    time: np.ndarray  # (S,) [s]
+    angles: np.ndarray  # (beams,) [rad] from straight ahead, counter-clockwise
+    ranges: np.ndarray  # (S, beams) [m], NaN where a beam returned nothing
+
+
+def read_scans(path: str | Path, robots: int) -> dict[int, ScanSeries]:
+    """Return the scans of `robots` robots by robot, counted from 0; those without scans are left out.
+
+    A damaged log yields what its leading whole chunks hold. Expects a log that `read_run` has read.
+    """
+    topics = {scan_channel(robot + 1): robot for robot in range(robots)}
+    found: dict[int, list[LaserScan]] = {}
+    path = Path(path)
+    with path.open("rb") as file:
+        file.seek(len(MAGIC))
+        try:
+            for item in read_container(file, path.stat().st_size):
+                if isinstance(item, Payload) and item.topic in topics:
+                    found.setdefault(topics[item.topic], []).append(LaserScan.FromString(item.data))
+        except (Damage, DecodeError):
+            pass  # read_run has told of it
+    return {robot: _series(scans) for robot, scans in sorted(found.items())}
+
+
+def _series(scans: list[LaserScan]) -> ScanSeries:
+    first = scans[0]
+    count = len(first.ranges)
+    alike = [scan for scan in scans if len(scan.ranges) == count]
+    return ScanSeries(
+        time=np.array([scan.timestamp.seconds + scan.timestamp.nanos / NANOSECONDS for scan in alike]),
+        angles=np.linspace(first.start_angle, first.end_angle, count),
+        ranges=np.array([scan.ranges for scan in alike], dtype=float),
+    )

@@ -1,0 +1,94 @@
+"""What the film is played on: obstacles, working areas, boxes that move, and how much of the floor is shown."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from pbrg_mj.analysis.obstacles import footprints
+from pbrg_mj.analysis.outcome import final_target
+from pbrg_mj.log.run import Run
+from pbrg_mj.scenario.surroundings import MovingBox
+from pbrg_mj.world.geometry import Rectangles
+
+LEAST_SPAN = 1.0  # of the floor shown [m]
+MARGIN = 0.12  # around what happened, as a share of its span
+NEAR = 0.3  # how far from what happened a moving box is shown, as a share of its span
+
+
+def still(run: Run) -> list[dict[str, Any]]:
+    """Return what stands still: kind and corners [m] of working areas, walls and boxes."""
+    scenario = run.scenario
+    walls = len(scenario.world.walls)
+    patches = [{"kind": "patch", "corners": _rectangle(patch.start, patch.end)} for patch in scenario.world.patches]
+    solid = [
+        {"kind": "wall" if k < walls else "box", "corners": corners.tolist()}
+        for k, corners in enumerate(_corners(footprints(scenario)))
+    ]
+    return [*patches, *solid]
+
+
+def moving(run: Run, time: np.ndarray) -> tuple[list[tuple[float, float]], np.ndarray]:
+    """Return the sizes of the boxes that move, and their centres (F, boxes, 2) [m] at `time` (F,) [s].
+
+    The log does not hold them: they are driven, so the scenario's stops tell.
+    """
+    boxes = run.scenario.world.moving_boxes if run.scenario.plant == "physics" else ()
+    centres = [_driven(box, time) for box in boxes]
+    return [box.size for box in boxes], np.stack(centres, axis=1) if centres else np.zeros((len(time), 0, 2))
+
+
+def lines(run: Run) -> list[list[float]]:
+    """Return the true half-spaces [Gx, Gy, h] for hand points that the run is judged by."""
+    rows = final_target(run).rows
+    return [[float(x), float(y), float(h)] for (x, y), h in zip(rows.G, rows.h, strict=True)]
+
+
+def target(run: Run) -> list[float] | None:
+    """Return the best admissible formation's point for the last r [m]; None where there is none to tell."""
+    point = final_target(run).point
+    return None if point is None else [float(value) for value in point]
+
+
+def extent(run: Run, states: dict[str, np.ndarray]) -> list[float]:
+    """Return the part of the floor to show: least x, least y, largest x, largest y [m].
+
+    Robots and the operator's reference decide; references that run away must not shrink the rest. Boxes that
+    move are shown where they come near.
+    """
+    places = np.concatenate([states[name].reshape(-1, 2) for name in ("hand", "r")])
+    places = np.concatenate([places, states["pose"][..., :2].reshape(-1, 2)])
+    limit = run.scenario.outcome.diverged_beyond
+    places = places[(np.abs(places) < limit).all(axis=1)]  # not NaN either
+    low, high = (places.min(axis=0), places.max(axis=0)) if len(places) else (np.zeros(2), np.zeros(2))
+    span = max(float((high - low).max()), LEAST_SPAN)
+    edges = _edges(run, states["time"]).clip(low - NEAR * span, high + NEAR * span)
+    low, high = np.minimum(low, edges.min(axis=0, initial=np.inf)), np.maximum(high, edges.max(axis=0, initial=-np.inf))
+    middle, half = (low + high) / 2, np.maximum((high - low) / 2, LEAST_SPAN / 2) + MARGIN * span
+    return [*(middle - half).tolist(), *(middle + half).tolist()]
+
+
+def _edges(run: Run, time: np.ndarray) -> np.ndarray:
+    """Return opposite corners (k, 2) of all boxes that move, at all times [m]."""
+    sizes, centres = moving(run, time)
+    half = np.array(sizes).reshape(-1, 2) / 2
+    return np.concatenate([centres - half, centres + half]).reshape(-1, 2)
+
+
+def _driven(box: MovingBox, time: np.ndarray) -> np.ndarray:
+    when, where = [stop.time for stop in box.stops], np.array([stop.center for stop in box.stops])
+    return np.column_stack([np.interp(time, when, where[:, axis]) for axis in (0, 1)])
+
+
+def _rectangle(start: tuple[float, float], end: tuple[float, float]) -> list[list[float]]:
+    (x0, y0), (x1, y1) = start, end
+    return [[x0, y0], [x1, y0], [x1, y1], [x0, y1]]
+
+
+def _corners(rectangles: Rectangles) -> np.ndarray:
+    """Return the corners (w, 4, 2) [m], in turn."""
+    along = rectangles.axis * rectangles.half_size[:, :1]
+    across = np.column_stack([-rectangles.axis[:, 1], rectangles.axis[:, 0]]) * rectangles.half_size[:, 1:]
+    c = rectangles.centre
+    return np.stack([c - along - across, c + along - across, c + along + across, c - along + across], axis=1)

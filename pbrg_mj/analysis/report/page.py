@@ -1,0 +1,72 @@
+"""The page: one file that asks the network for nothing, and may not.
+
+Its policy names its own script and style by their hashes and forbids everything else, so that text from a
+log could neither run nor load anything even if it were not escaped.
+"""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from collections.abc import Sequence
+from hashlib import sha256
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+
+from pbrg_mj.analysis.atomic import by_suffix, write_whole
+from pbrg_mj.analysis.report import tables
+from pbrg_mj.analysis.report.encode import embedded
+from pbrg_mj.analysis.report.excerpt import Excerpt
+from pbrg_mj.analysis.text import plain
+
+SUFFIXES = {".html": "", ".htm": ""}
+SCRIPTS = ("elements", "figures", "data", "axes", "scene", "chart", "clock", "start")  # in the order they are needed
+
+
+def write_page(excerpts: Sequence[Excerpt], path: Path) -> None:
+    """Write the page of one or several runs to `path`. Raises InputError for a wrong suffix or place."""
+    by_suffix(path, SUFFIXES)
+    text = page(excerpts).encode()
+
+    def write(whole: Path) -> None:
+        whole.write_bytes(text)
+
+    write_whole(path, write)
+
+
+def page(excerpts: Sequence[Excerpt]) -> str:
+    """Return the page as HTML; the same runs give the same text."""
+    script, style = _script(), _asset("style.css")
+    parts = {
+        "policy": f"default-src 'none'; script-src '{_hash(script)}'; style-src '{_hash(style)}'; "
+        "base-uri 'none'; form-action 'none'",
+        "title": escape(_title(excerpts)),
+        "style": style,
+        "cards": tables.cards(excerpts),
+        "comparison": tables.comparison(excerpts),
+        "scenarios": tables.scenarios(excerpts),
+        "versions": tables.versions(excerpts),
+        "data": embedded([one.film for one in excerpts]),
+        "script": script,
+    }
+    before, *rest = _asset("page.html").split("{{")
+    filled = ((part, after) for part, after in (piece.split("}}", 1) for piece in rest))
+    return before + "".join(parts[part] + after for part, after in filled)
+
+
+def _title(excerpts: Sequence[Excerpt]) -> str:
+    names = dict.fromkeys(plain(one.numbers.scenario) for one in excerpts)
+    return ", ".join(names) or "runs"
+
+
+def _script() -> str:
+    parts = "\n".join(_asset(f"{name}.js") for name in SCRIPTS)
+    return f"(() => {{\n'use strict';\n{parts}}})();\n"
+
+
+def _asset(name: str) -> str:
+    return files("pbrg_mj.analysis.report").joinpath("assets", name).read_text(encoding="utf-8")
+
+
+def _hash(text: str) -> str:
+    return "sha256-" + b64encode(sha256(text.encode()).digest()).decode()

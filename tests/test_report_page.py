@@ -1,0 +1,170 @@
+"""The report as a file: whole, safe whatever the log says, the same at every repetition, and not too large."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from pbrg_mj.analysis.report.excerpt import excerpt
+from pbrg_mj.analysis.report.page import page
+from pbrg_mj.cli.main import main
+from pbrg_mj.log import reader
+from tests.runs import replaced, resting, run, walled
+
+EVIL = "</script><script>alert(1)</script><img src=x onerror=alert(2)>"
+
+
+class Parsed(HTMLParser):
+    """Elements with their attributes and text, as a browser tells them apart."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.elements, self.texts, self.inside = [], [], ""
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag, attrs):
+        self.elements.append((tag, dict(attrs)))
+        self.inside = tag
+
+    def handle_endtag(self, tag):
+        self.inside = ""
+
+    def handle_data(self, data):
+        self.texts.append((self.inside, data))
+
+    def all(self, tag):
+        return [attributes for name, attributes in self.elements if name == tag]
+
+    def text(self, tag):
+        return [data for name, data in self.texts if name == tag]
+
+
+def made(*runs):
+    return page([excerpt(one, len(runs)) for one in runs])
+
+
+def hostile():
+    status = np.full(21, "ok", dtype="<U80")
+    status[5:] = EVIL
+    return run(
+        ticks={"status": status},
+        path=f"/tmp/{EVIL.replace('/', '_')}.mcap",
+        name=EVIL,
+        scenario_yaml=f"description: {EVIL}\n",
+        versions={EVIL: EVIL, "python": EVIL},
+        damage=EVIL,
+    )
+
+
+def test_text_from_a_log_is_never_markup():
+    parsed, harmless = Parsed(made(hostile(), hostile())), Parsed(made(run(), run()))
+    assert len(parsed.all("script")) == 2
+    assert not parsed.all("img")
+    assert parsed.text("script")[1] == harmless.text("script")[1]
+    assert {tag for tag, _ in parsed.elements} == {tag for tag, _ in harmless.elements}
+    assert not any(name.startswith("on") for _, attributes in parsed.elements for name in attributes)
+    film = json.loads(parsed.text("script")[0])[0]
+    assert film["name"] == EVIL
+    assert film["events"][0]["text"] == f"governor: {EVIL}"
+    shown = "".join(data for tag, data in parsed.texts if tag != "script")
+    assert shown.count(f"Damaged log: {EVIL}") == 2
+    assert f"description: {EVIL}" in shown
+
+
+def test_control_characters_are_spelt_out():
+    text = made(run(name="a\x1b[31m\u202eb", scenario_yaml="seed: 1\nname: \x00\n"))
+    assert not set("\x1b\u202e\x00") & set(text)
+    assert "a\\x1b[31m\\u202eb" in text
+
+
+def test_the_policy_allows_this_script_and_this_style_and_nothing_else():
+    text = made(run())
+    parsed = Parsed(text)
+    policy = next(meta["content"] for meta in parsed.all("meta") if meta.get("http-equiv"))
+    rules = dict(rule.strip().split(" ", 1) for rule in policy.split(";"))
+
+    def digest(tag):
+        inner = re.findall(f"<{tag}>(.*?)</{tag}>", text, re.S)
+        assert len(inner) == 1
+        return f"'sha256-{base64.b64encode(hashlib.sha256(inner[0].encode()).digest()).decode()}'"
+
+    assert rules == {
+        "default-src": "'none'",
+        "script-src": digest("script"),
+        "style-src": digest("style"),
+        "base-uri": "'none'",
+        "form-action": "'none'",
+    }
+    assert not any({"src", "href", "style"} & set(attributes) for _, attributes in parsed.elements)
+    assert set(re.findall(r"[a-z]+://[^\s'\"]+", text)) == {"http://www.w3.org/2000/svg"}  # a name, not an address
+
+
+def test_the_same_runs_give_the_same_bytes_wherever_their_logs_lie():
+    one, other = run(path="/here/run.mcap"), run(path="/there/run.mcap")
+    assert made(one, run()) == made(other, run())
+    assert made(one) != made(run(name="another"))
+
+
+def test_several_runs_stand_side_by_side():
+    parsed = Parsed(made(run(name="first"), run(walled(), name="second"), run(name="third")))
+    assert len(parsed.all("article")) == 3
+    assert parsed.text("title") == ["first, second, third - pbrg report"]
+    heads = [attributes for attributes in parsed.all("th") if attributes.get("scope") == "col"]
+    assert len(heads) == 2 * (1 + 3)  # of the comparison and of the versions
+    assert [film["name"] for film in json.loads(parsed.text("script")[0])] == ["first", "second", "third"]
+
+
+def long_run(robots, steps):
+    places = tuple((0.5 * k, 0.0) for k in range(robots))
+    plan = walled(team={"start": places, "formation": places, "leaders": (1,)})
+    ticks = vars(resting(plan, steps))
+    rng = np.random.default_rng(2)
+    ticks |= {"time": 0.01 * np.arange(steps), "m": ticks["m"] + rng.normal(size=ticks["m"].shape)}
+    ticks |= {"half_space_h": rng.normal(size=ticks["half_space_h"].shape)}  # another one at every tick
+    ticks |= {"half_space_active": np.ones(ticks["half_space_active"].shape, dtype=bool)}
+    return run(plan, ticks=ticks)
+
+
+@pytest.mark.parametrize("robots", [5, 50])
+def test_a_minute_of_a_small_or_a_large_team_stays_below_8_MB(robots):
+    assert len(made(long_run(robots, 6001)).encode()) < 8e6
+
+
+def test_a_diverged_run_and_a_run_of_one_tick_can_be_shown():
+    m = np.full((21, 2, 2), np.inf)
+    assert len(made(run(ticks={"m": m, "hand_true": np.full((21, 2, 2), np.nan)}))) > 10_000
+    first = {name: value[:1] for name, value in vars(resting(walled())).items()}
+    assert len(made(run(walled(), ticks=first))) > 10_000
+
+
+@pytest.fixture
+def logs(monkeypatch, tmp_path):
+    monkeypatch.setattr(reader, "read_run", lambda path: replaced(run(), path=str(path)))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_the_command_writes_one_page_of_all_logs(logs, capsys):
+    assert main(["report", "a.mcap", "b.mcap", "-o", "out.html"]) == 0
+    assert [film["log"] for film in json.loads(Parsed((logs / "out.html").read_text()).text("script")[0])] == [
+        "a.mcap",
+        "b.mcap",
+    ]
+    assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(("output", "says"), [("out.pdf", ".html"), ("nowhere/out.html", "cannot write here")])
+def test_a_wrong_name_or_place_is_one_line_and_exit_code_2(logs, capsys, output, says):
+    assert main(["report", "a.mcap", "-o", output]) == 2
+    told = capsys.readouterr().err
+    assert told.startswith("error: ")
+    assert says in told
+    assert told.count("\n") == 1
+    assert not list(logs.iterdir())

@@ -168,8 +168,10 @@ def finish(axes: Axes, key: str, label: str, sweep: str) -> None:
         axes.set_yscale("log")
     if key == "true_margin_min_m":
         axes.axhline(0.0, color="black", linewidth=0.6)
-    if key in ("settling_time_s", "certificate_violated_share"):
-        axes.set_ylim(bottom=0.0)
+    if key == "settling_time_s":
+        axes.set_ylim(0.0, DURATION)
+    if key == "certificate_violated_share":
+        axes.set_ylim(0.0, 1.0)
     if sweep == "rounds":
         axes.axvline(0.704 / limit(), color="black", linewidth=0.8, linestyle="--")  # 704 bytes a round
 

@@ -16,7 +16,7 @@ from pbrg_mj.team.graph import network
 def true_optima(run: Run, among: np.ndarray) -> np.ndarray | None:
     """Return m* (rows, 2) [m] with the true walls in place of the sensed half-spaces.
 
-    A row for each of the reference ticks in `among`, (S,) bool. States, references and certificate are those of the run;
+    A row for each reference tick in `among`, (S,) bool. States, references and certificate are those of the run;
     NaN where the true problem has no solution. The walls count by the faces that the best admissible formation for that
     tick's r stands behind. None where `scope: own` or the obstacles leave no such formation to tell.
     """

@@ -18,7 +18,7 @@ from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, DataEnd, Footer, Metadata, Schema
 
-from pbrg_mj.log.message import Message
+from pbrg_mj.log.payload import Payload
 
 MAGIC = b"\x89MCAP0\r\n"
 LARGEST_CHUNK = 2**28  # bytes after decompression; a decompression bomb ends here
@@ -32,7 +32,7 @@ class Damage(Exception):
     """The file is not whole from here on; the text says why, in one line."""
 
 
-def read_container(file: BinaryIO, size: int) -> Iterator[Attachment | Metadata | Message]:
+def read_container(file: BinaryIO, size: int) -> Iterator[Attachment | Metadata | Payload]:
     """Yield what the log holds, in order; raise Damage where the file is not whole.
 
     `file` stands behind the leading magic, `size` is the whole file's length in bytes. A chunk's messages are
@@ -100,7 +100,7 @@ def decompress(chunk: Chunk) -> bytes:
     return data
 
 
-def _messages(data: bytes, topics: dict[int, str]) -> Iterator[Message]:
+def _messages(data: bytes, topics: dict[int, str]) -> Iterator[Payload]:
     """Yield a chunk's messages; its channels are added to `topics`."""
     for opcode, _, body in records(BytesIO(data), len(data)):
         if opcode == Opcode.CHANNEL:
@@ -113,10 +113,10 @@ def _messages(data: bytes, topics: dict[int, str]) -> Iterator[Message]:
             yield message_of(topics[channel_id], body)
 
 
-def message_of(topic: str, body: bytes) -> Message:
+def message_of(topic: str, body: bytes) -> Payload:
     """Return the message in a record's body, which is not shorter than MESSAGE_HEAD."""
     _, index, log_time, publish_time = MESSAGE_HEAD.unpack_from(body)
-    return Message(topic, body[MESSAGE_HEAD.size :], index, log_time, publish_time)
+    return Payload(topic, body[MESSAGE_HEAD.size :], index, log_time, publish_time)
 
 
 def _check_summary(file: BinaryIO, data_end: bytes) -> None:

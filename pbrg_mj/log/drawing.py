@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from math import cos, sin
 from typing import Any
 
-NANOSECONDS = 1_000_000_000
 Color = tuple[float, float, float, float]
 
 WALL_COLOR: Color = (0.45, 0.45, 0.5, 1.0)
@@ -25,11 +24,6 @@ def robot_color(robot: int) -> Color:
     """Return the colour of robot `robot`, counted from 0."""
     red, green, blue = _ROBOTS[robot % len(_ROBOTS)]
     return (red / 255, green / 255, blue / 255, 1.0)
-
-
-def stamp(message: Any, time_ns: int) -> None:
-    """Set a message's timestamp."""
-    message.timestamp.seconds, message.timestamp.nanos = divmod(time_ns, NANOSECONDS)
 
 
 def paint(target: Any, color: Color) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from google.protobuf.message import Message as Protobuf
+from google.protobuf.message import Message
 from mcap.writer import Writer
 from mcap_protobuf.schema import register_schema
 
@@ -34,7 +34,7 @@ def embed(writer: Writer, loaded: Loaded, model_xml: str, dims: Dims) -> None:
     writer.add_metadata(channels.VERSIONS_METADATA, versions())
 
 
-def register(writer: Writer, types: dict[str, type[Protobuf]]) -> dict[str, int]:
+def register(writer: Writer, types: dict[str, type[Message]]) -> dict[str, int]:
     """Register a channel for each topic, and each class's schema once; return topic -> channel number."""
     schemas = {kind: register_schema(writer, kind) for kind in dict.fromkeys(types.values())}
     return {topic: writer.register_channel(topic, "protobuf", schemas[kind]) for topic, kind in types.items()}

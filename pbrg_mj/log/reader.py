@@ -14,7 +14,7 @@ from pbrg_mj.log import channels
 from pbrg_mj.log.container import Damage, read_container
 from pbrg_mj.log.fields import MESSAGES, Dims
 from pbrg_mj.log.head import Embedded, opened
-from pbrg_mj.log.message import Message
+from pbrg_mj.log.payload import Payload
 from pbrg_mj.log.run import OptimumSeries, Run, TickSeries, TimingSeries
 from pbrg_mj.log.schemas import DTYPE, decode
 
@@ -47,7 +47,7 @@ def _read_contents(file: BinaryIO, size: int, path: str) -> _Contents:
     contents, dims = _Contents(Embedded(path)), None
     try:
         for item in read_container(file, size):
-            if not isinstance(item, Message):
+            if not isinstance(item, Payload):
                 contents.embedded.keep(item)
             elif item.topic in TOPICS:
                 dims = dims or contents.embedded.dims()
@@ -57,7 +57,7 @@ def _read_contents(file: BinaryIO, size: int, path: str) -> _Contents:
     return contents
 
 
-def _keep(contents: _Contents, item: Message, dims: Dims) -> None:
+def _keep(contents: _Contents, item: Payload, dims: Dims) -> None:
     name = TOPICS[item.topic]
     rows = contents.rows[name]
     try:

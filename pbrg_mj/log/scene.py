@@ -13,7 +13,9 @@ from foxglove_schemas_protobuf.Log_pb2 import Log
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
 from pbrg_mj.log import drawing
-from pbrg_mj.log.drawing import Color, stamp
+from pbrg_mj.log.drawing import Color
+from pbrg_mj.log.payload import NANOSECONDS as NANOSECONDS
+from pbrg_mj.log.payload import stamp
 from pbrg_mj.log.team_scene import frame_of, robots
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.scenario.surroundings import Box, Wall, World

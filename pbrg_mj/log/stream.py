@@ -13,12 +13,11 @@ from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
 from foxglove_schemas_protobuf.Log_pb2 import Log
 from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
-from google.protobuf.message import Message as Protobuf
+from google.protobuf.message import Message
 
 from pbrg_mj.log import channels, scene, team_scene
-from pbrg_mj.log.drawing import NANOSECONDS
 from pbrg_mj.log.fields import Dims
-from pbrg_mj.log.message import Message
+from pbrg_mj.log.payload import NANOSECONDS, Payload
 from pbrg_mj.log.schemas import CLASSES, encoder
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.scenario.beam_layout import beam_angles
@@ -51,9 +50,9 @@ class MessageStream:
         self._touching = np.zeros(dims["n"], dtype=bool)
 
     @property
-    def types(self) -> dict[str, type[Protobuf]]:
+    def types(self) -> dict[str, type[Message]]:
         """Channel -> protobuf class of its messages, in the order in which the log numbers them."""
-        types: dict[str, type[Protobuf]] = {
+        types: dict[str, type[Message]] = {
             channels.TICK: CLASSES["Tick"],
             channels.OPTIMUM: CLASSES["Optimum"],
             channels.TRANSFORMS: FrameTransforms,
@@ -68,13 +67,13 @@ class MessageStream:
             types[channels.TIMING] = CLASSES["Timing"]
         return types
 
-    def messages(self, record: TickRecord) -> list[Message]:
+    def messages(self, record: TickRecord) -> list[Payload]:
         """Return a tick's messages, the one on /timing last. Call it with every record, in order, once."""
         time_ns = round(record.time * NANOSECONDS)
         said = [*self._reproducible(record, time_ns)]
         if self._timing is not None:
             said.append((channels.TIMING, self._timing(record)))
-        return [Message(topic, data, record.index, time_ns, time_ns) for topic, data in said]
+        return [Payload(topic, data, record.index, time_ns, time_ns) for topic, data in said]
 
     def _reproducible(self, record: TickRecord, time_ns: int) -> Iterator[tuple[str, bytes]]:
         if self._floor_plan is not None:

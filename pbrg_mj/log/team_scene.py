@@ -11,6 +11,7 @@ from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
 from pbrg_mj.log import drawing
+from pbrg_mj.log.payload import stamp
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.surroundings import MovingBox
@@ -47,7 +48,7 @@ def team(record: TickRecord, optimum: np.ndarray, boxes: tuple[MovingBox, ...], 
     message = SceneUpdate()
     lines, points, moving = (message.entities.add(frame_id="world", id=name) for name in NAMES)
     for entity in (lines, points, moving):
-        drawing.stamp(entity, time_ns)
+        stamp(entity, time_ns)
     for robot, hand in enumerate(record.hand_world):
         ends = line_ends(record.half_spaces, robot, hand)
         drawing.segments(lines, [(*end, LINE_HEIGHT) for end in ends], LINE_WIDTH, drawing.robot_color(robot))
@@ -79,7 +80,7 @@ def line_ends(half_spaces: HalfSpaces, robot: int, hand: np.ndarray) -> list[lis
 def points(positions: np.ndarray, time_ns: int) -> bytes:
     """Return PosesInFrame in the world of positions (n, 2) [m], all of them, in the robots' order."""
     message = PosesInFrame(frame_id="world")
-    drawing.stamp(message, time_ns)
+    stamp(message, time_ns)
     for x, y in positions.tolist():
         pose = message.poses.add()
         pose.position.x, pose.position.y, pose.orientation.w = x, y, 1.0

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
+
+NANOSECONDS = 1_000_000_000  # in a second
 
 
 @dataclass(frozen=True)
-class Message:
+class Payload:
     """Serialised data on a channel. Both times are simulated time."""
 
     topic: str
@@ -14,3 +17,8 @@ class Message:
     index: int  # of the tick: MCAP's sequence number
     log_time: int  # [ns]
     publish_time: int  # [ns]
+
+
+def stamp(message: Any, time_ns: int) -> None:
+    """Set a message's timestamp."""
+    message.timestamp.seconds, message.timestamp.nanos = divmod(time_ns, NANOSECONDS)

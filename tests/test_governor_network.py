@@ -53,7 +53,7 @@ def test_without_delay_and_loss_it_is_the_immediate_exchange_bit_for_bit(name):
 @pytest.mark.parametrize("impedance", [0.0, 2.0])
 def test_rounds_may_be_grouped_in_any_way_and_leave_their_memory_alone(impedance):
     problem, first = start(6)
-    links_ = channel(problem.network, uneven, impedance, Loss.bursty(0.4, 3.0), [(2, 20, 35)], silent_after=5)
+    links_ = channel(problem.network, uneven, impedance, Loss.bursty(0.4, 3.0), silences=[(2, 20, 35)], silent_after=5)
     at_once = memory = quiet(links_, first)
     before = at_once[1].copied()
     at_once = run(problem, at_once, links_, FLOW, 60)
@@ -140,7 +140,7 @@ def test_bytes_count_what_is_sent_though_it_be_lost_and_nothing_of_the_silent():
     problem, _ = start(8)
     message = 2 * 22 * 8 + 2  # two vectors of doubles, and the hop count
     for impedance in (0.0, 2.0):
-        links_ = channel(problem.network, 1, impedance, Loss.independent(0.5), [(2, 4, 7)])
+        links_ = channel(problem.network, 1, impedance, Loss.independent(0.5), silences=[(2, 4, 7)])
         governor = DistributedGovernor(Flow(2.0, 1e-3), 10, "zero", links_)
         solution, memory = governor.step(problem, governor.init(problem))
         np.testing.assert_array_equal(solution.bytes_sent, message * np.array([20, 20, 3 * 7, 20, 10]))

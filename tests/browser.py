@@ -11,6 +11,7 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
+from websockets.exceptions import WebSocketException
 from websockets.sync.client import connect
 
 PROGRAM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -60,6 +61,11 @@ class Browser:
         return self
 
     def __exit__(self, *_: object) -> None:
+        with suppress(WebSocketException):  # it may be gone before it answers
+            self._session = None
+            self.send("Browser.close")
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(5)
         self._stack.close()
 
     def _end(self) -> None:

@@ -11,7 +11,9 @@ from pbrg_mj.analysis.report.excerpt import excerpt
 from pbrg_mj.analysis.report.page import page
 from pbrg_mj.cli.main import main
 from pbrg_mj.log.reader import read_run
+from pbrg_mj.log.writer import LogWriter
 from tests.browser import PROGRAM, Browser
+from tests.records import loaded, records
 from tests.runs import resting, run, walled
 from tests.test_report_page import hostile
 
@@ -246,9 +248,11 @@ def test_the_page_fits_the_window(opened, width):
     assert_drawn_as_logged(browser, circling(), 2)
 
 
-def test_a_run_from_the_command_line_to_the_screen(opened, tmp_path):
-    log, out = tmp_path / "near.mcap", tmp_path / "out.html"
-    assert main(["run", "paper/experiment_near", "--duration", "3", "-o", str(log), "--quiet"]) == 0
+def test_from_a_log_through_the_command_to_the_screen(opened, tmp_path):
+    log, out = tmp_path / "three.mcap", tmp_path / "out.html"
+    with LogWriter(log, loaded(timings=True), "<mujoco/>") as sink:
+        for record in records(80):
+            sink(record)
     assert main(["report", str(log), "-o", str(out)]) == 0
     browser = opened.show(out.read_text(encoding="utf-8"))
     for across in (0.9, 0.4):

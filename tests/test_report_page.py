@@ -6,17 +6,22 @@ import base64
 import hashlib
 import json
 import re
+import subprocess
+import sys
+import zipfile
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from pbrg_mj.analysis.report.excerpt import excerpt
-from pbrg_mj.analysis.report.page import page
+from pbrg_mj.analysis.report.page import SCRIPTS, page
 from pbrg_mj.cli.main import main
 from pbrg_mj.log import reader
 from tests.runs import replaced, resting, run, walled
 
+TOP = Path(__file__).parents[1]
 EVIL = "</script><script>alert(1)</script><img src=x onerror=alert(2)>"
 
 
@@ -127,14 +132,19 @@ def long_run(robots, steps):
     ticks = vars(resting(plan, steps))
     rng = np.random.default_rng(2)
     ticks |= {"time": 0.01 * np.arange(steps), "m": ticks["m"] + rng.normal(size=ticks["m"].shape)}
-    ticks |= {"half_space_h": rng.normal(size=ticks["half_space_h"].shape)}  # another one at every tick
-    ticks |= {"half_space_active": np.ones(ticks["half_space_active"].shape, dtype=bool)}
+    shape = (steps, robots, 4)  # other half-spaces at every tick
+    ticks |= {"half_space_G": np.ones((*shape, 2)), "half_space_h": rng.normal(size=shape)}
+    ticks |= {
+        "half_space_active": np.ones(shape, dtype=bool),
+        "half_space_binds": np.ones((*shape, robots), dtype=bool),
+    }
     return run(plan, ticks=ticks)
 
 
-@pytest.mark.parametrize("robots", [5, 50])
-def test_a_minute_of_a_small_or_a_large_team_stays_below_8_MB(robots):
-    assert len(made(long_run(robots, 6001)).encode()) < 8e6
+@pytest.mark.parametrize(("robots", "steps", "runs"), [(5, 6001, 1), (50, 6001, 1), (50, 2001, 4)])
+def test_small_and_large_teams_and_several_of_them_stay_below_8_MB(robots, steps, runs):
+    one = excerpt(long_run(robots, steps), runs)
+    assert len(page([one] * runs).encode()) < 8e6
 
 
 def test_a_diverged_run_and_a_run_of_one_tick_can_be_shown():
@@ -168,3 +178,11 @@ def test_a_wrong_name_or_place_is_one_line_and_exit_code_2(logs, capsys, output,
     assert says in told
     assert told.count("\n") == 1
     assert not list(logs.iterdir())
+
+
+def test_a_wheel_holds_all_that_the_page_is_made_of(tmp_path):
+    command = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path)]
+    subprocess.run(command, cwd=TOP, check=True, capture_output=True)
+    with zipfile.ZipFile(next(tmp_path.glob("*.whl"))) as archive:
+        held = {Path(name).name for name in archive.namelist() if "report/assets/" in name}
+    assert held == {"page.html", "style.css", *(f"{name}.js" for name in SCRIPTS)}

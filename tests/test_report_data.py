@@ -161,6 +161,7 @@ def test_the_floor_shown_holds_robots_and_reference_but_not_what_runs_away():
     assert max(x1 - x0, y1 - y0) < 2
     runaway = {"m": np.full((21, 2, 2), 1e9), "hand_true": seen.ticks.hand_true.copy()}
     runaway["hand_true"][15:] = np.nan
+    runaway["hand_true"][14] = 1e9
     assert floor.extent(seen, states(run(ticks=runaway), at)) == [x0, y0, x1, y1]
 
 

@@ -15,6 +15,7 @@ from pbrg_mj.analysis.text import plain
 from pbrg_mj.cli import checkup
 from pbrg_mj.cli.main import main
 from pbrg_mj.log import reader
+from pbrg_mj.video import gl
 from tests.runs import replaced, run, walled
 
 ROOT = Path(__file__).parents[1]
@@ -227,12 +228,13 @@ def test_version(capsys):
 def test_doctor_knows_every_required_package():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     assert set(checkup.REQUIRED) == {one.split(">")[0] for one in project["dependencies"]}
-    assert set(checkup.OPTIONAL) == {one.split(">")[0] for one in project["optional-dependencies"]["plot"]}
+    extras = project["optional-dependencies"]
+    assert set(checkup.OPTIONAL) == {one.split(">")[0] for name in extras if name != "dev" for one in extras[name]}
 
 
 def test_doctor(monkeypatch, capsys):
     broken = {"works": False, "error": "no \x1b library", "packages": ["libosmesa6"]}
-    monkeypatch.setattr(checkup, "_probe_gl", lambda _backend: broken)
+    monkeypatch.setattr(checkup, "probe_gl", lambda _backend: broken)
     assert main(["doctor", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["gl"]["egl"] == broken
@@ -242,7 +244,7 @@ def test_doctor(monkeypatch, capsys):
 
 
 def test_doctor_misses_a_required_package(monkeypatch, capsys):
-    monkeypatch.setattr(checkup, "_probe_gl", lambda _backend: {"works": True, "error": None, "packages": []})
+    monkeypatch.setattr(checkup, "probe_gl", lambda _backend: {"works": True, "error": None, "packages": []})
     monkeypatch.setattr(checkup, "REQUIRED", ("numpy", "no-such-package"))
     assert main(["doctor"]) == 1
     assert "MISSING: pip install no-such-package" in capsys.readouterr().out
@@ -250,7 +252,7 @@ def test_doctor_misses_a_required_package(monkeypatch, capsys):
 
 def test_doctor_never_sets_the_variable_here(monkeypatch):
     monkeypatch.delenv("MUJOCO_GL", raising=False)
-    monkeypatch.setattr(checkup, "GL_PROBE", "import os; raise SystemExit(os.environ['MUJOCO_GL'] != 'egl')")
+    monkeypatch.setattr(gl, "PROBE", "import os; raise SystemExit(os.environ['MUJOCO_GL'] != 'egl')")
     found = checkup.checkup()["gl"]
     assert (found["egl"]["works"], found["osmesa"]["works"]) == (True, False)
     assert "MUJOCO_GL" not in os.environ

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import os
 import platform
-import subprocess
-import sys
 import tempfile
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 import pbrg_mj
+from pbrg_mj.video.gl import PACKAGES, probe_gl
 
 REQUIRED = (
     "mujoco",
@@ -30,10 +29,10 @@ REQUIRED = (
     "rich",
     "zstandard",
 )
-OPTIONAL = {"matplotlib": ("pbrg plot", "pip install 'pbrg-mj[plot]'")}
-GL_PACKAGES = {"egl": ("libegl1", "libgl1"), "osmesa": ("libosmesa6",)}
-GL_PROBE = "import mujoco; context = mujoco.GLContext(64, 64); context.make_current(); context.free()"
-PROBE_TIMEOUT = 30.0  # [s]
+OPTIONAL = {
+    "matplotlib": ("pbrg plot", "pip install 'pbrg-mj[plot]'"),
+    "av": ("pbrg render", "pip install 'pbrg-mj[video]'"),
+}
 
 
 def checkup() -> dict[str, Any]:
@@ -46,7 +45,7 @@ def checkup() -> dict[str, Any]:
         "optional": {
             name: {"version": _version(name), "use": use, "mend": mend} for name, (use, mend) in OPTIONAL.items()
         },
-        "gl": {backend: _probe_gl(backend) for backend in GL_PACKAGES},
+        "gl": {backend: probe_gl(backend) for backend in PACKAGES},
         "numba_cache": _numba_cache(),
     }
 
@@ -56,27 +55,6 @@ def _version(name: str) -> str | None:
         return version(name)
     except PackageNotFoundError:
         return None
-
-
-def _probe_gl(backend: str) -> dict[str, Any]:
-    """Try a context in a process of its own: with the variable set and the library missing, the import itself dies."""
-    # No platform left over from elsewhere may decide instead of the backend asked for.
-    environment = {name: value for name, value in os.environ.items() if name != "PYOPENGL_PLATFORM"}
-    try:
-        probe = subprocess.run(
-            [sys.executable, "-c", GL_PROBE],
-            env=environment | {"MUJOCO_GL": backend},
-            capture_output=True,
-            text=True,
-            errors="replace",
-            timeout=PROBE_TIMEOUT,
-            check=False,
-        )
-        works, words = probe.returncode == 0, probe.stderr.strip().splitlines()
-    except subprocess.TimeoutExpired:
-        works, words = False, [f"no answer within {PROBE_TIMEOUT:g} s"]
-    error = None if works else (words or ["it crashed"])[-1]
-    return {"works": works, "error": error, "packages": list(GL_PACKAGES[backend])}
 
 
 def _numba_cache() -> dict[str, Any]:

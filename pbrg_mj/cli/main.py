@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from pbrg_mj.cli import compare, doctor, export, plot, report, reproduce, run, scenarios
+from pbrg_mj.cli import compare, doctor, export, plot, render, repair, replay, report, reproduce, run, scenarios
 from pbrg_mj.cli.console import emit, note
 from pbrg_mj.errors import InputError, PbrgError
 
@@ -52,7 +52,10 @@ app.command("run")(run.run)
 app.command("compare")(compare.compare)
 app.command("export")(export.export)
 app.command("plot")(plot.plot)
+app.command("render")(render.render)
 app.command("report")(report.report)
+app.command("replay")(replay.replay)
+app.command("repair")(repair.repair)
 app.command("reproduce")(reproduce.reproduce)
 app.command("doctor")(doctor.doctor)
 

@@ -10,8 +10,9 @@ from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
 from google.protobuf.message import DecodeError
 
 from pbrg_mj.log.channels import scan_channel
-from pbrg_mj.log.container import MAGIC, Damage, Payload, read_container
-from pbrg_mj.log.scene import NANOSECONDS
+from pbrg_mj.log.container import Damage, read_container
+from pbrg_mj.log.head import opened
+from pbrg_mj.log.payload import NANOSECONDS, Payload
 
 
 @dataclass(frozen=True)
@@ -30,11 +31,9 @@ def read_scans(path: str | Path, robots: int) -> dict[int, ScanSeries]:
     """
     topics = {scan_channel(robot + 1): robot for robot in range(robots)}
     found: dict[int, list[LaserScan]] = {}
-    path = Path(path)
-    with path.open("rb") as file:
-        file.seek(len(MAGIC))
+    with opened(Path(path)) as (file, size):
         try:
-            for item in read_container(file, path.stat().st_size):
+            for item in read_container(file, size):
                 if isinstance(item, Payload) and item.topic in topics:
                     found.setdefault(topics[item.topic], []).append(LaserScan.FromString(item.data))
         except (Damage, DecodeError):

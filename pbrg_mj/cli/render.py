@@ -1,0 +1,73 @@
+"""`pbrg render`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pbrg_mj.cli.compare import open_log
+from pbrg_mj.errors import InputError
+
+
+def render(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="The log to film.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="VIDEO", help="VIDEO.mp4, .webm, .gif, or a still, .png.")
+    ],
+    camera: Annotated[str, typer.Option(help="chase, top, or robot:K, over robot K's shoulder.")] = "chase",
+    size: Annotated[str, typer.Option(help="Width and height [pixels].")] = "1280x720",
+    fps: Annotated[float | None, typer.Option(help="Frames per second.", show_default="30; 12.5 in a GIF")] = None,
+    speed: Annotated[float, typer.Option(help="Simulated seconds per second of video.")] = 1.0,
+    start: Annotated[float | None, typer.Option(help="Film from this time on [s].")] = None,
+    end: Annotated[float | None, typer.Option(help="Film up to this time [s].")] = None,
+    at: Annotated[float | None, typer.Option(help="Time of a still [s].", show_default="the last tick")] = None,
+    hide: Annotated[
+        str, typer.Option(metavar="LAYERS", help="beams,half_spaces,formation,references,trails,text or all.")
+    ] = "",
+) -> None:
+    """Film a log offscreen, or take a still of it."""
+    from pbrg_mj.video.encode import FORMATS, STILL
+    from pbrg_mj.video.job import Cut, frame_times, shown_layers
+    from pbrg_mj.video.render import View, check_output, render_movie, render_still
+
+    view = View(camera, _size(size), shown_layers(tuple(filter(None, hide.split(",")))))
+    check_output(output, view.size)
+    suffix = output.suffix.lower()
+    if suffix == STILL:
+        if any(value is not None for value in (fps, start, end)) or speed != 1.0:
+            raise InputError("a still has one time: give --at, not --fps, --speed, --start or --end")
+        render_still(open_log(log), output, view, at)
+        return
+    if at is not None:
+        raise InputError("--at is for stills (.png); a video has --start and --end")
+    run = open_log(log)
+    cut = Cut(FORMATS[suffix].fps if fps is None else fps, speed, start, end)
+    with _progress(len(frame_times(run.ticks.time, cut))) as each:
+        render_movie(run, output, view, cut, each)
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, by, height = text.partition("x")
+    if not (by and all(side.isascii() and side.isdigit() and len(side) < 6 for side in (width, height))):
+        raise InputError(f"the size is {text!r}; it is written like 1280x720")
+    return int(width), int(height)
+
+
+@contextmanager
+def _progress(frames: int) -> Iterator[Callable[[], None]]:
+    """Give a function to call after every frame. It does nothing unless stderr is a terminal."""
+    if not sys.stderr.isatty():
+        yield lambda: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (BarColumn(bar_width=20), MofNCompleteColumn(), TextColumn("frames,"), TimeRemainingColumn())
+    with Progress(*columns, TextColumn("left"), console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=frames)
+        yield lambda: bar.advance(task)

@@ -1,0 +1,135 @@
+"""What the picture shows beyond things: beams, half-spaces, the network, references, trails."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from pbrg_mj.log.run import Run
+from pbrg_mj.log.scans import ScanSeries
+from pbrg_mj.scenario.graph import edge_list
+from pbrg_mj.video.camera import Camera
+from pbrg_mj.video.motion import Motion, between, held, latest
+from pbrg_mj.video.pen import Pen
+
+# Heights above the floor [m]: what lies on what.
+SHADOW, SIDE, TRAIL, GOAL, EDGE, BOUNDARY, MARK, BEAM = 0.0022, 0.003, 0.004, 0.0045, 0.005, 0.006, 0.007, 0.049
+APART = 0.0004  # between marks of the same kind that would flicker through each other [m]
+SHADOW_COLOUR = (0.0, 0.0, 0.0, 0.22)
+EDGE_COLOUR = (0.25, 0.27, 0.32, 0.7)
+OPTIMUM_COLOUR = (0.05, 0.05, 0.05, 1.0)
+REFERENCE_COLOUR = (0.85, 0.08, 0.12, 1.0)
+HIT_SIZE = 0.25  # of a beam's end [marks]
+TRAIL_SECONDS, TRAIL_PIECES = 15.0, 40
+NEAR = 25.0  # from the team, beyond which nothing is marked [m]
+FEW = 8  # robots whose references can be told apart as rings around each other
+
+
+@dataclass(frozen=True)
+class Moment:
+    """One frame's view of the run."""
+
+    time: float  # [s]
+    tick: int  # the latest
+    camera: Camera
+
+
+class Overlay:
+    """Draws the chosen layers of a run, each a function of time alone."""
+
+    def __init__(self, run: Run, scans: dict[int, ScanSeries], motion: Motion, colour: np.ndarray):
+        """`colour` (n, 4) are the robots' own."""
+        self._run, self._scans, self._motion = run, scans, motion
+        self._colour = colour
+        self._edges = edge_list(run.scenario.graph, run.scenario.robots)
+        self._hand, self._m = held(run.ticks.hand_true), held(run.ticks.m)
+        self._formation = np.array(run.scenario.team.formation)
+
+    def draw(self, pen: Pen, moment: Moment, layers: frozenset[str]) -> None:
+        """Add the layers to the scene that `pen` draws into; shadows always."""
+        self._shadows(pen, moment)
+        drawn: dict[str, Callable[[Pen, Moment], None]] = {
+            "half_spaces": self._half_spaces,
+            "trails": self._trails,
+            "formation": self._network,
+            "references": self._references,
+            "beams": self._beams,
+        }
+        for name, draw in drawn.items():
+            if name in layers:
+                draw(pen, moment)
+
+    def _shadows(self, pen: Pen, moment: Moment) -> None:
+        """Put a shade under every robot: it sets robots on the floor at a fraction of a shadow map's cost."""
+        for x, y, _ in self._motion.at(moment.time)[0].tolist():
+            pen.disc(np.array([x + 0.008, y + 0.012, SHADOW]), 0.068, SHADOW_COLOUR)
+
+    def _half_spaces(self, pen: Pen, moment: Moment) -> None:
+        """Draw each sensed line G q = h for hand points in its robot's colour, shaded on the side that is forbidden."""
+        ticks, k = self._run.ticks, moment.tick
+        middle = self._hand[k].mean(axis=0)
+        depth = 6 * moment.camera.mark
+        for count, (robot, slot) in enumerate(np.argwhere(ticks.half_space_active[k])):
+            G, h = ticks.half_space_G[k, robot, slot], ticks.half_space_h[k, robot, slot]
+            distance = float(h - G @ middle)
+            if not abs(distance) < NEAR:
+                continue
+            foot, angle = middle + distance * G, float(np.arctan2(G[1], G[0])) + np.pi / 2
+            colour, lift = self._colour[robot], count * APART
+            side, edge = _above(foot + depth * G, SIDE + lift), _above(foot, BOUNDARY + lift)
+            pen.bar(side, (NEAR, depth), angle, (*colour[:3], 0.16))
+            pen.bar(edge, (NEAR, 0.16 * moment.camera.mark), angle, (*colour[:3], 0.95))
+
+    def _trails(self, pen: Pen, moment: Moment) -> None:
+        times = moment.time - TRAIL_SECONDS * np.linspace(1, 0, TRAIL_PIECES + 1)
+        times = times[times > self._motion.time[0]] if moment.time > self._motion.time[0] else times[:0]
+        paths = np.array([between(self._run.ticks.time, self._hand, time) for time in times.tolist()])
+        for piece in range(1, len(times)):
+            fade = 1 - (moment.time - times[piece]) / TRAIL_SECONDS
+            for robot, colour in enumerate(self._colour):
+                start, end = _above(paths[piece - 1, robot], TRAIL), _above(paths[piece, robot], TRAIL)
+                pen.line(start, end, 3.0, (*colour[:3], 0.85 * fade))
+
+    def _network(self, pen: Pen, moment: Moment) -> None:
+        """Join neighbours in the network: who talks to whom, and the formation's shape."""
+        q = between(self._run.ticks.time, self._hand, moment.time)
+        for i, j in self._edges:
+            pen.line(_above(q[i], EDGE), _above(q[j], EDGE), 1.5, EDGE_COLOUR)
+
+    def _references(self, pen: Pen, moment: Moment) -> None:
+        """Mark m_j (discs), where each sends its robot (shades), m* (a cross) and r (a star)."""
+        run, size = self._run, moment.camera.mark
+        m = between(run.ticks.time, self._m, moment.time)
+        n = len(m)
+        for j, colour in enumerate(self._colour):
+            ring = size * (1 - 0.7 * j / n) if n <= FEW else 0.6 * size
+            pen.disc(_above(m[j], MARK + j * APART), ring, (*colour[:3], 1.0))
+            pen.disc(_above(m[j] + self._formation[j], GOAL), 0.05, (*colour[:3], 0.3))
+        top = MARK + n * APART
+        solved = latest(run.optima.time, moment.time)
+        if solved >= 0 and np.isfinite(run.optima.m[solved]).all():
+            star = _above(run.optima.m[solved], top + APART)
+            pen.star(star, 1.5 * size, np.pi * np.array([0.25, 0.75]), OPTIMUM_COLOUR)
+        reference = _above(run.ticks.reference[moment.tick], top + 2 * APART)
+        pen.star(reference, 1.5 * size, np.pi * np.array([0.5, 5 / 6, 7 / 6]), REFERENCE_COLOUR)
+
+    def _beams(self, pen: Pen, moment: Moment) -> None:
+        """Draw each robot's latest scan from where it was taken; a beam that returned nothing is left out."""
+        for robot, scans in self._scans.items():
+            k = latest(scans.time, moment.time)
+            if k < 0:
+                continue
+            x, y, heading = between(self._motion.time, self._motion.pose[:, robot], float(scans.time[k]))
+            start, ranges = np.array([x, y, BEAM]), scans.ranges[k]
+            angles = heading + scans.angles
+            ends = start + ranges[:, None] * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(len(angles))])
+            colour = self._colour[robot]
+            for end in ends[np.isfinite(ranges)]:
+                pen.line(start, end, 1.0, (*colour[:3], 0.35))
+                pen.dot(end, HIT_SIZE * moment.camera.mark, (*colour[:3], 1.0))
+
+
+def _above(point: np.ndarray, height: float) -> np.ndarray:
+    return np.array([point[0], point[1], height])

@@ -1,0 +1,91 @@
+"""From a run and a camera's name to the camera at every time, fitted to what happens."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from pbrg_mj.log.run import Run
+from pbrg_mj.video.camera import Camera, from_above, looking
+from pbrg_mj.video.job import ROBOT_CAMERA, Job
+from pbrg_mj.video.motion import Motion, between, held, smoothed
+
+Shot = Callable[[float], Camera]
+
+FARTHEST = 30.0  # from the team's start, what is farther is not fitted [m]: a run may diverge
+LEAST_RADIUS = 0.8  # of what the chase camera fits [m]
+BORDER = 0.35  # around what the top camera fits [m]
+CHASE_SMOOTHING, ROBOT_SMOOTHING = 4.0, 0.8  # [s]
+CHASE_ELEVATION = np.deg2rad(42.0)
+CHASE_HALF_HEIGHT, ROBOT_HALF_HEIGHT = np.tan(np.deg2rad(20.0)), np.tan(np.deg2rad(30.0))
+BEHIND, ABOVE, AHEAD = 0.55, 0.34, 0.6  # the robot camera's eye and target from the body [m]
+
+
+def shot_of(job: Job, motion: Motion) -> Shot:
+    """Return the camera over time that the job names."""
+    if job.camera.startswith(ROBOT_CAMERA):
+        return _robot(motion, int(job.camera.removeprefix(ROBOT_CAMERA)) - 1)
+    if job.camera == "top":
+        camera = _top(job)
+        return lambda _time: camera
+    return _chase(job.run, job.size)
+
+
+def _seen(run: Run) -> np.ndarray:
+    """Return what must be in view at every tick (T, k, 2) [m]: hand points, governed references, and r."""
+    ticks = run.ticks
+    points = held(np.concatenate([ticks.hand_true, ticks.m, ticks.reference[:, None]], axis=1))
+    start = np.mean(run.scenario.team.start, axis=0)
+    return np.clip(points, start - FARTHEST, start + FARTHEST)
+
+
+def _top(job: Job) -> Camera:
+    world = job.run.scenario.world
+    stops = [stop.center for box in world.moving_boxes for stop in box.stops]
+    patches = [corner for patch in world.patches for corner in (patch.start, patch.end)]
+    boxes = [box.center for box in world.boxes]
+    goals = job.run.ticks.reference[-1] + np.array(job.run.scenario.team.formation)
+    points = np.vstack(
+        [_seen(job.run).reshape(-1, 2), goals, *(np.reshape(p, (-1, 2)) for p in (stops, patches, boxes))]
+    )
+    low, high = points.min(axis=0) - BORDER, points.max(axis=0) + BORDER
+    width, height = job.size
+    half = float(max((high[1] - low[1]) / 2, (high[0] - low[0]) / 2 * height / width))
+    return from_above((low + high) / 2, half, mark=0.02 * half)
+
+
+def _chase(run: Run, size: tuple[int, int]) -> Shot:
+    """From behind the team as it starts off, at a steady bearing: near enough for robots, far enough for all."""
+    ticks, points = run.ticks, _seen(run)
+    window = round(CHASE_SMOOTHING / run.scenario.timing.tick)
+    middle = (points.min(axis=1) + points.max(axis=1)) / 2
+    radius = np.linalg.norm(points - middle[:, None], axis=2).max(axis=1)
+    centre, radius = smoothed(middle, window), smoothed(np.maximum(radius, LEAST_RADIUS), window)
+    way = points[-1, -1] - points[0, : ticks.m.shape[1]].mean(axis=0)
+    way = way / np.linalg.norm(way) if np.linalg.norm(way) > 0.1 else np.array([0.0, 1.0])
+    backward = np.array([*(-np.cos(CHASE_ELEVATION) * way), np.sin(CHASE_ELEVATION)])
+    fit = 0.9 * min(1.0, 0.75 * size[0] / size[1]) * CHASE_HALF_HEIGHT
+
+    def at(time: float) -> Camera:
+        target = np.array([*between(ticks.time, centre, time), 0.0])
+        size_now = float(between(ticks.time, radius, time))
+        distance = size_now / fit
+        return looking(target + distance * backward, target, CHASE_HALF_HEIGHT, 30 * distance, mark=0.025 * size_now)
+
+    return at
+
+
+def _robot(motion: Motion, robot: int) -> Shot:
+    """Over the robot's shoulder."""
+    step = float(np.median(np.diff(motion.time))) if len(motion.time) > 1 else 1.0
+    pose = motion.pose[:, robot].copy()
+    pose[:, 2] = smoothed(pose[:, 2], round(ROBOT_SMOOTHING / step))
+
+    def at(time: float) -> Camera:
+        x, y, heading = between(motion.time, pose, time)
+        body, ahead = np.array([x, y, 0.0]), np.array([np.cos(heading), np.sin(heading), 0.0])
+        eye = body - BEHIND * ahead + [0.0, 0.0, ABOVE]
+        return looking(eye, body + AHEAD * ahead, ROBOT_HALF_HEIGHT, 60.0, mark=0.025)
+
+    return at

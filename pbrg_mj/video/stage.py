@@ -1,0 +1,95 @@
+"""The offscreen stage: a GL context, a scene, and pixels. Only for a process that was started with MUJOCO_GL set."""
+
+# MuJoCo ships no type stubs for its compiled modules.
+# pyright: reportAttributeAccessIssue=false
+
+from __future__ import annotations
+
+from types import TracebackType
+from typing import Self
+
+import mujoco
+import numpy as np
+
+from pbrg_mj.video.caption import caption, legend
+from pbrg_mj.video.job import Job
+from pbrg_mj.video.motion import latest, motion_of
+from pbrg_mj.video.overlay import Moment, Overlay
+from pbrg_mj.video.pen import Pen
+from pbrg_mj.video.puppet import Puppet
+from pbrg_mj.video.shots import shot_of
+
+ROOM = 12_000  # geoms in a scene: fifty robots with trails, and thousands of beams
+AMBIENT = 0.45
+FULL_HEIGHT = 720  # of a picture whose thinnest line is a pixel wide [pixels]
+FONT_STEP, SMALLEST_FONT, LARGEST_FONT = 50, 50, 300  # the sizes that MuJoCo has [%]
+
+
+class Stage:
+    """Draws a job's frames. A context manager; the context belongs to the thread that enters."""
+
+    def __init__(self, job: Job):
+        """Set the scene. Raises InputError when the log's model is of no use."""
+        self._job = job
+        motion = motion_of(job.run.ticks)
+        self._puppet = Puppet(job.run, motion)
+        self._shot = shot_of(job, motion)
+        self._overlay = Overlay(job.run, job.scans, motion, self._puppet.colour)
+        model, (width, height) = self._puppet.model, job.size
+        model.vis.global_.offwidth, model.vis.global_.offheight = width, height
+        model.vis.quality.offsamples = 0  # each sample costs a software renderer as much as the whole picture
+        model.vis.headlight.ambient[:] = AMBIENT  # faces that no light meets, such as a wall's, stay readable
+        self._scene = mujoco.MjvScene(model, ROOM)
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = False
+        self._free, self._option = mujoco.MjvCamera(), mujoco.MjvOption()
+        self._option.flags[mujoco.mjtVisFlag.mjVIS_RANGEFINDER] = False
+        self._view = mujoco.MjrRect(0, 0, width, height)
+        self._pixels = np.empty((height, width, 3), dtype=np.uint8)
+
+    def __enter__(self) -> Self:
+        """Make the GL context."""
+        self._gl = mujoco.GLContext(*self._job.size)
+        self._gl.make_current()
+        self._context = mujoco.MjrContext(self._puppet.model, _font_scale(self._job.size[1]))
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Free the GL context."""
+        self._context.free()
+        self._gl.free()
+
+    def draw(self, time: float) -> np.ndarray:
+        """Return the picture (height, width, 3) at `time` [s], its rows from the BOTTOM up; valid until the next."""
+        job, scene = self._job, self._scene
+        self._puppet.pose(time)
+        mujoco.mjv_updateScene(
+            self._puppet.model,
+            self._puppet.data,
+            self._option,
+            None,
+            self._free,
+            mujoco.mjtCatBit.mjCAT_ALL,
+            scene,
+        )
+        moment = Moment(time, latest(job.run.ticks.time, time), self._shot(time))
+        self._overlay.draw(Pen(scene, job.size[1] / FULL_HEIGHT), moment, job.layers)
+        moment.camera.place(scene, job.size)
+        mujoco.mjr_render(self._view, scene, self._context)
+        if "text" in job.layers:
+            self._write(time)
+        mujoco.mjr_readPixels(self._pixels, None, self._view, self._context)
+        return self._pixels
+
+    def _write(self, time: float) -> None:
+        font, places = mujoco.mjtFont.mjFONT_NORMAL, mujoco.mjtGridPos
+        mujoco.mjr_overlay(font, places.mjGRID_TOPLEFT, self._view, *caption(self._job.run, time), self._context)
+        if "references" in self._job.layers:
+            mujoco.mjr_overlay(font, places.mjGRID_BOTTOMLEFT, self._view, legend(self._job.run), "", self._context)
+
+
+def _font_scale(height: int) -> int:
+    wanted = FONT_STEP * round(100 * height / FULL_HEIGHT / FONT_STEP)
+    return int(np.clip(wanted, SMALLEST_FONT, LARGEST_FONT))

@@ -81,6 +81,7 @@ def resting(plan: Scenario, steps: int = 21) -> TickSeries:
         status=np.full(steps, "ok"),
         rounds=np.full(steps, 10),
         bytes_sent=np.full((steps, n), 480),
+        lost=np.zeros((steps, n), dtype=np.int64),
         storage=np.zeros(steps),
         storage_change=np.zeros(steps),
         worst_row=np.full(steps, -1.0),

@@ -75,6 +75,7 @@ def _tick_series(run: Run) -> list[Series]:
         ("status", "", t.status.astype(str), ()),
         ("rounds", "", t.rounds, ()),
         ("sent", "bytes", t.bytes_sent, (None,)),
+        ("lost", "", t.lost, (None,)),
         ("storage", "m2", t.storage, ()),
         ("storage_change", "m2", t.storage_change, ()),
         ("worst_row", "m", t.worst_row, ()),

@@ -9,7 +9,6 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-import pbrg_mj
 from pbrg_mj.video.gl import PACKAGES, probe_gl
 
 REQUIRED = (
@@ -58,14 +57,11 @@ def _version(name: str) -> str | None:
 
 
 def _numba_cache() -> dict[str, Any]:
-    """Return the folder where numba keeps compiled kernels: its own choice is beside the code, else the user's."""
-    chosen = os.environ.get("NUMBA_CACHE_DIR")
-    user = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "numba"
-    folders = [Path(chosen)] if chosen else [Path(pbrg_mj.__file__).parent, user]
-    for folder in folders:
-        if _writable(folder):
-            return {"folder": str(folder), "writable": True}
-    return {"folder": str(folders[-1]), "writable": False}
+    """Return the folder where compiled kernels are kept."""
+    from pbrg_mj.kernel import cache_folder
+
+    folder = cache_folder()
+    return {"folder": str(folder), "writable": _writable(folder)}
 
 
 def _writable(folder: Path) -> bool:

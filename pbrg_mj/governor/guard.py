@@ -19,13 +19,13 @@ import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from pbrg_mj.governor.certificate import Rows
 from pbrg_mj.governor.distributed import DOUBLE, DistributedGovernor, DistributedMemory
 from pbrg_mj.governor.optimum import Optimum
 from pbrg_mj.governor.passivity import Passivity
 from pbrg_mj.governor.problem import Problem, Solution
+from pbrg_mj.kernel import kernel
 
 UNHEARD = 1 << 30  # ticks
 
@@ -114,7 +114,7 @@ def flooded(radii: np.ndarray, own: np.ndarray, problem: Problem) -> np.ndarray:
     return heard
 
 
-@njit(cache=True)
+@kernel
 def _gossip(states, age, own, first, neighbours):  # pragma: no cover - compiled
     """Return what each robot knows of everyone's state, and how old it is, after one exchange with its neighbours."""
     n = len(own)

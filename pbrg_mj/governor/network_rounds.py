@@ -12,12 +12,12 @@ and the update sees 2 r_i - y_i in place of y_k. docs/network.md derives it and 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from pbrg_mj.governor.channel import Channel
 from pbrg_mj.governor.exchange import NOTHING, Exchange, reverse_links
 from pbrg_mj.governor.primal_dual import Estimates, Flow, update_robot
 from pbrg_mj.governor.problem import Problem
+from pbrg_mj.kernel import kernel
 
 
 def run_network_rounds(
@@ -49,7 +49,7 @@ def run_network_rounds(
     return Estimates(*arrays), after, np.sum(~silent, axis=0) * net.degree
 
 
-@njit(cache=True)
+@kernel
 def _rounds(estimates, links, network, events, private, gains):  # pragma: no cover - compiled
     """Run len(bad) rounds; `links` change in place."""
     old = (estimates[0].copy(), estimates[1].copy(), estimates[2].copy(), estimates[3].copy())
@@ -81,7 +81,7 @@ def _rounds(estimates, links, network, events, private, gains):  # pragma: no co
     return old
 
 
-@njit(cache=True)
+@kernel
 def _copy_row(old, new, i):  # pragma: no cover - compiled
     new[0][i] = old[0][i]
     new[1][i] = old[1][i]
@@ -89,7 +89,7 @@ def _copy_row(old, new, i):  # pragma: no cover - compiled
     new[3][i] = old[3][i]
 
 
-@njit(cache=True)
+@kernel
 def _heard(begin, end, up, ears):  # pragma: no cover - compiled
     """Return the links of one robot, begin .. end - 1, that are up."""
     count = 0
@@ -100,7 +100,7 @@ def _heard(begin, end, up, ears):  # pragma: no cover - compiled
     return ears[:count]
 
 
-@njit(cache=True)
+@kernel
 def _send_estimates(old, links, network, now, events):  # pragma: no cover - compiled
     flight, flight_hops, hops = links[0], links[1], links[6]
     first, reverse = network[0], network[2]
@@ -114,7 +114,7 @@ def _send_estimates(old, links, network, now, events):  # pragma: no cover - com
             flight_hops[out, slot] = NOTHING if silent[i] or bad[out] else hops[i]
 
 
-@njit(cache=True)
+@kernel
 def _receive(links, network, now, silent):  # pragma: no cover - compiled
     """Hold on every link the message that comes in this round, if one comes; cut links that are silent for long."""
     flight, flight_hops, held, held_hops, age, up, _ = links
@@ -132,7 +132,7 @@ def _receive(links, network, now, silent):  # pragma: no cover - compiled
                 up[e] = False
 
 
-@njit(cache=True)
+@kernel
 def _send_waves(old, seen, links, network, now, events):  # pragma: no cover - compiled
     """Solve every robot's end of every link: what the update sees, and the wave that is sent."""
     flight, flight_hops, held, up, hops = links[0], links[1], links[2], links[5], links[6]
@@ -161,7 +161,7 @@ def _send_waves(old, seen, links, network, now, events):  # pragma: no cover - c
                 flight[1, out, slot, c] = root * r_zeta - b_zeta
 
 
-@njit(cache=True)
+@kernel
 def _count_hops(links, network):  # pragma: no cover - compiled
     """Count how many links ago some robot lost a neighbour; counts beyond n - 1 are echoes and die out."""
     held_hops, age, up, hops = links[3], links[4], links[5], links[6]

@@ -12,9 +12,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from pbrg_mj.governor.problem import Problem
+from pbrg_mj.kernel import kernel
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ def run_rounds(problem: Problem, estimates: Estimates, flow: Flow, rounds: int) 
     return Estimates(*arrays)
 
 
-@njit(cache=True)
+@kernel
 def _rounds(estimates, network, state, rows, gains):  # pragma: no cover - compiled
     old = (estimates[0].copy(), estimates[1].copy(), estimates[2].copy(), estimates[3].copy())
     new = (estimates[0].copy(), estimates[1].copy(), estimates[2].copy(), estimates[3].copy())
@@ -71,7 +71,7 @@ def _rounds(estimates, network, state, rows, gains):  # pragma: no cover - compi
     return old
 
 
-@njit(cache=True)
+@kernel
 def update_robot(old, new, heard, own, r, gains):  # pragma: no cover - compiled
     """Write robot i's row of `new` from its own row of `old` and what it heard: rows `at` of `seen_z`, `seen_zeta`."""
     z, zeta, lam, nu = old
@@ -129,7 +129,7 @@ def update_robot(old, new, heard, own, r, gains):  # pragma: no cover - compiled
         new[3][i, 2 + axis] = nu_i[2 + axis] + step * (z_i[at_xi] - xi[axis])
 
 
-@njit(cache=True)
+@kernel
 def _rho(z):  # pragma: no cover - compiled
     """Return rho(m, z_p, z_xi) of one robot's estimate."""
     n = (len(z) - 2) // 4

@@ -36,6 +36,7 @@ class TickSeries:
     status: np.ndarray  # (T,) str
     rounds: np.ndarray  # (T,) int64
     bytes_sent: np.ndarray  # (T, n) int64
+    lost: np.ndarray  # (T, n) int64 neighbours each robot counts as lost
     storage: np.ndarray  # (T,) V at the leaders' m [m^2]
     storage_change: np.ndarray  # (T,) V less V a tick ago, at the m applied then [m^2]
     worst_row: np.ndarray  # (T,) largest row of g at the leaders' m [m]

@@ -41,7 +41,7 @@ class Simulation:
             scenario=scenario,
             world=build_world(scenario),
             noise=sensor_noise(scenario),
-            perception=perception_setup(scenario, robot.clearance),
+            perception=perception_setup(scenario, robot.clearance, robot.hand_offset),
             network=graph,
             formation=np.array(scenario.team.formation, dtype=float),
             hand_offset=robot.hand_offset,

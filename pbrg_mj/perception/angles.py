@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from pbrg_mj.kernel import kernel
 
 
-@njit(cache=True)
+@kernel
 def wrapped(angle):
     """Return an angle [rad] in [-pi, pi]."""
     return angle - 2 * math.pi * round(angle / (2 * math.pi))

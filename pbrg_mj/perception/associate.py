@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.angles import wrapped
 
 GATE = 13.8  # chi-squared with 2 degrees: 1 true sighting in 1000 is beyond
@@ -19,7 +19,7 @@ SAME_ANGLE, SAME_OFFSET = math.radians(1.0), 0.01  # tracks this close are one w
 NEW, UPDATE, EXTEND, STRANGE = 0, 1, 2, 3
 
 
-@njit(cache=True)
+@kernel
 def associate(tracks, view):
     """Return a role (L,) for every line of a scan, and the track (L,) it belongs to (-1 for NEW).
 
@@ -46,7 +46,7 @@ def associate(tracks, view):
     return role, which
 
 
-@njit(cache=True)
+@kernel
 def distance(track, view, line):
     """Return the squared Mahalanobis distance of a line from a track."""
     a = wrapped(view.angle[line] - track["angle"])
@@ -58,14 +58,14 @@ def distance(track, view, line):
     return (scc * a * a - 2 * sac * a * c + saa * c * c) / (saa * scc - sac * sac)
 
 
-@njit(cache=True)
+@kernel
 def _is_near(track, view, line):
     turn = wrapped(view.angle[line] - track["angle"])
     middle = 0.5 * (view.low[line] + view.high[line])
     return abs(turn) < NEAR_ANGLE and abs(view.offset[line] - track["offset"] + turn * middle) < NEAR_OFFSET
 
 
-@njit(cache=True)
+@kernel
 def _overlaps(track, view, line):
     """Return whether the stretches of track and line touch, but for a gap that may be hidden."""
     if view.low[line] > track["high"]:
@@ -75,7 +75,7 @@ def _overlaps(track, view, line):
     return track["low"] - view.high[line] < (FREE_GAP if ended else HIDDEN_GAP)
 
 
-@njit(cache=True)
+@kernel
 def same_wall(a, b):
     """Return whether two tracks are one wall: the same line within their errors, and no true end between them."""
     turn = wrapped(b["angle"] - a["angle"])

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.hits import R, apart
 
 
-@njit(cache=True)
+@kernel
 def clusters_into(points, rules, order, count, turned, stops):  # pragma: no cover - compiled
     """Write the points turned so that no cluster wraps, and where each cluster stops; return (clusters, ring).
 
@@ -27,7 +26,7 @@ def clusters_into(points, rules, order, count, turned, stops):  # pragma: no cov
     return clusters, ring
 
 
-@njit(cache=True)
+@kernel
 def _first(points, rules, order, count):  # pragma: no cover - compiled
     """Return where to begin, and whether the points form a ring."""
     first = farthest = -1
@@ -39,7 +38,7 @@ def _first(points, rules, order, count):  # pragma: no cover - compiled
     return (first, False) if first >= 0 else (farthest, True)
 
 
-@njit(cache=True)
+@kernel
 def _broken(points, rules, order, i, after):  # pragma: no cover - compiled
     """Tell whether the i-th point and the one after it are apart.
 

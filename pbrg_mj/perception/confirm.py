@@ -9,14 +9,11 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.angles import wrapped
 from pbrg_mj.perception.evidence import end_bound
 
-LONG = (
-    1.0  # [m] stretches this long are walls when seen twice, and twice as long in the very first scan at once
-)
+LONG = 1.0  # [m] stretches this long are walls when seen twice, and twice as long in the very first scan at once
 WIDE = 6.0  # and those of so many times their distance without an end in sight: a near wall shows only a short stretch
 SLOWEST = 0.1  # [m/s] things that move at least so fast are told from walls
 WIDEST = 0.15  # [m] blur of an end, and of ends that are hidden
@@ -26,7 +23,7 @@ TOLERANCE = 0.01  # [m] by which an end may move before it counts, beside the no
 TORN = 6  # a moved end counts 2, a scan without one -1: lost beams may feign one now and then
 
 
-@njit(cache=True)
+@kernel
 def note_place(track, view, line):
     """Add a sighting to the sums that give the track's speed along its normal."""
     angle, c = view.angle[line], view.covariance[line]
@@ -44,7 +41,7 @@ def note_place(track, view, line):
     track["e1"] += w * tau * e
 
 
-@njit(cache=True)
+@kernel
 def restart(track, view, line, rules):
     """Take a sighting's stretch for the track's, and count its age and motion from here."""
     track["low"], track["high"] = view.low[line], view.high[line]
@@ -59,7 +56,7 @@ def restart(track, view, line, rules):
     _note_blur(track, view, line, (track["low_bound"], track["high_bound"]))
 
 
-@njit(cache=True)
+@kernel
 def extend(track, view, line, rules):
     """Take a sighting's ends into account, or find that an end has moved and begin the track's stretch anew."""
     low_bound = end_bound(view, line, -1, rules) if view.free_low[line] else -math.inf
@@ -82,14 +79,14 @@ def extend(track, view, line, rules):
     widen(track, view, line)
 
 
-@njit(cache=True)
+@kernel
 def widen(track, view, line):
     """Let a track reach as far as a sighting of it."""
     track["low"] = min(track["low"], view.low[line])
     track["high"] = max(track["high"], view.high[line])
 
 
-@njit(cache=True)
+@kernel
 def confirm(track, view, line, rules):
     """Make a track a wall if it cannot be anything else."""
     if track["confirmed"]:
@@ -97,13 +94,11 @@ def confirm(track, view, line, rules):
     length = view.high[line] - view.low[line]
     ended = view.free_low[line] or view.free_high[line]
     wide = not ended and length >= WIDE * view.offset[line]
-    large = (
-        length >= LONG or wide if track["hits"] > 1 else view.elapsed == 0 and (length >= 2 * LONG or wide)
-    )
+    large = length >= LONG or wide if track["hits"] > 1 else view.elapsed == 0 and (length >= 2 * LONG or wide)
     track["confirmed"] = 1 if large or (rests_across(track) and _rests_along(track, rules)) else 0
 
 
-@njit(cache=True)
+@kernel
 def rests_across(track):
     """Return whether a speed of SLOWEST along the normal is ruled out."""
     w0, w1, w2 = track["w0"], track["w1"], track["w2"]
@@ -114,7 +109,7 @@ def rests_across(track):
     return abs(speed) + SIGMAS * math.sqrt(w0 / det) < SLOWEST
 
 
-@njit(cache=True)
+@kernel
 def _rests_along(track, rules):
     """Return whether a slide at SLOWEST since the first sighting would have shown at an end.
 
@@ -124,7 +119,7 @@ def _rests_along(track, rules):
     return (track["seen"] - track["first"]) * SLOWEST > shows
 
 
-@njit(cache=True)
+@kernel
 def _note_blur(track, view, line, bounds):
     """Keep the widest gap so far between the last beam on the thing and the first past it, at the better end."""
     here = min(view.low[line] - bounds[0], bounds[1] - view.high[line])

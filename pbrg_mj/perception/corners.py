@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.angles import wrapped
 from pbrg_mj.perception.confirm import rests_across
 
@@ -16,23 +16,21 @@ REACH = 0.2  # [m] a corner may lie so far inside the stretch seen, and twice th
 BEYOND = 0.02  # [m] a face lies so far behind the other's line, at a convex corner
 
 
-@njit(cache=True)
+@kernel
 def ends(track):
     """Return where a face begins and ends along t: beyond the stretch seen, as far as no beam has passed it by."""
     low = min(track["low_bound"], track["low"]) if track["low_bound"] > -math.inf else track["low"] - FAR
-    return low, max(track["high_bound"], track["high"]) if track["high_bound"] < math.inf else track[
-        "high"
-    ] + FAR
+    return low, max(track["high_bound"], track["high"]) if track["high_bound"] < math.inf else track["high"] + FAR
 
 
-@njit(cache=True)
+@kernel
 def point(track, s):
     """Return x, y of the place at coordinate s of a track, from the anchor."""
     cos, sin = math.cos(track["angle"]), math.sin(track["angle"])
     return track["offset"] * cos - s * sin, track["offset"] * sin + s * cos
 
 
-@njit(cache=True)
+@kernel
 def crossing(a, b):
     """Return the coordinates along a and along b where the two lines meet."""
     turn = b["angle"] - a["angle"]
@@ -40,7 +38,7 @@ def crossing(a, b):
     return (b["offset"] - a["offset"] * cos) / sin, (b["offset"] * cos - a["offset"]) / sin
 
 
-@njit(cache=True)
+@kernel
 def convex_corner(a, b):
     """Return whether the high end of a and the low end of b are a convex corner, seen from outside.
 
@@ -58,7 +56,7 @@ def convex_corner(a, b):
     )
 
 
-@njit(cache=True)
+@kernel
 def chains(tracks):
     """Return (M,) the faces before and (M,) after each face of a convex obstacle, counter-clockwise round the robot.
 
@@ -82,7 +80,7 @@ def chains(tracks):
     return before, following
 
 
-@njit(cache=True)
+@kernel
 def confirm_corners(tracks):
     """Confirm two faces that meet when neither moves along its normal: together they cannot move at all."""
     for a in tracks:
@@ -91,6 +89,6 @@ def confirm_corners(tracks):
                 a["confirmed"] = b["confirmed"] = 1
 
 
-@njit(cache=True)
+@kernel
 def _rests(track):
     return track["confirmed"] or rests_across(track)

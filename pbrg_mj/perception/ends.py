@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.hits import DX, DY, R
 from pbrg_mj.perception.line_fit import LEAST_COSINE, weight_of
 
@@ -14,7 +13,7 @@ WELL_WITHIN = 0.9  # of the range limit: a wall nearer than that would have been
 LEAST_GAP = 0.1  # [m] along the wall that beams must pass: nothing gets through less
 
 
-@njit(cache=True)
+@kernel
 def passes(points, rules, fit, b):  # pragma: no cover - compiled
     """Tell whether beam b is known to pass where the wall, continued, would be.
 
@@ -35,7 +34,7 @@ def passes(points, rules, fit, b):  # pragma: no cover - compiled
     return points[b, R] * cosine - c > max(rules.split_distance, SURE * math.sqrt(variance))
 
 
-@njit(cache=True)
+@kernel
 def is_free(points, rules, fit, b, side):  # pragma: no cover - compiled
     """Tell whether a wall truly ends at beam b: enough beams next to it pass, on its side -1 (clockwise) or +1."""
     start = _along(points, fit, b)
@@ -47,7 +46,7 @@ def is_free(points, rules, fit, b, side):  # pragma: no cover - compiled
     return False
 
 
-@njit(cache=True)
+@kernel
 def has_gap(points, rules, fit, low, high):  # pragma: no cover - compiled
     """Tell whether enough neighbouring beams between `low` and `high`, counter-clockwise, pass the wall."""
     between = (high - low) % len(points) - 1
@@ -64,7 +63,7 @@ def has_gap(points, rules, fit, low, high):  # pragma: no cover - compiled
     return False
 
 
-@njit(cache=True)
+@kernel
 def _along(points, fit, b):  # pragma: no cover - compiled
     """Return where beam b meets the wall's line, along t = (-sin, cos) [m]."""
     b %= len(points)

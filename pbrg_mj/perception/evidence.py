@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from pbrg_mj.kernel import kernel
 
 LEAST_COSINE = 0.15  # beams that meet the wall at a more grazing angle say nothing
 IN_RANGE = 0.95  # of range_max: no echo is expected from farther
@@ -14,7 +14,7 @@ FEWEST = 3  # beams on a wall that may speak against it
 SHARE = 0.6  # of them must
 
 
-@njit(cache=True)
+@kernel
 def beam_on_line(angle, offset, direction):
     """Return the coordinate along the line and the range where a beam meets it from the front, else inf."""
     cos, sin = math.cos(angle), math.sin(angle)
@@ -25,7 +25,7 @@ def beam_on_line(angle, offset, direction):
     return distance * (direction[1] * cos - direction[0] * sin), distance
 
 
-@njit(cache=True)
+@kernel
 def end_bound(view, line, end, rules):
     """Return a coordinate beyond which the wall of sighting `line` does not go, at its high (end = 1) or low (-1) end.
 
@@ -59,7 +59,7 @@ def end_bound(view, line, end, rules):
     return end * best
 
 
-@njit(cache=True)
+@kernel
 def contradicted(view, track, rules):
     """Return whether a scan shows that a wall is no longer where it was: beams that should meet it went past.
 
@@ -71,11 +71,7 @@ def contradicted(view, track, rules):
         if not math.isnan(r):
             echoes += 1
         s, distance = beam_on_line(track["angle"], track["offset"], view.beams[k])
-        if (
-            distance > IN_RANGE * rules.range_max - BEHIND
-            or s < track["low"] + MARGIN
-            or s > track["high"] - MARGIN
-        ):
+        if distance > IN_RANGE * rules.range_max - BEHIND or s < track["low"] + MARGIN or s > track["high"] - MARGIN:
             continue
         if math.isnan(r) or r > distance + BEHIND:
             past += 1

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.angles import wrapped
 from pbrg_mj.perception.associate import EXTEND, NEW, STRANGE, UPDATE, associate
 from pbrg_mj.perception.confirm import confirm, extend, note_place, restart, widen
@@ -18,7 +17,7 @@ PATIENCE = 3  # scans against a wall before it is dropped, and scans an unconfir
 SLACK = 1e-9  # [s] rounding of the clock
 
 
-@njit(cache=True)
+@kernel
 def follow(tracks, view, rules):
     """Bring one robot's tracks (M,) up to date with one scan, in place."""
     for i in range(len(tracks)):
@@ -43,7 +42,7 @@ def follow(tracks, view, rules):
     confirm_corners(tracks)
 
 
-@njit(cache=True)
+@kernel
 def _carry(track, view, rules):
     """Take a track from the last anchor to this one, let its uncertainty grow, and forget it in the end."""
     cos, sin = math.cos(track["angle"]), math.sin(track["angle"])
@@ -60,13 +59,11 @@ def _carry(track, view, rules):
     track["p_aa"] += (share * rules.turn) ** 2 * view.elapsed
     track["p_cc"] += (share * rules.drift) ** 2 * view.elapsed
     track["unseen"] += 1
-    if view.time - track["seen"] > rules.memory + SLACK or (
-        not track["confirmed"] and track["unseen"] > PATIENCE
-    ):
+    if view.time - track["seen"] > rules.memory + SLACK or (not track["confirmed"] and track["unseen"] > PATIENCE):
         track["live"] = 0
 
 
-@njit(cache=True)
+@kernel
 def _fuse(track, view, line, rules):
     """Kalman update of (angle, offset) with a sighting: its noise is independent of the scans before."""
     c = view.covariance[line]
@@ -90,7 +87,7 @@ def _fuse(track, view, line, rules):
     confirm(track, view, line, rules)
 
 
-@njit(cache=True)
+@kernel
 def _doubt(track):
     """Count a sighting near a track but not of it: a wall that moves does that, and a moving thing is dropped."""
     track["strange"] += 1
@@ -98,7 +95,7 @@ def _doubt(track):
         track["live"] = 0
 
 
-@njit(cache=True)
+@kernel
 def _begin(tracks, view, line, rules):
     """Begin a track; when all are in use, the farthest unconfirmed one makes room, or nobody does."""
     free, farthest = -1, -1.0
@@ -125,7 +122,7 @@ def _begin(tracks, view, line, rules):
     confirm(track, view, line, rules)
 
 
-@njit(cache=True)
+@kernel
 def _miss(tracks, view, rules):
     for i in range(len(tracks)):
         track = tracks[i]

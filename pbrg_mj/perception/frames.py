@@ -11,8 +11,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.angles import wrapped
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.sensing.noise import sensor_noise
@@ -67,7 +67,7 @@ def pose_model(scenario: Scenario) -> PoseModel:
     return PoseModel(shared * noise.position_std**2, shared * noise.heading_std**2, frame, scan)
 
 
-@njit(cache=True)
+@kernel
 def stand(estimate, clock, last, model):
     """Return the ScanPose of a scan from the `estimate` (3,) of the camera, and remember it in `last` (a STAND)."""
     exposed = clock.pose_frame * model.frame_period

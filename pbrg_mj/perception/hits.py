@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from pbrg_mj.kernel import kernel
 
 X, Y, R, DX, DY, VARIANCE = range(6)  # columns of `points`
 
@@ -18,7 +18,7 @@ BREAK_MARGIN = 3.0  # standard deviations of the difference of two ranges
 CHORD_MARGIN = 3.5  # standard deviations of a point's distance from a chord
 
 
-@njit(cache=True)
+@kernel
 def points_into(ranges, directions, rules, points, order):  # pragma: no cover - compiled
     """Write the points, and to `order` the beams that hit something; return how many there are."""
     count = 0
@@ -33,13 +33,13 @@ def points_into(ranges, directions, rules, points, order):  # pragma: no cover -
     return count
 
 
-@njit(cache=True)
+@kernel
 def range_variance(rules, r):  # pragma: no cover - compiled
     """Return sigma^2 [m^2] of a range r."""
     return rules.range_std**2 + (rules.noise_ratio * r) ** 2
 
 
-@njit(cache=True)
+@kernel
 def apart(points, rules, b, after, skipped):  # pragma: no cover - compiled
     """Tell whether two points belong to different things, by an adaptive breakpoint.
 
@@ -59,7 +59,7 @@ def apart(points, rules, b, after, skipped):  # pragma: no cover - compiled
     return x * x + y * y > limit * limit
 
 
-@njit(cache=True)
+@kernel
 def chord_normal(points, a, z):  # pragma: no cover - compiled
     """Return (n_x, n_y, length) of the chord a-z; n points away from the robot when z follows a counter-clockwise."""
     x, y = points[z, X] - points[a, X], points[z, Y] - points[a, Y]
@@ -67,7 +67,7 @@ def chord_normal(points, a, z):  # pragma: no cover - compiled
     return (y / length, -x / length, length) if length > 0.0 else (0.0, 0.0, 0.0)
 
 
-@njit(cache=True)
+@kernel
 def chord_error(points, rules, ends, chord, b):  # pragma: no cover - compiled
     """Return how far point b lies from the chord between `ends`, in what is allowed; negative on the robot's side.
 
@@ -88,12 +88,12 @@ def chord_error(points, rules, ends, chord, b):  # pragma: no cover - compiled
     return off / max(rules.split_distance, CHORD_MARGIN * math.sqrt(variance))
 
 
-@njit(cache=True)
+@kernel
 def _across(points, b, nx, ny):  # pragma: no cover - compiled
     return points[b, VARIANCE] * (nx * points[b, DX] + ny * points[b, DY]) ** 2
 
 
-@njit(cache=True)
+@kernel
 def without_spikes(points, rules, order, count, kept):  # pragma: no cover - compiled
     """Write to `kept` the points of `order` that are no lone outliers; return how many there are.
 
@@ -111,7 +111,7 @@ def without_spikes(points, rules, order, count, kept):  # pragma: no cover - com
     return left
 
 
-@njit(cache=True)
+@kernel
 def _spike(points, rules, order, count, i, size):  # pragma: no cover - compiled
     """Tell whether `size` points from the i-th on are off the surface that the two points on each side lie on."""
     if count < size + 4:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.ends import has_gap
 from pbrg_mj.perception.hits import DX, DY, X, Y
 from pbrg_mj.perception.line_fit import extent, fit_line, weight_of
@@ -15,7 +14,7 @@ SAME_WALL = math.radians(10.0)  # pieces that differ more in direction, noise ap
 NOISE_MARGIN = 4.0  # standard deviations of a point from its line, or of an angle
 
 
-@njit(cache=True)
+@kernel
 def join_walls(points, rules, order, work, walls):  # pragma: no cover - compiled
     """Make collinear pieces one, longest first; return how many walls are left, listed in `work.ranking`."""
     rank_by_length(work.fits, work.ranking, walls)
@@ -33,7 +32,7 @@ def join_walls(points, rules, order, work, walls):  # pragma: no cover - compile
     return kept
 
 
-@njit(cache=True)
+@kernel
 def rank_by_length(fits, ranking, count):  # pragma: no cover - compiled
     """Sort the wall numbers in `ranking` by length, longest first (insertion sort: stable, and there are few)."""
     for i in range(1, count):
@@ -45,7 +44,7 @@ def rank_by_length(fits, ranking, count):  # pragma: no cover - compiled
         ranking[k] = wall
 
 
-@njit(cache=True)
+@kernel
 def _join(points, rules, order, pair, work):  # pragma: no cover - compiled
     """Add wall b to wall a of `pair` if one line without a gap goes through both; tell whether it was done."""
     a, b = pair
@@ -69,7 +68,7 @@ def _join(points, rules, order, pair, work):  # pragma: no cover - compiled
     return True
 
 
-@njit(cache=True)
+@kernel
 def _gather(order, owner, pair, members):  # pragma: no cover - compiled
     """Write the beams that either wall owns; return how many there are."""
     count = 0
@@ -80,7 +79,7 @@ def _gather(order, owner, pair, members):  # pragma: no cover - compiled
     return count
 
 
-@njit(cache=True)
+@kernel
 def _near(points, rules, members, line):  # pragma: no cover - compiled
     """Tell whether all points are on the line: within the split distance, or the noise if that is larger."""
     nx, ny, c = math.cos(line[0]), math.sin(line[0]), line[1]

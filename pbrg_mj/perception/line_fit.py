@@ -12,21 +12,20 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.hits import DX, DY, X, Y
 
 LEAST_COSINE = 0.1  # keeps the weight of a beam that runs along the line finite
 
 
-@njit(cache=True)
+@kernel
 def weight_of(rules, cosine, c):  # pragma: no cover - compiled
     """Return 1 / variance [1/m^2] of the residual of a point whose beam meets the line (n, c) at n . d = cosine."""
     cosine_2 = max(cosine**2, LEAST_COSINE**2)
     return 1.0 / (cosine_2 * rules.range_std**2 + (rules.noise_ratio * c) ** 2)
 
 
-@njit(cache=True)
+@kernel
 def fit_line(points, rules, members, guess):  # pragma: no cover - compiled
     """Return (theta, c) of the weighted total-least-squares line; `guess` (theta, c) is good enough for the weights.
 
@@ -35,7 +34,7 @@ def fit_line(points, rules, members, guess):  # pragma: no cover - compiled
     return _principal_axis(points, rules, members, _principal_axis(points, rules, members, guess))
 
 
-@njit(cache=True)
+@kernel
 def _principal_axis(points, rules, members, guess):  # pragma: no cover - compiled
     nx, ny, c = math.cos(guess[0]), math.sin(guess[0]), guess[1]
     total = x = y = sxx = sxy = syy = 0.0
@@ -58,7 +57,7 @@ def _principal_axis(points, rules, members, guess):  # pragma: no cover - compil
     return (theta - 2.0 * math.pi if theta > math.pi else theta), offset
 
 
-@njit(cache=True)
+@kernel
 def chord_line(points, first, last):  # pragma: no cover - compiled
     """Return (theta, c) of the line through the points of two beams, `last` counter-clockwise of `first`."""
     theta = math.atan2(points[first, X] - points[last, X], points[last, Y] - points[first, Y])
@@ -66,7 +65,7 @@ def chord_line(points, first, last):  # pragma: no cover - compiled
     return (theta, c) if c >= 0.0 else (theta + math.pi, -c)
 
 
-@njit(cache=True)
+@kernel
 def extent(points, rules, members, line):  # pragma: no cover - compiled
     """Return (total weight, weighted mean of s, weighted sum of (s - mean)^2, least s, largest s), s along the line."""
     nx, ny, c = math.cos(line[0]), math.sin(line[0]), line[1]
@@ -83,13 +82,13 @@ def extent(points, rules, members, line):  # pragma: no cover - compiled
     return total, mean, wss - total * mean**2, low, high
 
 
-@njit(cache=True)
+@kernel
 def covariance(total, mean, spread):  # pragma: no cover - compiled
     """Return (var theta, cov, var c): the inverse of sum w (s, -1)(s, -1)', since de/dtheta = s and de/dc = -1."""
     return 1.0 / spread, mean / spread, 1.0 / total + mean**2 / spread
 
 
-@njit(cache=True)
+@kernel
 def worst_point(points, rules, members, line, moments):  # pragma: no cover - compiled
     """Return (its deviation, its place in `members`) of the point that fits least.
 
@@ -108,7 +107,7 @@ def worst_point(points, rules, members, line, moments):  # pragma: no cover - co
     return worst, index
 
 
-@njit(cache=True)
+@kernel
 def straightness(points, rules, members, line, moments):  # pragma: no cover - compiled
     """Return (misfit, bend): chi-squared with N - 2 degrees and the size of a N(0, 1) for a straight wall.
 
@@ -132,7 +131,7 @@ def straightness(points, rules, members, line, moments):  # pragma: no cover - c
     return misfit, abs(bend) / math.sqrt(size) if size > 0.0 else 0.0
 
 
-@njit(cache=True)
+@kernel
 def chi_squared_limit(freedom, score):  # pragma: no cover - compiled
     """Return what a chi-squared variable exceeds as often as N(0, 1) exceeds `score` (Wilson and Hilferty)."""
     k = 2.0 / (9.0 * freedom)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from numba import njit
-
+from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.associate import GATE, distance, same_wall
 
 COVERED = 0.1  # [m] of a track must lie on the line that shows it to be part of a longer wall
 
 
-@njit(cache=True)
+@kernel
 def merge(tracks):
     """Make tracks that have come to be the same wall one."""
     for i in range(len(tracks)):
@@ -18,7 +17,7 @@ def merge(tracks):
                 _absorb(tracks, i, j)
 
 
-@njit(cache=True)
+@kernel
 def unite(tracks, view, line, track):
     """Make all tracks one that a single line runs through, whatever ends they have seemed to have; return which."""
     for i in range(len(tracks)):
@@ -27,13 +26,13 @@ def unite(tracks, view, line, track):
     return track
 
 
-@njit(cache=True)
+@kernel
 def _runs_through(track, view, line):
     common = min(track["high"], view.high[line]) - max(track["low"], view.low[line])
     return common > COVERED and distance(track, view, line) <= GATE
 
 
-@njit(cache=True)
+@kernel
 def _absorb(tracks, i, j):
     """Make two tracks one; return the one that stays, the confirmed and older one."""
     a, b = tracks[i], tracks[j]

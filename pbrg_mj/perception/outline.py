@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.corners import crossing, ends, point
 
 DEPTH = 0.3  # [m] what is behind a single face is taken for solid so deep
@@ -25,7 +25,7 @@ CORNER = np.dtype(
 not been seen but follows from the faces."""
 
 
-@njit(cache=True)
+@kernel
 def outline(tracks, root, links, hand, rules):
     """Return the corners of the obstacle whose first face is `root`; links are the faces before and after each (M,).
 
@@ -63,7 +63,7 @@ def outline(tracks, root, links, hand, rules):
     return corners[:size]
 
 
-@njit(cache=True)
+@kernel
 def _add(corners, size, place, what):
     corner = corners[size]
     corner["x"], corner["y"] = place
@@ -71,7 +71,7 @@ def _add(corners, size, place, what):
     return size + 1
 
 
-@njit(cache=True)
+@kernel
 def _depth(track, low, high, hand, rules):
     """Return how deep a lone face is: where the robot itself has got to behind it, there is nothing."""
     cos, sin = math.cos(track["angle"]), math.sin(track["angle"])

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.hits import X, Y, chord_error, chord_normal
 
 MIN_TURN, MAX_TURN = math.radians(5.0), math.radians(40.0)  # between the pieces of one curved surface
 
 
-@njit(cache=True)
+@kernel
 def pieces_into(points, rules, order, clusters, work):  # pragma: no cover - compiled
     """Write the pieces (start, stop, cluster) of all clusters, in order; return how many there are.
 
@@ -25,7 +24,7 @@ def pieces_into(points, rules, order, clusters, work):  # pragma: no cover - com
     return pieces
 
 
-@njit(cache=True)
+@kernel
 def _split(points, rules, order, whole, pieces, work):  # pragma: no cover - compiled
     """Cut at the point farthest from the chord until none is too far (iterative end point fit)."""
     start, stop, cluster = whole
@@ -45,7 +44,7 @@ def _split(points, rules, order, whole, pieces, work):  # pragma: no cover - com
     return pieces
 
 
-@njit(cache=True)
+@kernel
 def _merge(points, rules, order, piece, first, pieces, out):  # pragma: no cover - compiled
     """Append a piece, or join it to the one before if they are straight together; return how many there are.
 
@@ -58,7 +57,7 @@ def _merge(points, rules, order, piece, first, pieces, out):  # pragma: no cover
     return pieces + 1
 
 
-@njit(cache=True)
+@kernel
 def _cut(points, rules, order, low, high):  # pragma: no cover - compiled
     """Return the point of low..high-1 that is farthest from their chord, never an end; -1 if none is too far."""
     worst, cut = 1.0, -1
@@ -71,7 +70,7 @@ def _cut(points, rules, order, low, high):  # pragma: no cover - compiled
     return cut
 
 
-@njit(cache=True)
+@kernel
 def is_curved(points, order, pieces, count, ring, i):  # pragma: no cover - compiled
     """Tell whether piece i turns gently the same way into both its neighbours: then it is part of a curve.
 
@@ -84,7 +83,7 @@ def is_curved(points, order, pieces, count, ring, i):  # pragma: no cover - comp
     return turn_in * turn_out > 0.0
 
 
-@njit(cache=True)
+@kernel
 def _turn(points, order, pieces, i, after, ring):  # pragma: no cover - compiled
     """Return the turn [rad] from one piece to the next if it is gentle, else 0.
 
@@ -99,7 +98,7 @@ def _turn(points, order, pieces, i, after, ring):  # pragma: no cover - compiled
     return turn if MIN_TURN < abs(turn) < MAX_TURN else 0.0
 
 
-@njit(cache=True)
+@kernel
 def _chord(points, order, piece):  # pragma: no cover - compiled
     low, high = order[piece[0]], order[piece[1] - 1]
     return points[high, X] - points[low, X], points[high, Y] - points[low, Y]

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from pbrg_mj.kernel import kernel
 
 ROUNDING = 1e-9  # relative and absolute
 
 
-@njit(cache=True)
+@kernel
 def hull(points):
     """Return the indices of the corners of the convex hull of points (N, 2), counter-clockwise, N >= 1.
 
@@ -43,13 +44,13 @@ def hull(points):
     return chain[: 1 if one else max(size, 1)]
 
 
-@njit(cache=True)
+@kernel
 def _turn(points, a, b, c):
     ax, ay = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
     return ax * (points[c, 1] - points[a, 1]) - ay * (points[c, 0] - points[a, 0])
 
 
-@njit(cache=True)
+@kernel
 def gap(team, solid):
     """Return the widest strip between two convex polygons, corners (k, 2) and (m, 2) counter-clockwise.
 
@@ -83,7 +84,7 @@ def gap(team, solid):
     return gx, gy, width if clear else -1.0, first, second
 
 
-@njit(cache=True)
+@kernel
 def _to_edge(a, b, p):
     """Return the way x, y from the nearest point of edge a-b to p, and which part of it: -1 a, 0 between, 1 b."""
     ex, ey, px, py = b[0] - a[0], b[1] - a[1], p[0] - a[0], p[1] - a[1]

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.breaks import clusters_into
 from pbrg_mj.perception.ends import is_free
 from pbrg_mj.perception.hits import points_into, without_spikes
@@ -112,7 +112,7 @@ def scan_lines(ranges: np.ndarray, directions: np.ndarray, rules: LineRules) -> 
     return Lines(*(array[:count] for array in out))
 
 
-@njit(cache=True)
+@kernel
 def scan_lines_into(ranges, directions, rules, work, out):  # pragma: no cover - compiled
     """Write the walls of one scan to `out` (LineBuffer), longest first; return how many there are.
 
@@ -132,7 +132,7 @@ def scan_lines_into(ranges, directions, rules, work, out):  # pragma: no cover -
     return walls
 
 
-@njit(cache=True)
+@kernel
 def _fit_walls(rules, order, found, work):  # pragma: no cover - compiled
     """Fit all pieces that are not curved; return how many are walls, listed in `work.ranking`."""
     points, (pieces, ring) = work.points, found
@@ -154,7 +154,7 @@ def _fit_walls(rules, order, found, work):  # pragma: no cover - compiled
     return walls
 
 
-@njit(cache=True)
+@kernel
 def _write_line(rules, work, wall, out, i):  # pragma: no cover - compiled
     fit = work.fits[wall]
     out.angle[i], out.offset[i], out.low[i], out.high[i] = fit[0], fit[1], fit[5], fit[6]

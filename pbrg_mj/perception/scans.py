@@ -6,8 +6,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.follow import follow
 from pbrg_mj.perception.frames import Clock, PoseModel, stand
 from pbrg_mj.perception.rules import LineRules
@@ -55,7 +55,7 @@ class Room(NamedTuple):
     lines: LineBuffer
 
 
-@njit(cache=True)
+@kernel
 def perceive_scans(scans, makings, room, known):
     """Bring tracks, stands and half-spaces in `known` up to date with the scans of all robots that have beams."""
     for row in range(len(scans.robots)):
@@ -74,7 +74,7 @@ def perceive_scans(scans, makings, room, known):
             h[k] += G[k, 0] * pose.x + G[k, 1] * pose.y
 
 
-@njit(cache=True)
+@kernel
 def _lines(ranges, makings, room):
     out = room.lines
     count = scan_lines_into(ranges, makings.directions, makings.rules, room.work, out)
@@ -89,7 +89,7 @@ def _lines(ranges, makings, room):
     )
 
 
-@njit(cache=True)
+@kernel
 def _stance(pose, team, hand_offset):
     hand = np.empty((1, 2))
     hand[0, 0], hand[0, 1] = hand_offset * math.cos(pose.heading), hand_offset * math.sin(pose.heading)

@@ -6,8 +6,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.corners import crossing, ends
 from pbrg_mj.perception.outline import outline
 from pbrg_mj.perception.polygons import gap, hull
@@ -24,7 +24,7 @@ class Stance(NamedTuple):
     turn_var: float  # and part per square metre of distance [rad^2]
 
 
-@njit(cache=True)
+@kernel
 def half_space(tracks, root, links, stance, rules):
     """Return gx, gy, h, distance of the half-space g . (q - anchor) <= h for the obstacle whose first face is `root`.
 
@@ -55,7 +55,7 @@ def half_space(tracks, root, links, stance, rules):
     return gx, gy, h - rules.clearance - rules.sigmas * math.sqrt(var), width
 
 
-@njit(cache=True)
+@kernel
 def _common(a, b):
     """Return the face on which both corners lie in view, or -1."""
     if a["hidden"] or b["hidden"]:
@@ -65,7 +65,7 @@ def _common(a, b):
     return a["other"] if a["other"] >= 0 and (a["other"] == b["face"] or a["other"] == b["other"]) else -1
 
 
-@njit(cache=True)
+@kernel
 def _face(track, bound, rules):
     """Return the face's half-space, kept off by what is uncertain where the robots bound are."""
     gx, gy = math.cos(track["angle"]), math.sin(track["angle"])
@@ -77,13 +77,13 @@ def _face(track, bound, rules):
     return gx, gy, track["offset"] - rules.clearance - rules.sigmas * math.sqrt(var)
 
 
-@njit(cache=True)
+@kernel
 def _variance(track, s):
     """Return the variance of a face's place along its normal, at coordinate s: offset - angle s."""
     return track["p_cc"] - 2 * s * track["p_ac"] + s * s * track["p_aa"]
 
 
-@njit(cache=True)
+@kernel
 def _corner_var(tracks, corner, g, stance):
     """Return the variance of g . x of a corner x.
 
@@ -103,7 +103,7 @@ def _corner_var(tracks, corner, g, stance):
     return ((g[0] * by - g[1] * bx) / det) ** 2 * va + ((g[1] * ax - g[0] * ay) / det) ** 2 * vb
 
 
-@njit(cache=True)
+@kernel
 def _crossed(tracks, root, links, stance, rules):
     """Return the half-space of the face that the own hand point has crossed least: an infeasible row says so."""
     best, face, at = math.inf, root, root

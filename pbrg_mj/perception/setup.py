@@ -109,6 +109,4 @@ def _check(given: GivenHalfSpace, key: str, length: float, robots: int) -> None:
     if given.robot > robots:
         raise InputError(f"{given.robot} is no robot; allowed are 1 to {robots}", key=f"{key}.robot")
     if not length > 0:
-        raise InputError(
-            f"{list(given.normal)} has no direction; any other vector is allowed", key=f"{key}.normal"
-        )
+        raise InputError(f"{list(given.normal)} has no direction; any other vector is allowed", key=f"{key}.normal")

@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.corners import chains
 from pbrg_mj.perception.separate import half_space
 
 NEARER = 0.1  # [m] an obstacle displaces another only if it is so much nearer: slots must not change hands for nothing
 
 
-@njit(cache=True)
+@kernel
 def fill(tracks, stance, rules, g, h):
     """Write the half-spaces g (K, 2), h (K,) of the tracks (M,) into slots, about the anchor; return the active (K,).
 
@@ -37,7 +37,7 @@ def fill(tracks, stance, rules, g, h):
     return active
 
 
-@njit(cache=True)
+@kernel
 def _roots(tracks, links):
     """Return (M,) bool: the first face of each obstacle, which holds the obstacle's slot for all its faces."""
     before, after = links
@@ -54,7 +54,7 @@ def _roots(tracks, links):
     return root
 
 
-@njit(cache=True)
+@kernel
 def _hand_over(tracks, root, after, done):
     """Give the obstacle's first face the slot that its longest known face holds."""
     slot, since, face = -1, math.inf, root
@@ -67,7 +67,7 @@ def _hand_over(tracks, root, after, done):
     tracks[root]["slot"] = slot
 
 
-@njit(cache=True)
+@kernel
 def _assign(tracks, root, wide, slots):
     """Give slots to obstacles without one, nearest first."""
     while True:
@@ -83,7 +83,7 @@ def _assign(tracks, root, wide, slots):
         tracks[new]["slot"] = slot
 
 
-@njit(cache=True)
+@kernel
 def _room(tracks, root, wide, slots, nearest):
     """Return a free slot, or that of the farthest obstacle if it is farther than `nearest` [m], or -1."""
     used = np.zeros(slots, np.bool_)

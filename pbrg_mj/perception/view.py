@@ -6,7 +6,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from pbrg_mj.kernel import kernel
 
 
 class View(NamedTuple):
@@ -31,7 +32,7 @@ class View(NamedTuple):
     heading_var: float  # of its heading [rad^2]
 
 
-@njit(cache=True)
+@kernel
 def view(lines, ranges, directions, pose):
     """Return what a scan showed: `lines` are a LineBuffer's, in the body frame, and `pose` a ScanPose.
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.hits import DX, DY, X, Y, range_variance
 from pbrg_mj.perception.line_fit import (
     chi_squared_limit,
@@ -28,7 +27,7 @@ OBLIQUE = math.tan(math.radians(35.0))  # tangent of the incidence in its middle
 LIMIT_MARGIN = 3.0  # standard deviations of a range from the range limit
 
 
-@njit(cache=True)
+@kernel
 def fit_wall(points, rules, members, fit):  # pragma: no cover - compiled
     """Fit a wall to the beams `members`, write `fit` (7,) and return how many of them it kept, first; 0: no wall.
 
@@ -61,7 +60,7 @@ def fit_wall(points, rules, members, fit):  # pragma: no cover - compiled
     return 0
 
 
-@njit(cache=True)
+@kernel
 def write_fit(line, moments, fit):  # pragma: no cover - compiled
     """Write theta, c, var theta, cov, var c, low, high."""
     total, mean, spread, low, high = moments
@@ -70,7 +69,7 @@ def write_fit(line, moments, fit):  # pragma: no cover - compiled
     fit[5], fit[6] = low, high
 
 
-@njit(cache=True)
+@kernel
 def _is_wall(rules, fit, misfit, bend):  # pragma: no cover - compiled
     """Tell whether a straight piece is long, sure and straight enough; `misfit` is a share of what is allowed.
 
@@ -83,12 +82,12 @@ def _is_wall(rules, fit, misfit, bend):  # pragma: no cover - compiled
     return bend <= MAX_BEND_SHORT and abs(fit[5] + fit[6]) <= 2.0 * OBLIQUE * fit[1]
 
 
-@njit(cache=True)
+@kernel
 def _length(points, first, last):  # pragma: no cover - compiled
     return math.hypot(points[last, X] - points[first, X], points[last, Y] - points[first, Y])
 
 
-@njit(cache=True)
+@kernel
 def _drop_at_limit(points, rules, members, line):  # pragma: no cover - compiled
     """Take out points where the line is within noise of the range limit; return how many are left, first.
 

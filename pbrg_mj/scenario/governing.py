@@ -53,7 +53,7 @@ class Network(Section):
     links: tuple[Link, ...] = Field(default=(), description="links with a delay of their own")
     loss: Probability = Field(default=0.0, description="share of messages lost [-]; the last one that came is held")
     loss_burst: Annotated[float, Field(ge=1)] | None = Field(
-        default=None, description="mean length of a run of lost messages, in rounds; null: losses are independent"
+        default=None, description="mean length of a run of lost messages, in rounds [-]; null: losses are independent"
     )
     silences: tuple[Silence, ...] = Field(default=(), description="robots that fall silent")
     silent_after: Positive = Field(
@@ -86,7 +86,7 @@ class Governor(Section):
     )
     guard: bool = Field(
         default=False,
-        description="apply no reference that the robots' own rows forbid, though the optimizer lags; the paper has none",
+        description="apply no reference that the robots' own rows forbid, though the optimizer lags; not in the paper",
     )
 
 

@@ -44,7 +44,7 @@ def read_container(file: BinaryIO, size: int) -> Iterator[Attachment | Metadata 
         if opcode == Opcode.DATA_END:
             if parse(DataEnd, body).data_section_crc not in (0, crc):
                 raise Damage("the checksum of the data does not match")
-            _check_summary(file, head + body)
+            check_end(file, head + body)
             return
         crc = zlib.crc32(body, zlib.crc32(head, crc))
         if opcode == Opcode.ATTACHMENT:
@@ -119,7 +119,7 @@ def message_of(topic: str, body: bytes) -> Payload:
     return Payload(topic, body[MESSAGE_HEAD.size :], index, log_time, publish_time)
 
 
-def _check_summary(file: BinaryIO, data_end: bytes) -> None:
+def check_end(file: BinaryIO, data_end: bytes) -> None:
     """Check the index behind the data. Nothing here reads it, but other readers do."""
     tail = file.read()
     footer_size = RECORD_HEAD.size + 20  # two offsets and the checksum

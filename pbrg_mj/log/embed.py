@@ -22,16 +22,14 @@ def embed(writer: Writer, loaded: Loaded, model_xml: str, dims: Dims) -> None:
         if text:
             # time 0, never the clock's: the same run makes the same bytes
             writer.add_attachment(0, 0, name, media_type, text.encode())
-    numbers = {
-        "schema": SCHEMA_VERSION,
-        "seed": loaded.scenario.seed,
-        "robots": dims["n"],
-        "slots": dims["K"],
-        "rows": dims["R"],
-    }
-    facts = {"name": loaded.name} | {key: str(value) for key, value in numbers.items()}
-    writer.add_metadata(channels.RUN_METADATA, facts)
+    writer.add_metadata(channels.RUN_METADATA, run_facts(loaded.name, loaded.scenario.seed, dims))
     writer.add_metadata(channels.VERSIONS_METADATA, versions())
+
+
+def run_facts(name: str, seed: int, dims: Dims) -> dict[str, str]:
+    """Return the metadata that tell which run a log holds."""
+    numbers = {"schema": SCHEMA_VERSION, "seed": seed, "robots": dims["n"], "slots": dims["K"], "rows": dims["R"]}
+    return {"name": name} | {key: str(value) for key, value in numbers.items()}
 
 
 def register(writer: Writer, types: dict[str, type[Message]]) -> dict[str, int]:

@@ -101,12 +101,13 @@ def opened(path: Path) -> Iterator[tuple[BinaryIO, int]]:
     if not path.is_file():
         raise InputError("this is not a file but a folder or a device; give a log", file=str(path))
     try:
-        with path.open("rb") as file:
-            size = path.stat().st_size
-            if size == 0:
-                raise InputError("the file is empty", file=str(path))
-            if file.read(len(MAGIC)) != MAGIC:
-                raise InputError("this is not an MCAP file", file=str(path))
-            yield file, size
+        file = path.open("rb")
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", file=str(path)) from error
+    with file:
+        size = path.stat().st_size
+        if size == 0:
+            raise InputError("the file is empty", file=str(path))
+        if file.read(len(MAGIC)) != MAGIC:
+            raise InputError("this is not an MCAP file", file=str(path))
+        yield file, size

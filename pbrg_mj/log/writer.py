@@ -80,8 +80,7 @@ class LogWriter:
         except OSError as error:
             raise InputError(f"cannot write {self._path}: {error.strerror}") from error
         try:
-            self._writer = Writer(self._file, chunk_size=WHOLE_RECORDS, enable_data_crcs=True)
-            self._writer.start(profile="", library="pbrg_mj")
+            self._writer = log_writer(self._file)
             embed(self._writer, self._loaded, self._model_xml, dims_of(first))
             self._stream = MessageStream(self._loaded.scenario, first)
             self._channels = register(self._writer, self._stream.types)
@@ -105,6 +104,13 @@ class LogWriter:
                 self._file.close()
             self._file = None
         return PbrgError(f"cannot write {self._path}: {error.strerror or error}; the log ends there")
+
+
+def log_writer(file: BinaryIO) -> Writer:
+    """Return mcap's writer as logs are written with it; a chunk ends where `flush` is called."""
+    writer = Writer(file, chunk_size=WHOLE_RECORDS, enable_data_crcs=True)
+    writer.start(profile="", library="pbrg_mj")
+    return writer
 
 
 def check_writable(path: Path) -> None:

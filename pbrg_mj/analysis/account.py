@@ -1,0 +1,78 @@
+"""A run told in a few lines: what happened when, and how it ended."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from typing import Any
+
+from pbrg_mj.analysis.outcome import Outcome, outcome
+from pbrg_mj.analysis.report.events import Event, events
+from pbrg_mj.log.run import Run
+
+
+@dataclass(frozen=True)
+class Account:
+    """What one sees when stepping through a log."""
+
+    scenario: str
+    seed: int
+    robots: int
+    ticks: int
+    end: float  # of the last tick [s]
+    duration: float  # of the scenario [s]
+    statuses: dict[str, int]  # governor's status -> ticks
+    reference_statuses: dict[str, int]  # centralized optimum's status -> solves
+    events: list[Event]
+    outcome: Outcome
+    damage: str | None
+
+    def lines(self) -> list[str]:
+        """Return it as text: a line on the run, one per event, one on how it ended."""
+        ended = self.outcome.word + (f" ({self.outcome.reason})" if self.outcome.reason else "")
+        span = f"{self.ticks} ticks, {self.end:g} of {self.duration:g} s"
+        solves = f"; reference {_counts(self.reference_statuses)}" if self.reference_statuses else ""
+        return [
+            f"{self.scenario}: {self.robots} robots, seed {self.seed}; {span}",
+            *(f"{event.time:10.3f} s  {event.text}" for event in self.events),
+            f"governor {_counts(self.statuses)}{solves}",
+            f"outcome {ended}",
+        ]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain data."""
+        return {
+            "scenario": self.scenario,
+            "seed": self.seed,
+            "robots": self.robots,
+            "ticks": self.ticks,
+            "end_s": self.end,
+            "duration_s": self.duration,
+            "governor_ticks": self.statuses,
+            "reference_solves": self.reference_statuses,
+            "events": [{"time_s": event.time, "text": event.text, "serious": event.serious} for event in self.events],
+            "outcome": self.outcome.word,
+            "reason": self.outcome.reason,
+            "damage": self.damage,
+        }
+
+
+def account(run: Run) -> Account:
+    """Step through a run."""
+    return Account(
+        scenario=run.name,
+        seed=run.scenario.seed,
+        robots=run.scenario.robots,
+        ticks=len(run.ticks.time),
+        end=float(run.ticks.time[-1]),
+        duration=run.scenario.timing.duration,
+        statuses=dict(Counter(run.ticks.status.tolist())),
+        reference_statuses=dict(Counter(run.optima.status.tolist())),
+        events=events(run),
+        outcome=outcome(run),
+        damage=run.damage,
+    )
+
+
+def _counts(counts: dict[str, int]) -> str:
+    return ", ".join(f"{status} {count}" for status, count in counts.items())

@@ -1,0 +1,202 @@
+"""A clean log of what a damaged one still holds: its embedded files and all whole chunks."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from io import BytesIO
+from pathlib import Path
+from typing import BinaryIO
+
+from mcap.opcode import Opcode
+from mcap.records import Attachment, Channel, Chunk, DataEnd, Footer, Metadata, Schema
+from mcap.writer import Writer
+
+from pbrg_mj.errors import InputError
+from pbrg_mj.log import channels
+from pbrg_mj.log.container import (
+    MAGIC,
+    MESSAGE_HEAD,
+    RECORD_HEAD,
+    Damage,
+    check_end,
+    checked_attachment,
+    decompress,
+    message_of,
+    parse,
+    records,
+)
+from pbrg_mj.log.head import Embedded, opened
+from pbrg_mj.log.payload import Payload
+from pbrg_mj.log.writer import log_writer
+
+FOOTER_SIZE = RECORD_HEAD.size + 20  # two offsets and the checksum
+
+
+@dataclass
+class Repaired:
+    """What a repair found. Ticks are told by their first and last index."""
+
+    damage: list[str] = field(default_factory=list)  # each in one line, in the file's order
+    chunks: int = 0  # kept
+    lost: int = 0  # chunks that were there, but not whole
+    ticks: list[tuple[int, int]] = field(default_factory=list)  # runs of ticks without a gap
+
+    @property
+    def kept_ticks(self) -> int:
+        """How many ticks the new log holds."""
+        return sum(last - first + 1 for first, last in self.ticks)
+
+
+def repair(path: Path, target: Path) -> Repaired:
+    """Write to `target` what is whole in the log at `path`, chunk by chunk; a whole log becomes its own copy.
+
+    Nothing is guessed: a chunk whose checksum fails is left out as a whole. Raises InputError when the file is not a
+    log of this package, when what it embeds is lost, or when it holds no whole chunk.
+    """
+    with opened(path) as (file, size), target.open("wb") as output:
+        salvage = _Salvage(log_writer(output), _index_channels(file, size), Embedded(str(path)))
+        file.seek(len(MAGIC))
+        salvage.copy(file, size)
+        found = salvage.found
+        salvage.embedded.head("; ".join(found.damage) or None)
+        if not found.ticks:
+            raise InputError(
+                f"holds no whole tick ({'; '.join(found.damage) or 'the run never began'})", file=str(path)
+            )
+        salvage.writer.finish()
+    return found
+
+
+@dataclass
+class _Salvage:
+    """The copy in the making."""
+
+    writer: Writer
+    index: list[Schema | Channel]  # as the file's end tells them; where the first chunk is lost, they are there alone
+    embedded: Embedded
+    found: Repaired = field(default_factory=Repaired)
+    schemas: dict[int, int] = field(default_factory=dict)  # numbers in the old log -> in the new one
+    channels: dict[int, tuple[int, str]] = field(default_factory=dict)  # likewise, with the topic
+    reached: int = -1  # last tick kept
+
+    def copy(self, file: BinaryIO, size: int) -> None:
+        """Copy all that is whole, to the file's end or to where its records can no longer be told apart."""
+        crc = zlib.crc32(MAGIC)
+        try:
+            for opcode, head, body in records(file, size - len(MAGIC)):
+                if opcode == Opcode.DATA_END:
+                    self._end(file, crc, head, body)
+                    return
+                crc = zlib.crc32(body, zlib.crc32(head, crc))
+                self._record(opcode, body)
+            raise Damage("the file ends before its end mark")
+        except Damage as damage:
+            self.found.damage.append(str(damage))
+
+    def _end(self, file: BinaryIO, crc: int, head: bytes, body: bytes) -> None:
+        if parse(DataEnd, body).data_section_crc not in (0, crc) and not self.found.damage:
+            raise Damage("the checksum of the data does not match")
+        check_end(file, head + body)
+
+    def _record(self, opcode: int, body: bytes) -> None:
+        """Copy one record of the file's own level, or note that it is damaged."""
+        try:
+            if opcode == Opcode.ATTACHMENT:
+                self._attachment(checked_attachment(body))
+            elif opcode == Opcode.METADATA:
+                self._metadata(parse(Metadata, body))
+            elif opcode == Opcode.CHUNK:
+                self._chunk(body)
+        except Damage as damage:
+            self.found.damage.append(str(damage))
+            self.found.lost += opcode == Opcode.CHUNK
+
+    def _attachment(self, one: Attachment) -> None:
+        self.embedded.keep(one)
+        self.writer.add_attachment(one.create_time, one.log_time, one.name, one.media_type, one.data)
+
+    def _metadata(self, one: Metadata) -> None:
+        self.embedded.keep(one)
+        self.writer.add_metadata(one.name, one.metadata)
+
+    def _chunk(self, body: bytes) -> None:
+        """Copy a chunk, all of it or nothing."""
+        named, messages = self._contents(decompress(parse(Chunk, body)))
+        if any(message.index <= self.reached for _, message in messages):
+            raise Damage("a chunk repeats earlier ticks")
+        self._register([*named, *self.index] if not self.channels else named)
+        for channel, one in messages:
+            number, _ = self.channels[channel]
+            self.writer.add_message(number, one.log_time, one.data, one.publish_time, one.index)
+            if one.topic == channels.TICK:
+                self._tick(one.index)
+        self.reached = max((message.index for _, message in messages), default=self.reached)
+        self.writer.flush()
+        self.found.chunks += 1
+
+    def _contents(self, data: bytes) -> tuple[list[Schema | Channel], list[tuple[int, Payload]]]:
+        """Return a chunk's schemas and channels, and its messages with their channels' numbers in the old log."""
+        bodies = [(opcode, body) for opcode, _, body in records(BytesIO(data), len(data))]
+        named = _named(bodies)
+        topics = {one.id: one.topic for one in (*self.index, *named) if isinstance(one, Channel)}
+        topics |= {number: topic for number, (_, topic) in self.channels.items()}
+        messages = []
+        for opcode, body in bodies:
+            if opcode == Opcode.MESSAGE:
+                channel = MESSAGE_HEAD.unpack_from(body)[0] if len(body) >= MESSAGE_HEAD.size else -1
+                if channel not in topics:
+                    raise Damage("a message belongs to no channel")
+                messages.append((channel, message_of(topics[channel], body)))
+        return named, messages
+
+    def _register(self, named: Iterable[Schema | Channel]) -> None:
+        for one in named:
+            if isinstance(one, Schema):
+                if one.id not in self.schemas:
+                    self.schemas[one.id] = self.writer.register_schema(one.name, one.encoding, one.data)
+            elif one.id not in self.channels:
+                schema = self.schemas.get(one.schema_id, 0)
+                number = self.writer.register_channel(one.topic, one.message_encoding, schema, one.metadata)
+                self.channels[one.id] = (number, one.topic)
+
+    def _tick(self, index: int) -> None:
+        runs = self.found.ticks
+        if runs and runs[-1][1] == index - 1:
+            runs[-1] = (runs[-1][0], index)
+        else:
+            runs.append((index, index))
+
+
+def _named(bodies: Iterable[tuple[int, bytes]]) -> list[Schema | Channel]:
+    found: list[Schema | Channel] = []
+    for opcode, body in bodies:
+        if opcode == Opcode.SCHEMA:
+            found.append(parse(Schema, body))
+        elif opcode == Opcode.CHANNEL:
+            found.append(parse(Channel, body))
+    return found
+
+
+def _index_channels(file: BinaryIO, size: int) -> list[Schema | Channel]:
+    """Return schemas and channels as the index at the file's end tells them; none when it is not whole."""
+    try:
+        return _named(_index_records(file, size))
+    except Damage:
+        return []
+
+
+def _index_records(file: BinaryIO, size: int) -> Iterator[tuple[int, bytes]]:
+    end = size - len(MAGIC)
+    if end - FOOTER_SIZE < len(MAGIC):
+        raise Damage("there is no index")
+    file.seek(end - FOOTER_SIZE)
+    footer = parse(Footer, file.read(FOOTER_SIZE)[RECORD_HEAD.size :])
+    if not len(MAGIC) < footer.summary_start < end:
+        raise Damage("there is no index")
+    file.seek(footer.summary_start)
+    index = file.read(end - footer.summary_start)
+    if zlib.crc32(index[:-4]) != footer.summary_crc:
+        raise Damage("the checksum of the index at the file's end does not match")
+    yield from ((opcode, body) for opcode, _, body in records(BytesIO(index), len(index)))

@@ -1,0 +1,158 @@
+"""Run a log's scenario again and hold every message against the log, tick by tick."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from itertools import zip_longest
+from pathlib import Path
+
+from google.protobuf.message import Message
+
+from pbrg_mj.log import channels
+from pbrg_mj.log.difference import Difference, differences
+from pbrg_mj.log.embed import run_facts
+from pbrg_mj.log.head import opened
+from pbrg_mj.log.payload import NANOSECONDS, Payload
+from pbrg_mj.log.stream import MessageStream, dims_of
+from pbrg_mj.log.ticks import LoggedTicks
+from pbrg_mj.log.versions import versions
+from pbrg_mj.loop.record import TickRecord
+from pbrg_mj.loop.simulation import Simulation
+
+ABSENT = Difference("the message", "nothing", "a message", float("inf"))
+UNEXPECTED = Difference("the message", "a message", "nothing", float("inf"))
+
+
+@dataclass(frozen=True)
+class Mismatch:
+    """One place where log and replay differ."""
+
+    channel: str  # or the name of what is embedded
+    time: float  # [s]
+    difference: Difference
+
+
+@dataclass
+class Verification:
+    """What a replay found. `deviations` is filled only where log and replay ran in different environments."""
+
+    foreign: dict[str, tuple[str, str]]  # what the numbers depend on and differs -> in the log, here
+    duration: float  # of the scenario [s]
+    ticks: int = 0  # compared
+    messages: int = 0  # compared
+    end: float = 0.0  # of the last tick compared [s]
+    damage: str | None = None  # why the log ends early
+    first: Mismatch | None = None
+    deviations: dict[tuple[str, str], Mismatch] = field(default_factory=dict)  # channel, field -> the largest
+
+    @property
+    def complete(self) -> bool:
+        """Whether the log holds the scenario to its end."""
+        return self.damage is None and self.end >= self.duration * (1 - 1e-12)
+
+    def add(self, mismatch: Mismatch) -> None:
+        """Take a mismatch into account: the first one, and the largest of its field."""
+        self.first = self.first or mismatch
+        key = (mismatch.channel, re.sub(r"\[\d+\]", "", mismatch.difference.field))
+        largest = self.deviations.get(key)
+        if largest is None or mismatch.difference.size > largest.difference.size:
+            self.deviations[key] = mismatch
+
+    def within(self, tolerance: float) -> bool:
+        """Tell whether no value differs by more than `tolerance`, in its own unit."""
+        return all(one.difference.size <= tolerance for one in self.deviations.values())
+
+
+def verify(path: Path, seen: Callable[[TickRecord], None] = lambda _record: None) -> Verification:
+    """Run the log's scenario again and compare; `seen` is called with every record of the replay.
+
+    Ends at the first mismatch, unless the log comes from another environment: then what differs is gathered to the
+    log's end. Raises InputError when the file is no log of this package or its scenario cannot be run here.
+    """
+    with opened(path) as (file, size):
+        logged = LoggedTicks(file, size, str(path))
+        simulation = Simulation.build(logged.head.scenario)
+        found = Verification(_foreign(logged.head.versions), logged.head.scenario.timing.duration)
+        _compare_models(found, logged.head.model_xml, simulation.model_xml)
+        if found.first is None or found.foreign:
+            _compare_ticks(found, logged, simulation, seen)
+        found.damage = logged.damage
+    return found
+
+
+def _foreign(logged: dict[str, str]) -> dict[str, tuple[str, str]]:
+    here = versions()
+    pairs = {name: (logged.get(name, "unknown"), here.get(name, "unknown")) for name in {**logged, **here}}
+    return {name: pair for name, pair in pairs.items() if pair[0] != pair[1]}
+
+
+def _compare_models(found: Verification, logged: str, composed: str) -> None:
+    for line, (ours, theirs) in enumerate(zip_longest(logged.splitlines(), composed.splitlines()), start=1):
+        if ours != theirs:
+            told = ["nothing" if text is None else text.strip() for text in (ours, theirs)]
+            difference = Difference(f"line {line}", told[0], told[1], float("inf"))
+            found.add(Mismatch(channels.MODEL_ATTACHMENT, 0.0, difference))
+            return
+    if logged != composed:
+        difference = Difference("line ends", repr(logged[-9:]), repr(composed[-9:]), float("inf"))
+        found.add(Mismatch(channels.MODEL_ATTACHMENT, 0.0, difference))
+
+
+def _compare_ticks(
+    found: Verification, logged: LoggedTicks, simulation: Simulation, seen: Callable[[TickRecord], None]
+) -> None:
+    stream: MessageStream | None = None
+    for record in simulation.records():
+        group = next(logged, None)
+        if group is None:  # the log ends here
+            return
+        if stream is None:
+            stream = MessageStream(logged.head.scenario, record)
+            _compare_facts(found, logged, record)
+        expected = [message for message in stream.messages(record) if message.topic != channels.TIMING]
+        _compare_tick(found, stream.types, group, expected)
+        found.ticks, found.messages, found.end = found.ticks + 1, found.messages + len(group), record.time
+        seen(record)
+        if found.first is not None and not found.foreign:
+            return
+    if (beyond := next(logged, None)) is not None:
+        found.add(Mismatch(beyond[0].topic, beyond[0].log_time / NANOSECONDS, UNEXPECTED))
+
+
+def _compare_facts(found: Verification, logged: LoggedTicks, first: TickRecord) -> None:
+    replayed = run_facts(logged.head.name, logged.head.scenario.seed, dims_of(first))
+    for name, value in replayed.items():
+        if logged.facts.get(name) != value:
+            difference = Difference(name, str(logged.facts.get(name)), value, float("inf"))
+            found.add(Mismatch(channels.RUN_METADATA, 0.0, difference))
+
+
+def _compare_tick(
+    found: Verification, types: dict[str, type[Message]], logged: list[Payload], replayed: list[Payload]
+) -> None:
+    """Compare message by message, in order; what one side alone has is a mismatch of its own."""
+    left = list(replayed)
+    for ours in logged:
+        place = next((k for k, theirs in enumerate(left) if theirs.topic == ours.topic), None)
+        # Missing before it: only where the rest of the tick cannot be paired any more.
+        for theirs in left[: place or 0]:
+            found.add(Mismatch(theirs.topic, theirs.log_time / NANOSECONDS, ABSENT))
+        if place is None:
+            found.add(Mismatch(ours.topic, ours.log_time / NANOSECONDS, UNEXPECTED))
+            continue
+        theirs, left = left[place], left[place + 1 :]
+        for difference in _differences(types[ours.topic], ours, theirs):
+            found.add(Mismatch(ours.topic, theirs.log_time / NANOSECONDS, difference))
+    for theirs in left:
+        found.add(Mismatch(theirs.topic, theirs.log_time / NANOSECONDS, ABSENT))
+
+
+def _differences(kind: type[Message], logged: Payload, replayed: Payload) -> list[Difference]:
+    found = list(differences(kind, logged.data, replayed.data))
+    for name, unit in (("index", 1), ("log_time", NANOSECONDS), ("publish_time", NANOSECONDS)):
+        ours, theirs = getattr(logged, name), getattr(replayed, name)
+        if ours != theirs:
+            found.append(Difference(f"the message's {name}", str(ours), str(theirs), abs(ours - theirs) / unit))
+    return found

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,10 +13,12 @@ import typer
 from pbrg_mj.cli.compare import open_log
 from pbrg_mj.cli.console import emit, emit_json, note
 from pbrg_mj.cli.interrupt import interruptible
+from pbrg_mj.cli.pace import pacer
 from pbrg_mj.cli.progress import progress
 from pbrg_mj.errors import InputError
 
 if TYPE_CHECKING:
+    from pbrg_mj.loop.record import TickRecord
     from pbrg_mj.scenario.load import Loaded
 
 FAILED = {"violated", "diverged"}
@@ -31,6 +35,9 @@ def run(
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print the metrics as JSON, and nothing else.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress and no summary.")] = False,
+    live: Annotated[bool, typer.Option("--live", help="Serve the run to Foxglove on this machine meanwhile.")] = False,
+    port: Annotated[int, typer.Option(help="Of --live; 0 takes any free one.")] = 8765,
+    pace: Annotated[float | None, typer.Option(help="Simulated seconds per second at most; 1: real time.")] = None,
 ) -> int:
     """Run a scenario headlessly and write its log. Exit code 1 when it was violated or diverged."""
     # Where MUJOCO_GL names a library that is missing, MuJoCo would not even start; nothing here draws.
@@ -42,7 +49,9 @@ def run(
     path = _log_path(output, loaded.name)
     for line in advice(loaded.scenario):
         note(f"warning: {line}")
-    if not record(loaded, path, show=not quiet):
+    with viewers(loaded, live=live, port=port, pace=pace) as watched:
+        finished = record(loaded, path, show=not quiet, watched=watched)
+    if not finished:
         note(f"interrupted; the log so far: {path}")
         return INTERRUPTED
     return _report(path, json=json, quiet=quiet)
@@ -63,8 +72,27 @@ def _log_path(output: Path | None, name: str) -> Path:
     return path
 
 
-def record(loaded: Loaded, path: Path, *, show: bool) -> bool:
-    """Simulate into the log; False when interrupted. The log is closed and whole either way."""
+@contextmanager
+def viewers(
+    loaded: Loaded, *, live: bool, port: int, pace: float | None
+) -> Iterator[tuple[Callable[[TickRecord], None], ...]]:
+    """Give what is to see every record after the log: a live server, and who waits for the clock."""
+    wait = pacer(pace)
+    if not live:
+        yield (wait,)
+        return
+    from pbrg_mj.log.live import LiveServer
+
+    with LiveServer(loaded.scenario, port) as serve:
+        note(f"live at {serve.address}")
+        yield (wait, serve)
+
+
+def record(loaded: Loaded, path: Path, *, show: bool, watched: tuple[Callable[[TickRecord], None], ...] = ()) -> bool:
+    """Simulate into the log; False when interrupted. The log is closed and whole either way.
+
+    What is in `watched` sees every record once it is in the log.
+    """
     from pbrg_mj.log.writer import LogWriter
     from pbrg_mj.loop.simulation import Simulation
 
@@ -77,6 +105,8 @@ def record(loaded: Loaded, path: Path, *, show: bool) -> bool:
         for record in simulation.records():
             write(record)
             shown(record)
+            for see in watched:
+                see(record)
             if pressed():
                 return False
     return True

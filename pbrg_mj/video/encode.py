@@ -102,10 +102,10 @@ def _palette(like: av.VideoFrame, rate: Fraction) -> Callable[[av.VideoFrame], a
     split.link_to(choose, 1, 0)
     choose.link_to(use, 0, 1)
     use.link_to(sink)
-    graph.configure()
+    graph.configure()  # the graph must outlive its parts, or the process dies: `paletted` keeps it
 
     def paletted(frame: av.VideoFrame) -> av.VideoFrame:
-        source.push(frame)
-        return sink.pull()
+        graph.push(frame)
+        return graph.pull()
 
     return paletted

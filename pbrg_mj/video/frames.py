@@ -7,8 +7,8 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
-from queue import Queue
+from contextlib import contextmanager, suppress
+from queue import Empty, Queue
 from threading import Thread
 from typing import IO, BinaryIO
 
@@ -36,13 +36,46 @@ def frames(job: Job, backend: str) -> Iterator[Iterator[np.ndarray]]:
             stdout=subprocess.PIPE,
             stderr=words,
         )
+        assert process.stdin is not None and process.stdout is not None
+        ahead = _Ahead(process.stdout, job)
         try:
-            assert process.stdin is not None and process.stdout is not None
             _hand_over(job, process.stdin)
-            yield _pictures(job, process, process.stdout, words)
+            ahead.start()
+            yield _pictures(job, process, ahead, words)
         finally:
             process.kill()
             process.wait()
+            ahead.close()
+
+
+class _Ahead:
+    """A thread that fetches pictures while others are encoded."""
+
+    def __init__(self, source: IO[bytes], job: Job):
+        self._source, self._count = source, len(job.times)
+        self._size = 3 * job.size[0] * job.size[1]
+        self._queue: Queue[bytes] = Queue(AHEAD)
+        self._thread = Thread(target=self._fetch, daemon=True)
+        self.start = self._thread.start
+
+    def next(self) -> bytes | None:
+        """Return the next picture; None when the drawing process ended early."""
+        picture = self._queue.get()
+        return picture if len(picture) == self._size else None
+
+    def close(self) -> None:
+        """Let the thread end, whatever it waits for; the drawing process has ended."""
+        while self._thread.is_alive():
+            with suppress(Empty):
+                self._queue.get(timeout=0.01)
+        self._source.close()
+
+    def _fetch(self) -> None:
+        for _ in range(self._count):
+            picture = self._source.read(self._size)
+            self._queue.put(picture)
+            if len(picture) < self._size:
+                return
 
 
 def _hand_over(job: Job, stdin: IO[bytes]) -> None:
@@ -53,19 +86,11 @@ def _hand_over(job: Job, stdin: IO[bytes]) -> None:
         pass  # it died; what it said comes with the missing first picture
 
 
-def _pictures(job: Job, process: subprocess.Popen[bytes], source: IO[bytes], words: BinaryIO) -> Iterator[np.ndarray]:
-    queue: Queue[bytes] = Queue(AHEAD)
+def _pictures(job: Job, process: subprocess.Popen[bytes], ahead: _Ahead, words: BinaryIO) -> Iterator[np.ndarray]:
     width, height = job.size
-    size = width * height * 3
-
-    def fetch() -> None:
-        for _ in job.times:
-            queue.put(source.read(size))
-
-    Thread(target=fetch, daemon=True).start()
     for _ in job.times:
-        picture = queue.get()
-        if len(picture) < size:
+        picture = ahead.next()
+        if picture is None:
             raise _failure(process, words)
         yield np.frombuffer(picture, dtype=np.uint8).reshape(height, width, 3)[::-1]
 

@@ -16,13 +16,14 @@ from pbrg_mj.video.pen import Pen
 
 # Heights above the floor [m]: what lies on what.
 SHADOW, SIDE, TRAIL, GOAL, EDGE, BOUNDARY, MARK, BEAM = 0.0022, 0.003, 0.004, 0.0045, 0.005, 0.006, 0.007, 0.049
+ON_TOP = 0.08
 APART = 0.0004  # between marks of the same kind that would flicker through each other [m]
 SHADOW_COLOUR = (0.0, 0.0, 0.0, 0.22)
 EDGE_COLOUR = (0.25, 0.27, 0.32, 0.7)
 OPTIMUM_COLOUR = (0.05, 0.05, 0.05, 1.0)
 REFERENCE_COLOUR = (0.85, 0.08, 0.12, 1.0)
-HIT_SIZE = 0.25  # of a beam's end [marks]
-TRAIL_SECONDS, TRAIL_PIECES = 15.0, 40
+HIT_SIZE = 0.18  # of a beam's end [marks]
+TRAIL_SECONDS, TRAIL_STEP = 15.0, 0.3  # [s]
 NEAR = 25.0  # from the team, beyond which nothing is marked [m]
 FEW = 8  # robots whose references can be told apart as rings around each other
 
@@ -83,8 +84,9 @@ class Overlay:
             pen.bar(edge, (NEAR, 0.16 * moment.camera.mark), angle, (*colour[:3], 0.95))
 
     def _trails(self, pen: Pen, moment: Moment) -> None:
-        times = moment.time - TRAIL_SECONDS * np.linspace(1, 0, TRAIL_PIECES + 1)
-        times = times[times > self._motion.time[0]] if moment.time > self._motion.time[0] else times[:0]
+        # Pieces end at fixed times, so that the path stays still while it fades.
+        first = max(moment.time - TRAIL_SECONDS, self._motion.time[0])
+        times = np.append(TRAIL_STEP * np.arange(np.ceil(first / TRAIL_STEP), moment.time / TRAIL_STEP), moment.time)
         paths = np.array([between(self._run.ticks.time, self._hand, time) for time in times.tolist()])
         for piece in range(1, len(times)):
             fade = 1 - (moment.time - times[piece]) / TRAIL_SECONDS
@@ -103,11 +105,12 @@ class Overlay:
         run, size = self._run, moment.camera.mark
         m = between(run.ticks.time, self._m, moment.time)
         n = len(m)
+        base = ON_TOP if moment.camera.orthographic else MARK  # from above nothing slides; robots hide nothing then
         for j, colour in enumerate(self._colour):
             ring = size * (1 - 0.7 * j / n) if n <= FEW else 0.6 * size
-            pen.disc(_above(m[j], MARK + j * APART), ring, (*colour[:3], 1.0))
+            pen.disc(_above(m[j], base + j * APART), ring, (*colour[:3], 1.0))
             pen.disc(_above(m[j] + self._formation[j], GOAL), 0.05, (*colour[:3], 0.3))
-        top = MARK + n * APART
+        top = base + n * APART
         solved = latest(run.optima.time, moment.time)
         if solved >= 0 and np.isfinite(run.optima.m[solved]).all():
             star = _above(run.optima.m[solved], top + APART)

@@ -16,6 +16,7 @@ Shot = Callable[[float], Camera]
 FARTHEST = 30.0  # from the team's start, what is farther is not fitted [m]: a run may diverge
 LEAST_RADIUS = 0.8  # of what the chase camera fits [m]
 BORDER = 0.35  # around what the top camera fits [m]
+BESIDE = 0.8  # beyond the team's own area, how far the top camera looks for things [m]
 CHASE_SMOOTHING, ROBOT_SMOOTHING = 4.0, 0.8  # [s]
 CHASE_ELEVATION = np.deg2rad(42.0)
 CHASE_HALF_HEIGHT, ROBOT_HALF_HEIGHT = np.tan(np.deg2rad(20.0)), np.tan(np.deg2rad(30.0))
@@ -42,13 +43,12 @@ def _seen(run: Run) -> np.ndarray:
 
 def _top(job: Job) -> Camera:
     world = job.run.scenario.world
-    stops = [stop.center for box in world.moving_boxes for stop in box.stops]
-    patches = [corner for patch in world.patches for corner in (patch.start, patch.end)]
-    boxes = [box.center for box in world.boxes]
     goals = job.run.ticks.reference[-1] + np.array(job.run.scenario.team.formation)
-    points = np.vstack(
-        [_seen(job.run).reshape(-1, 2), goals, *(np.reshape(p, (-1, 2)) for p in (stops, patches, boxes))]
-    )
+    team = np.vstack([_seen(job.run).reshape(-1, 2), goals])
+    stops = [stop.center for box in world.moving_boxes for stop in box.stops]
+    things = np.reshape([*stops, *(box.center for box in world.boxes)], (-1, 2))
+    # Of what stands or drives around only what is near: far things must not make the team small.
+    points = np.vstack([team, np.clip(things, team.min(axis=0) - BESIDE, team.max(axis=0) + BESIDE)])
     low, high = points.min(axis=0) - BORDER, points.max(axis=0) + BORDER
     width, height = job.size
     half = float(max((high[1] - low[1]) / 2, (high[0] - low[0]) / 2 * height / width))

@@ -20,9 +20,10 @@ from pbrg_mj.video.puppet import Puppet
 from pbrg_mj.video.shots import shot_of
 
 ROOM = 12_000  # geoms in a scene: fifty robots with trails, and thousands of beams
-AMBIENT = 0.45
+AMBIENT, HEADLIGHT = 0.45, 0.22
+LEGEND_HEIGHT = 360  # pictures less high have no room for a legend [pixels]
 FULL_HEIGHT = 720  # of a picture whose thinnest line is a pixel wide [pixels]
-FONT_STEP, SMALLEST_FONT, LARGEST_FONT = 50, 50, 300  # the sizes that MuJoCo has [%]
+FONT_STEP, SMALLEST_FONT, LARGEST_FONT = 50, 100, 300  # the sizes that MuJoCo has [%]
 
 
 class Stage:
@@ -38,7 +39,10 @@ class Stage:
         model, (width, height) = self._puppet.model, job.size
         model.vis.global_.offwidth, model.vis.global_.offheight = width, height
         model.vis.quality.offsamples = 0  # each sample costs a software renderer as much as the whole picture
-        model.vis.headlight.ambient[:] = AMBIENT  # faces that no light meets, such as a wall's, stay readable
+        model.vis.headlight.ambient[:], model.vis.headlight.diffuse[:] = (
+            AMBIENT,
+            HEADLIGHT,
+        )  # faces that no light meets, such as a wall's, stay readable
         self._scene = mujoco.MjvScene(model, ROOM)
         self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = False
         self._free, self._option = mujoco.MjvCamera(), mujoco.MjvOption()
@@ -86,7 +90,7 @@ class Stage:
     def _write(self, time: float) -> None:
         font, places = mujoco.mjtFont.mjFONT_NORMAL, mujoco.mjtGridPos
         mujoco.mjr_overlay(font, places.mjGRID_TOPLEFT, self._view, *caption(self._job.run, time), self._context)
-        if "references" in self._job.layers:
+        if "references" in self._job.layers and self._job.size[1] >= LEGEND_HEIGHT:
             mujoco.mjr_overlay(font, places.mjGRID_BOTTOMLEFT, self._view, legend(self._job.run), "", self._context)
 
 

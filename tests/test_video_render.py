@@ -1,0 +1,192 @@
+"""Films and stills made of logs, decoded again."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pbrg_mj.cli.main import main
+from pbrg_mj.errors import InputError
+from pbrg_mj.log import reader
+from pbrg_mj.log.reader import read_run
+from pbrg_mj.log.scans import read_scans
+from pbrg_mj.scenario.beam_layout import beam_angles
+from pbrg_mj.video import gl, render
+from pbrg_mj.video.job import Cut
+from pbrg_mj.video.motion import motion_of
+from pbrg_mj.video.render import View, render_movie, render_still
+from pbrg_mj.video.shots import shot_of
+from pbrg_mj.world.compose import compose
+from pbrg_mj.world.robot import load_robot_model
+from tests.runs import replaced, resting, run, scenario
+
+av = pytest.importorskip("av")
+SIZE = (320, 180)
+BARE = View(camera="top", size=SIZE, layers=frozenset())
+
+
+@pytest.fixture(scope="session")
+def draws():
+    """Skip where nothing can be drawn; .ci/run installs what it takes."""
+    try:
+        return gl.working_backend()
+    except InputError as error:
+        pytest.skip(str(error))
+
+
+@pytest.fixture(scope="session")
+def log(tmp_path_factory):
+    """A second of the paper's experiment: physics, and robot 5 with beams."""
+    path = tmp_path_factory.mktemp("video") / "near.mcap"
+    assert main(["run", "paper/experiment_near", "--duration", "1", "--quiet", "-o", str(path)]) == 0
+    return path
+
+
+def moving():
+    """Two robots that part along x, one turned to the left."""
+    ticks = resting(scenario())
+    way = np.linspace(0, 1.5, 21)[:, None, None] * [[1.0, 0.0], [-1.0, 0.0]]
+    q = ticks.hand_true + way
+    pose = np.concatenate([q, np.broadcast_to([[0.0], [np.pi / 2]], (21, 2, 1))], axis=2)
+    return run(ticks={"hand_true": q, "body_pose_true": pose, "reference": np.full((21, 2), [1.0, 0.5])})
+
+
+def pictures(path):
+    with av.open(str(path)) as container:
+        return [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)]
+
+
+def hue(picture, pixel):
+    """Return the colour at a pixel as shares of its sum: light changes brightness alone."""
+    x, y = np.round(pixel).astype(int)
+    patch = picture[y - 1 : y + 2, x - 1 : x + 2].reshape(-1, 3).mean(axis=0)
+    return patch / patch.sum()
+
+
+def assert_robots_where_the_log_says(made, time, picture):
+    motion = motion_of(made.ticks)
+    camera = shot_of(render._job(made, render.Path("x.mp4"), BARE, made.ticks.time), motion)(time)
+    model = compose(made.scenario, load_robot_model()).compile()
+    for robot, (x, y, heading) in enumerate(motion.at(time)[0]):
+        # beside the white marks on its top
+        beside = [x - 0.035 * np.sin(heading), y + 0.035 * np.cos(heading), 0.054]
+        (pixel,) = camera.project(np.array([beside]), SIZE)
+        colour = model.geom(f"robot{robot}/bumper").rgba[:3]
+        np.testing.assert_allclose(
+            hue(picture, pixel), colour / colour.sum(), atol=0.08
+        )  # chroma has half of the pixels
+
+
+@pytest.mark.render
+@pytest.mark.parametrize("suffix", [".mp4", ".webm", ".gif"])
+def test_a_film_has_its_frames_with_the_robots_where_the_log_says(draws, tmp_path, suffix):
+    made, path, count = moving(), tmp_path / f"film{suffix}", []
+    render_movie(made, path, BARE, Cut(fps=5.0, speed=5.0, start=2.0, end=10.0), lambda: count.append(1))
+    frames = pictures(path)
+    assert len(frames) == len(count) == 8
+    assert frames[0].shape == (180, 320, 3)
+    for k, picture in enumerate(frames):
+        assert_robots_where_the_log_says(made, 2.0 + k, picture)
+    assert [file.name for file in tmp_path.iterdir()] == [path.name]
+
+
+@pytest.mark.render
+def test_a_still_shows_what_is_not_hidden(draws, tmp_path):
+    """r at (1, 0.5) is marked in red, the half-space x <= 2 in its robot's colour; neither when hidden."""
+    made, made_of = moving(), {}
+    for name, layers in {"bare": (), "marked": ("references", "half_spaces"), "told": ("text",)}.items():
+        path = tmp_path / f"{name}.png"
+        render_still(made, path, replaced(BARE, layers=frozenset(layers)), 10.0)
+        made_of[name] = pictures(path)[0].astype(int)
+    camera = shot_of(render._job(made, tmp_path / "x.png", BARE, made.ticks.time), motion_of(made.ticks))(10.0)
+    ((x, y),) = np.round(camera.project(np.array([[1.0, 0.5, 0.0]]), SIZE)).astype(int)
+    red, _, blue = made_of["marked"][y, x]
+    assert red > 2 * blue
+    assert abs(made_of["bare"][y, x, 0] - made_of["bare"][y, x, 2]) < 12  # the floor is grey
+    ((x, y),) = np.round(camera.project(np.array([[2.05, 0.8, 0.0]]), SIZE)).astype(int)
+    assert (made_of["marked"][y, x] != made_of["bare"][y, x]).any()
+    changed = (made_of["told"] != made_of["bare"]).any(axis=2)
+    assert changed[:40, :80].mean() > 0.7
+    assert not changed[:, 200:].any()
+
+
+@pytest.mark.render
+def test_the_same_log_makes_the_same_film(draws, log, tmp_path):
+    films = [tmp_path / "a.mp4", tmp_path / "b.mp4"]
+    for path in films:
+        assert main(["render", str(log), "-o", str(path), "--size", "160x90", "--fps", "10"]) == 0
+    assert films[0].read_bytes() == films[1].read_bytes()
+    assert len(pictures(films[0])) == 10
+
+
+@pytest.mark.render
+def test_a_log_cut_anywhere_films_what_whole_chunks_hold(draws, log, tmp_path, capsys):
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(log.read_bytes()[: int(0.7 * log.stat().st_size)])
+    ticks = read_run(cut).ticks
+    assert 10 <= len(ticks.time) < 100
+    assert main(["render", str(cut), "-o", str(tmp_path / "cut.mp4"), "--size", "160x90", "--camera", "robot:5"]) == 0
+    assert "warning: " in capsys.readouterr().err
+    assert len(pictures(tmp_path / "cut.mp4")) == np.ceil(30 * ticks.time[-1] - 1e-9)
+
+
+@pytest.mark.render
+def test_a_model_that_does_not_compile_is_one_line_and_no_file(draws, monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr(reader, "read_run", lambda path: run(model_xml="<mujoco><no/></mujoco>"))
+    assert main(["render", "run.mcap", "-o", str(tmp_path / "a.png"), "--hide", "beams"]) == 2
+    assert "the embedded model cannot be compiled" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_scans_lie_on_the_wall_where_they_were_taken(log):
+    made = read_run(log)
+    scans = read_scans(log, 5)
+    assert list(scans) == [4]
+    scan = scans[4]
+    np.testing.assert_allclose(np.diff(scan.time), 0.1)
+    np.testing.assert_allclose(scan.angles, beam_angles(made.scenario.sensors.beams))
+    pose = made.ticks.body_pose_true[np.round(scan.time / 0.01).astype(int)]
+    x, y, heading = np.moveaxis(pose[:, 4], -1, 0)
+    angle = heading[:, None] + scan.angles
+    hit = np.stack([x[:, None] + scan.ranges * np.cos(angle), y[:, None] + scan.ranges * np.sin(angle)], axis=-1)
+    # The wall's face, or another robot: within its radius of 0.06 m around its centre.
+    face = np.abs(hit.sum(axis=-1) / np.sqrt(2) - (3 / np.sqrt(2) + 0.1))
+    body = np.abs(np.linalg.norm(hit[:, :, None] - pose[:, None, :4, :2], axis=-1) - 0.06).min(axis=-1)
+    known = np.isfinite(scan.ranges)
+    assert known.sum() > 100
+    assert (np.minimum(face, body)[known] < 0.05).mean() > 0.99
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["-o", "a.avi"], "'.avi'; allowed: .mp4, .webm, .gif, .png"),
+        (["-o", "a.mp4", "--size", "321x180"], "needs even numbers"),
+        (["-o", "a.mp4", "--size", "wide"], "the size is 'wide'"),
+        (["-o", "a.mp4", "--at", "1"], "--at is for stills"),
+        (["-o", "a.png", "--fps", "10"], "a still has one time"),
+        (["-o", "a.png", "--camera", "robot:9"], "no camera 'robot:9'"),
+        (["-o", "a.png", "--at", "99"], "the log has 0 to 10 s"),
+        (["-o", "a.mp4", "--hide", "walls"], "no layer 'walls'"),
+        (["-o", "nowhere/a.mp4", "--hide", "beams"], "nowhere/a.mp4: cannot write here"),
+    ],
+)
+def test_wrong_arguments_are_one_line_and_no_file(arguments, says, monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr(reader, "read_run", lambda path: run())
+    monkeypatch.setattr(render, "working_backend", lambda: "egl")
+    monkeypatch.chdir(tmp_path)
+    assert main(["render", "run.mcap", *arguments]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("error: ") and said.count("\n") == 1 and says in said
+    assert not list(tmp_path.iterdir())
+
+
+def test_without_gl_one_line_says_what_to_install(monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr(reader, "read_run", lambda path: run())
+    monkeypatch.setattr(gl, "PROBE", "import sys; sys.exit('no library')")
+    monkeypatch.chdir(tmp_path)
+    assert main(["render", "run.mcap", "-o", "a.mp4", "--hide", "beams"]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert "apt install libegl1 libgl1, or apt install libosmesa6" in said
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,110 @@
+"""Cameras: what they see follows from closed forms, and what matters is in the picture."""
+
+import numpy as np
+import pytest
+
+from pbrg_mj.errors import InputError
+from pbrg_mj.video.camera import from_above, looking
+from pbrg_mj.video.job import LAYERS, Cut, Job, check_camera, check_size, frame_times, shown_layers, still_time
+from pbrg_mj.video.motion import motion_of
+from pbrg_mj.video.shots import shot_of
+from tests.runs import resting, run, scenario
+
+SIZE = (640, 360)
+TICKS = 0.5 * np.arange(21)
+
+
+def moving():
+    """Two robots that drive 6 m to the right and 2 m up in 10 s."""
+    ticks = resting(scenario())
+    q = ticks.hand_true + np.linspace(0, 1, 21)[:, None, None] * [6.0, 2.0]
+    pose = np.concatenate([q - [0.04, 0.0], np.zeros((21, 2, 1))], axis=2)
+    return run(ticks={"hand_true": q, "body_pose_true": pose})
+
+
+def job(camera, made):
+    return Job(made, {}, camera, SIZE, frozenset(LAYERS), made.ticks.time)
+
+
+def inside(pixels):
+    return np.all((pixels > 0) & (pixels < SIZE))
+
+
+def test_from_above_metres_are_pixels():
+    """A picture 360 high that shows 4 m has 90 pixels a metre; y points up."""
+    camera = from_above(np.array([1.0, 2.0]), half_height=2.0, mark=0.1)
+    points = np.array([[1.0, 2.0, 0.0], [2.0, 2.0, 0.3], [1.0, 3.0, 0.0]])
+    np.testing.assert_allclose(camera.project(points, SIZE), [[320, 180], [410, 180], [320, 90]], atol=1e-9)
+
+
+def test_a_perspective_shrinks_with_distance():
+    """At distance d a metre to the right is half of the height over (d tan) pixels."""
+    camera = looking(np.array([0.0, -4.0, 0.0]), np.zeros(3), 0.5, 50.0, 0.1)
+    points = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 4.0, 0.0], [0.0, 0.0, 1.0]])
+    expected = [[320, 180], [320 + 180 / 2, 180], [320 + 180 / 4, 180], [320, 180 - 180 / 2]]
+    np.testing.assert_allclose(camera.project(points, SIZE), expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("camera", ["top", "chase"])
+def test_team_and_reference_are_always_in_the_picture(camera):
+    made = moving()
+    shot = shot_of(job(camera, made), motion_of(made.ticks))
+    for k in range(21):
+        seen = np.vstack([made.ticks.hand_true[k], made.ticks.m[k], made.ticks.reference[k]])
+        assert inside(shot(TICKS[k]).project(np.column_stack([seen, np.zeros(len(seen))]), SIZE))
+
+
+def test_the_robot_camera_follows_its_robot():
+    made = moving()
+    shot = shot_of(job("robot:2", made), motion_of(made.ticks))
+    for k in (0, 10, 20):
+        x, y, _ = made.ticks.body_pose_true[k, 1]
+        (pixel,) = shot(TICKS[k]).project(np.array([[x, y, 0.02]]), SIZE)
+        assert pixel[0] == pytest.approx(320)
+        assert 180 < pixel[1] < 360
+
+
+def test_a_run_that_diverges_still_has_a_picture():
+    made = moving()
+    made.ticks.hand_true[15:] = 1e200
+    made.ticks.hand_true[18:] = np.nan
+    camera = shot_of(job("top", made), motion_of(made.ticks))(0.0)
+    assert camera.half_height < 50
+    assert np.isfinite(shot_of(job("chase", made), motion_of(made.ticks))(9.0).eye).all()
+
+
+def test_frames_are_evenly_spaced_and_end_before_the_end():
+    times = frame_times(TICKS, Cut(fps=10.0, speed=2.0, start=1.0, end=4.0))
+    np.testing.assert_allclose(times, 1.0 + 0.2 * np.arange(15))
+    assert len(frame_times(TICKS, Cut(fps=30.0))) == 300
+    np.testing.assert_array_equal(frame_times(TICKS[:1], Cut()), [0.0])
+    np.testing.assert_array_equal(still_time(TICKS, None), [10.0])
+
+
+@pytest.mark.parametrize(
+    ("call", "says"),
+    [
+        (lambda: frame_times(TICKS, Cut(fps=0.0)), "the fps is 0; allowed: above 0, up to 240"),
+        (lambda: frame_times(TICKS, Cut(fps=float("nan"))), "the fps is nan"),
+        (lambda: frame_times(TICKS, Cut(speed=-1.0)), "the speed is -1"),
+        (lambda: frame_times(TICKS, Cut(start=11.0)), "the time is 11 s; the log has 0 to 10 s"),
+        (lambda: frame_times(TICKS, Cut(start=5.0, end=4.0)), "the end is 4 s; allowed: from the start, 5 s, on"),
+        (lambda: frame_times(TICKS, Cut(end=float("nan"))), "the end is nan s"),
+        (lambda: still_time(TICKS, -1.0), "the time is -1 s"),
+        (lambda: check_camera("robot:3", 2), "no camera 'robot:3'; allowed: top, chase, robot:1 to robot:2"),
+        (lambda: check_camera("robot:0", 2), "no camera"),
+        (lambda: check_camera("2", 2), "no camera"),
+        (lambda: check_size((32, 100)), "the size is 32x100; allowed: 64 to 4096"),
+        (lambda: shown_layers(("beam",)), "no layer 'beam' to hide; allowed: beams, half_spaces"),
+    ],
+)
+def test_what_cannot_be_filmed_is_said_in_one_line(call, says):
+    with pytest.raises(InputError, match=r"^[^\n]*$") as error:
+        call()
+    assert says in str(error.value)
+
+
+def test_layers_are_hidden_by_name():
+    assert shown_layers(()) == set(LAYERS)
+    assert shown_layers(("beams", "text")) == set(LAYERS) - {"beams", "text"}
+    assert shown_layers(("all",)) == set()

@@ -1,0 +1,54 @@
+"""The layout for Foxglove and Lichtblick names nothing that the log of the paper's five robots does not have."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+from pbrg_mj.log import channels
+from pbrg_mj.log.fields import MESSAGES
+from pbrg_mj.log.reader import TOPICS
+
+LAYOUT = json.loads((Path(__file__).parents[1] / "docs" / "foxglove" / "layout.json").read_text())
+DIMS = {"n": 5, "K": 4, "R": 20}  # the paper's team with the default slots
+PATH = re.compile(r"(?P<topic>/\w+)\.(?P<field>\w+)(?:\[(?P<place>\d+)\])?")
+
+
+def panels(node: Any) -> list[str]:
+    return [node] if isinstance(node, str) else [*panels(node["first"]), *panels(node["second"])]
+
+
+def test_it_has_the_classic_form_and_shows_every_panel_once() -> None:
+    assert set(LAYOUT) == {"configById", "globalVariables", "userNodes", "playbackConfig", "layout"}
+    shown = panels(LAYOUT["layout"])
+    assert sorted(shown) == sorted(LAYOUT["configById"])
+    assert {panel.split("!")[0] for panel in shown} == {"3D", "Plot", "RosOut"}
+
+
+def test_every_path_leads_to_a_number() -> None:
+    plotted = [path["value"] for panel in LAYOUT["configById"].values() for path in panel.get("paths", ())]
+    assert len(plotted) == len(set(plotted)) > 20
+    for value in plotted:
+        match = PATH.fullmatch(value)
+        assert match is not None, value
+        fields = {field.name: field for field in MESSAGES[TOPICS[match["topic"]]]}
+        field = fields[match["field"]]
+        assert field.kind == "double"
+        assert (match["place"] is None) == (field.shape == ()), value
+        assert int(match["place"] or 0) < field.count(DIMS), value
+
+
+def test_references_margins_and_multipliers_are_plotted_for_all() -> None:
+    plotted = {path["value"] for panel in LAYOUT["configById"].values() for path in panel.get("paths", ())}
+    for robot in range(5):
+        assert {f"/tick.m[{2 * robot}]", f"/tick.m[{2 * robot + 1}]", f"/tick.wall_margin[{robot}]"} <= plotted
+        assert {f"/tick.multipliers[{20 * robot + row}]" for row in range(5)} <= plotted
+
+
+def test_the_scene_s_topics_are_the_log_s() -> None:
+    topics = set(LAYOUT["configById"]["3D!team"]["topics"])
+    own = {channels.SCENE, channels.TEAM_SCENE, channels.P_POSES, channels.M_POSES}
+    assert topics == own | {channels.scan_channel(robot) for robot in range(1, 6)}
+    assert LAYOUT["configById"]["RosOut!events"]["topicToRender"] == channels.EVENTS

@@ -35,7 +35,7 @@ def test_an_installed_wheel_runs_bundled_scenarios_from_any_folder(wheel, tmp_pa
     elsewhere.mkdir()
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(site)
-    environment = {**os.environ, "PYTHONPATH": str(site), "NUMBA_CACHE_DIR": str(tmp_path / "numba")}
+    environment = {**os.environ, "PYTHONPATH": str(site)}  # the same kernels: the cache serves the wheel as well
 
     def pbrg(*arguments):
         program = "import sys, pbrg_mj.cli.main as m; print(m.__file__, file=sys.stderr); sys.exit(m.main())"

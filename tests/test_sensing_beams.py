@@ -141,5 +141,5 @@ def test_streams_differ_by_source_robot_frame_and_seed():
         for robot in (0, 1)
         for frame in (0, 1)
     }
-    assert len(firsts) == 24
+    assert len(firsts) == 8 * len(Source)
     assert [int(source) for source in Source] == [1, 2, 3]

@@ -73,7 +73,7 @@ def test_every_part_lies_within_the_body_radius():
             continue
         low, high = model.geom_aabb[k, :3] - model.geom_aabb[k, 3:], model.geom_aabb[k, :3] + model.geom_aabb[k, 3:]
         corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
-        if model.geom(k).name.endswith(("tub", "bumper", "mark_centre")):
+        if model.geom(k).name.endswith(("tub", "bumper", "skirt", "mark_centre")):
             assert model.geom_size[k, 0] <= ROBOT.body_radius
         else:
             placed = corners @ data.geom_xmat[k].reshape(3, 3).T + data.geom_xpos[k] - axle

@@ -82,7 +82,7 @@ def read_robot_model(model: mujoco.MjModel) -> RobotModel:
         wheel_radius=float(model.geom("tyre_left").size[2]),
         track=float(left.pos[1] - right.pos[1]),
         hand_offset=float(model.site("hand").pos[0]),
-        body_radius=float(model.geom("bumper").size[0]),
+        body_radius=float(model.geom("skirt").size[0]),
         mass=float(model.body("robot").subtreemass[0]),
         wheel_inertia=float(left.inertia[1] + model.dof_armature[model.joint("wheel_left").dofadr[0]]),
         voltage=voltage,

@@ -1,4 +1,4 @@
-"""The paper's coupled system as one ordinary differential equation, written from eqs. 2 and 19-23 as matrices.
+"""The paper's coupled system as one ordinary differential equation, written from eqs. 2 and 25-30 as matrices.
 
 It shares no code with the package: state y = (p, xi, z, zeta, lambda, nu) stacked, Kronecker products spelled out,
 gradients of rho in closed form, one explicit Euler step after the other.
@@ -13,7 +13,7 @@ FORMATION = np.array([[-1.0, 1.0], [-1.0, -1.0], [0.0, -1.0], [1.0, -1.0], [0.0,
 START = np.array([[-2.0, 0.7], [-1.4, -1.0], [0.2, -1.4], [1.2, -3.0], [0.0, 0.0]])
 ADJACENCY = np.array(
     [[0, 1, 0, 0, 1], [1, 0, 1, 0, 0], [0, 1, 0, 1, 0], [0, 0, 1, 0, 1], [1, 0, 0, 1, 0]], dtype=float
-)  # eq. 36
+)  # eq. 45
 LEADER = 4
 N = 22
 
@@ -34,7 +34,7 @@ def _integrate(p, r, alpha, alpha_r, step, every, samples, constants):
         m5 = z[N * LEADER : N * LEADER + 2]
         dp[8:10] += alpha_r * (m5 - p[8:10])
         dxi = -Lq @ p
-        # eq. 19
+        # eq. 25
         dz = -(Lz @ (z - zeta))
         dzeta = -(Lz @ z)
         dz[N * LEADER : N * LEADER + 2] -= alpha * 2.0 * (m5 - r)
@@ -48,7 +48,7 @@ def _integrate(p, r, alpha, alpha_r, step, every, samples, constants):
         dlam = np.zeros(5)
         for j in range(5):
             g = rho + normal[0] * zl[0] + normal[1] * zl[1] - bound[j]
-            if lam[j] > 0.0 or g > 0.0:  # eq. 22
+            if lam[j] > 0.0 or g > 0.0:  # eq. 29
                 dlam[j] = g
         total = lam.sum()
         grad = np.zeros(N)
@@ -59,7 +59,7 @@ def _integrate(p, r, alpha, alpha_r, step, every, samples, constants):
                 grad[2 + 2 * j : 4 + 2 * j] = -total / rho * ball[2 * j : 2 * j + 2]
             grad[12:] = total / rho * ball[10:]
         dz[N * LEADER : N * (LEADER + 1)] -= alpha * grad
-        # h_i and its multipliers, eq. 23
+        # h_i and its multipliers, eq. 30
         dnu = np.zeros(20)
         for i in range(5):
             own_p, own_xi = N * i + 2 + 2 * i, N * i + 12 + 2 * i

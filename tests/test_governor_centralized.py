@@ -1,4 +1,4 @@
-"""The four-dimensional centralized program against eqs. 8-9 written out in full, and against planted optima."""
+"""The four-dimensional centralized program against eqs. 10-13 written out in full, and against planted optima."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ def finite_difference(function, z, eps=1e-6):
 
 
 def naive_round(problem, e, alpha, step):
-    """One explicit Euler step of eqs. 19-23; gradients of f, g and h by finite differences of the functions."""
+    """One explicit Euler step of eqs. 25-30; gradients of f, g and h by finite differences of the functions."""
     net, rows, n = problem.network, problem.rows, problem.network.robots
     L = net.laplacian
     dz, dzeta = -L @ e.z + L @ e.zeta, -L @ e.z

@@ -15,7 +15,7 @@ def ball_radius(m: np.ndarray, p: np.ndarray, xi: np.ndarray) -> np.ndarray:
 
 
 def worst_row(ticks: TickSeries, formation: np.ndarray, leaders: np.ndarray) -> np.ndarray:
-    """Return the largest ball row g (T,) [m] (eq. 9b) over leaders' m, everyone's half-spaces and the robots j bound.
+    """Return the largest ball row g (T,) [m] (eq. 13) over leaders' m, everyone's half-spaces and the robots j bound.
 
     `formation` is b (n, 2) [m], `leaders` the indices of the leaders. -inf where nobody senses anything.
     """

@@ -1,7 +1,7 @@
 """From half-spaces to rows of g: which references are safe in the present state.
 
 With constant m, V = rho^2 / 2 never grows, rho(m, p, xi) = ||(1 (x) m - p, xi)||. So a half-space holds for ever, for
-every robot, when the whole ball of radius rho around the formation at m lies behind it (eq. 9b).
+every robot, when the whole ball of radius rho around the formation at m lies behind it (eq. 13).
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ class Rows:
 
 
 def ball_rows(half_spaces: HalfSpaces, formation: np.ndarray) -> Rows:
-    """Return eq. 9b: rho + G.(m + b_j) - h <= 0 for every half-space of robot i and every robot j that it binds.
+    """Return eq. 13: rho + G.(m + b_j) - h <= 0 for every half-space of robot i and every robot j that it binds.
 
-    Eq. 9a, G.(m + b_j) - h <= 0, is implied since rho >= 0. `formation` is b, (n, 2). Row k * n + j belongs to
+    Eq. 12, G.(m + b_j) - h <= 0, is implied since rho >= 0. `formation` is b, (n, 2). Row k * n + j belongs to
     slot k and robot j.
     """
     n, slots = half_spaces.h.shape
@@ -43,7 +43,7 @@ def ball_rows(half_spaces: HalfSpaces, formation: np.ndarray) -> Rows:
 
 
 def input_rows(network: Network, alpha_r: float, limit: float, facets: int) -> Rows:
-    """Return the rows of the input polytopes U_i, eqs. 4-6: ||A|| rho - f <= 0 for each facet F u_i <= f.
+    """Return the rows of the input polytopes U_i, eqs. 5-7: ||A|| rho - f <= 0 for each facet F u_i <= f.
 
     A = F [-(L_i (x) I) - alpha_r delta_i (e_i (x) I)', (L_i (x) I)] maps (p - 1 (x) m, xi) to F u_i, so that the ball
     of radius rho keeps u_i in the polytope for ever. The polytope is the regular polygon of `facets` sides inside

@@ -1,7 +1,7 @@
 """The centralized reference in its small form, given to Clarabel directly and updated from solve to solve.
 
 All rows share rho, and rho^2 = n ||m - mean p||^2 + s^2 with s^2 = sum ||p_j - mean p||^2 + ||xi||^2. So the problem of
-eqs. 8-9 has the variables (m, t), one cone ||(sqrt(n) (m - mean p), s)|| <= t, and one linear row a t + C m <= d for
+eqs. 10-13 has the variables (m, t), one cone ||(sqrt(n) (m - mean p), s)|| <= t, and one linear row a t + C m <= d for
 each group of rows that differ in d alone, the one with the smallest d.
 """
 

@@ -27,7 +27,7 @@ class _Program:
 
 
 class CvxpySolver:
-    """The problem of eqs. 8-9 in four dimensions; one compiled program per number of rows.
+    """The problem of eqs. 10-13 in four dimensions; one compiled program per number of rows.
 
     A solver belongs to one run, so that nothing Clarabel keeps between solves can leak into another run's bits.
     """
@@ -105,6 +105,6 @@ def _program(n: int, count: int, leaders: int) -> _Program:
     centre, s = cp.Parameter(2), cp.Parameter(nonneg=True)
     a, C, d = cp.Parameter(count, nonneg=True), cp.Parameter((count, 2)), cp.Parameter(count)
     cone = cp.SOC(t, cp.hstack([np.sqrt(n) * (m - centre), s]))
-    rows = a * t + C @ m <= d  # eq. 9b
+    rows = a * t + C @ m <= d  # eq. 13
     parameters = {"r": r, "centre": centre, "s": s, "a": a, "C": C, "d": d}
     return _Program(cp.Problem(cost, [cone, rows]), m, rows, parameters)

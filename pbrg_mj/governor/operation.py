@@ -26,7 +26,7 @@ class Operation:
 def operation(problem: Problem, solution: Solution, before: Operation | None) -> Operation:
     """Return the certificates of one tick; `before` are those of the tick before, None in the first.
 
-    Stationarity, worst row (its positive part) and complementarity are the residuals of the KKT conditions, eq. 18,
+    Stationarity, worst row (its positive part) and complementarity are the residuals of the KKT conditions, eq. 24,
     of the whole network's problem in m at the network's multipliers.
     """
     lead = problem.network.leader > 0

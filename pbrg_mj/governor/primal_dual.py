@@ -1,4 +1,4 @@
-"""The paper's passivity-based distributed optimization (eqs. 19-23): PI consensus, gradient descent, dual ascent.
+"""The paper's passivity-based distributed optimization (eqs. 25-30): PI consensus, gradient descent, dual ascent.
 
 One explicit step of its equations is one communication round: every robot sends (z_i, zeta_i) to its neighbours once
 and then updates its own estimate from what it heard and what it alone knows.
@@ -92,8 +92,8 @@ def update_robot(old, new, heard, own, r, gains):  # pragma: no cover - compiled
         pull += a[row] * lam_i[row]
         push_x += C[row, 0] * lam_i[row]
         push_y += C[row, 1] * lam_i[row]
-        g = a[row] * rho + C[row, 0] * z_i[0] + C[row, 1] * z_i[1] - d[row]  # eq. 9b
-        # eq. 22: the switch; the clip ends the last explicit step at lambda = 0, where the flow would stop
+        g = a[row] * rho + C[row, 0] * z_i[0] + C[row, 1] * z_i[1] - d[row]  # eq. 13
+        # eq. 29: the switch; the clip ends the last explicit step at lambda = 0, where the flow would stop
         switched = lam_i[row] > 0.0 or g > 0.0
         new[2][i, row] = min(max(lam_i[row] + step * g, 0.0), cap) if switched else 0.0
     weight = pull / rho if rho > 0.0 else 0.0  # 0 is a subgradient of rho at its kink
@@ -105,7 +105,7 @@ def update_robot(old, new, heard, own, r, gains):  # pragma: no cover - compiled
         for k in at:
             lead += z_i[c] - seen_z[k, c]
             lead_zeta += zeta_i[c] - seen_zeta[k, c]
-        new[1][i, c] = zeta_i[c] - step * lead  # eq. 19, second row
+        new[1][i, c] = zeta_i[c] - step * lead  # eq. 25, second row
         if c >= 2 + 2 * n:
             gradient = weight * z_i[c]
         elif c >= 2:
@@ -117,11 +117,11 @@ def update_robot(old, new, heard, own, r, gains):  # pragma: no cover - compiled
                 grad_y += weight * off
         else:
             gradient = 0.0
-        new[0][i, c] = z_i[c] - step * (lead - lead_zeta + alpha * gradient)  # eq. 19, first row
+        new[0][i, c] = z_i[c] - step * (lead - lead_zeta + alpha * gradient)  # eq. 25, first row
     new[0][i, 0] -= step * alpha * grad_x
     new[0][i, 1] -= step * alpha * grad_y
 
-    for axis in range(2):  # grad h_i' nu_i acts on robot i's own blocks; eq. 23
+    for axis in range(2):  # grad h_i' nu_i acts on robot i's own blocks; eq. 30
         at_p, at_xi = 2 + 2 * i + axis, 2 + 2 * n + 2 * i + axis
         new[0][i, at_p] -= step * alpha * nu_i[axis]
         new[0][i, at_xi] -= step * alpha * nu_i[2 + axis]

@@ -16,7 +16,7 @@ Status = Literal["ok", "holding", "infeasible", "diverged", "failed"]
 
 @dataclass(frozen=True)
 class Problem:
-    """min sum_i delta_i ||r - m||^2 subject to a rho(m, p, xi) + C m - d <= 0 for all rows (eqs. 8-9).
+    """min sum_i delta_i ||r - m||^2 subject to a rho(m, p, xi) + C m - d <= 0 for all rows (eqs. 10-13).
 
     Row i of each array is private to robot i. A distributed governor may hand it to robot i's update alone.
     """

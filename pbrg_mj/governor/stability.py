@@ -10,7 +10,7 @@ STILL = 1e-9  # eigenvalues this small belong to what the flow conserves: the me
 
 
 def admissible_step(network: Network, formation: np.ndarray, alpha: float) -> float:
-    """Return the largest step [s] for which every linearised mode of eqs. 19-23 decays under explicit Euler.
+    """Return the largest step [s] for which every linearised mode of eqs. 25-30 decays under explicit Euler.
 
     An eigenvalue mu of the flow decays when |1 + step mu| < 1, that is step < -2 Re(mu) / |mu|^2. The flow falls apart
     into components of z that only meet in the constraint rows:

@@ -20,7 +20,7 @@ class Control(Section):
         description="dxi/dt = -L p - leak L xi: bounds xi behind stuck wheels; 0, the paper's: no bound [-]",
     )
     speed_limit: Positive | None = Field(
-        default=None, description="of every robot's u, governed as an input constraint (eqs. 4-6) [m/s]; null: none"
+        default=None, description="of every robot's u, governed as an input constraint (eqs. 5-7) [m/s]; null: none"
     )
     speed_facets: Annotated[int, Field(ge=3, le=64)] = Field(
         default=8, description="sides of the regular polygon inside the disc of `speed_limit`"
@@ -74,7 +74,7 @@ class Governor(Section):
         description="step of one round [s]; default tick / rounds: the paper's algorithm in real time",
     )
     certificate: Literal["ball"] = Field(
-        default="ball", description="how half-spaces and state become constraints (eq. 9b)"
+        default="ball", description="how half-spaces and state become constraints (eq. 13)"
     )
     initial: Literal["zero", "start"] = Field(
         default="zero", description="first estimates: zero, or m_i = p_i(0), z_p = p(0), z_xi = 0"

@@ -16,7 +16,7 @@ def pre_stabilise(
     u_j = -sum_k L_jk (p_k - xi_k) + alpha_r delta_j (m_j - p_j),  dxi_j/dt = -sum_k L_jk (p_k + leak xi_k)
 
     so that robot j needs the p and xi of its neighbours only. All arguments are (n, 2) [m]; m_j is the governed
-    reference as robot j knows it. (Eq. 7 of the paper gives the same u, but for alpha_r; its eq. 8 has the wrong sign.)
+    reference as robot j knows it. (Eq. 5 of the paper gives the same u, but for alpha_r; its eq. 6 has the wrong sign.)
 
     The leak is ours, 0 in the paper. It bounds xi when robots cannot follow (stuck or saturated wheels), and takes
     nothing away: it keeps the sum of xi since 1'L = 0, it adds -leak xi'L xi <= 0 to dV/dt so that the certificate

@@ -37,9 +37,7 @@ def readings(scenes: list[Scene], poses: np.ndarray, noise: SensorNoise, frame: 
     rows, seen = [], []
     for robot, (scene, pose) in enumerate(zip(scenes, poses, strict=True)):
         raw = cast(scene, pose, BEAMS, noise.range_max)
-        rows.append(
-            noisy_scan(np.nan_to_num(raw, nan=-1.0), noise, stream(noise.seed, Source.BEAMS, robot, frame))
-        )
+        rows.append(noisy_scan(np.nan_to_num(raw, nan=-1.0), noise, stream(noise.seed, Source.BEAMS, robot, frame)))
         draw = stream(noise.seed, Source.CAMERA, robot, frame).standard_normal(3)
         seen.append(pose + draw * [noise.position_std, noise.position_std, noise.heading_std])
     return Readings(np.array(seen), np.array(rows), True, 0, 0)

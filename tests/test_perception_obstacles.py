@@ -49,15 +49,11 @@ def test_a_box_with_two_faces_in_view_gives_one_half_space_that_all_can_satisfy(
 
 
 def test_a_concave_corner_gives_both_half_spaces() -> None:
-    known, _, _ = known_after(
-        scenario(PENTAGON, estimator={"sigmas": 0.0}, **EXACT), CORNER, in_formation(0, 0), 2
-    )
+    known, _, _ = known_after(scenario(PENTAGON, estimator={"sigmas": 0.0}, **EXACT), CORNER, in_formation(0, 0), 2)
     for robot in range(5):
         G, h = rows(known, robot)
         order = np.argsort(h)
-        assert G[order] == pytest.approx(np.eye(2), abs=1e-2) and h[order] == pytest.approx(
-            [0.9, 1.1], abs=1e-2
-        )
+        assert G[order] == pytest.approx(np.eye(2), abs=1e-2) and h[order] == pytest.approx([0.9, 1.1], abs=1e-2)
 
 
 @pytest.mark.parametrize("y", [0.3, 0.7, 0.95, 1.05, 1.15, 1.4])

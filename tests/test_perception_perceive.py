@@ -116,9 +116,7 @@ def test_nothing_is_known_before_the_first_scan() -> None:
 
 def test_only_the_nearest_walls_are_kept() -> None:
     config = exact(1, half_spaces_per_robot=1)
-    far, memory = perceive(
-        readings(Scene(((-2.0, -3.0, -2.0, 3.0),)), POSES[:1]), 0.0, initial(config), config
-    )
+    far, memory = perceive(readings(Scene(((-2.0, -3.0, -2.0, 3.0),)), POSES[:1]), 0.0, initial(config), config)
     assert far.h[0] == pytest.approx([1.9], abs=1e-9)
     _, memory = perceive(readings(CORNER, POSES[:1]), 0.1, memory, config)
     both, memory = perceive(readings(CORNER, POSES[:1]), 0.2, memory, config)

@@ -146,9 +146,7 @@ def test_a_wall_seen_again_is_the_same_wall() -> None:
 
 def test_a_wall_that_beams_go_through_is_dropped_long_before_the_memory_ends() -> None:
     behind = Scene(((3.0, -3.0, 3.0, 3.0),))
-    steps = list(
-        walk(scenario(), lambda t: together(WALL, behind) if t < 1 else behind, rests((0, 0, 0)), 20)
-    )
+    steps = list(walk(scenario(), lambda t: together(WALL, behind) if t < 1 else behind, rests((0, 0, 0)), 20))
     nearest = [rows(known)[1].min() for *_, known, _ in steps]
     assert nearest[9] < 1 and nearest[11] < 1 and min(nearest[14:]) > 2.5
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import zip_longest
@@ -78,6 +79,7 @@ def verify(path: Path, seen: Callable[[TickRecord], None] = lambda _record: None
         _compare_models(found, logged.head.model_xml, simulation.model_xml)
         if found.first is None or found.foreign:
             _compare_ticks(found, logged, simulation, seen)
+        deque(logged, maxlen=0)  # the rest, unseen: it may be damaged
         found.damage = logged.damage
     return found
 

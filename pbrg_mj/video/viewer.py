@@ -1,0 +1,60 @@
+"""A run in MuJoCo's own window, over and over, where there is a display."""
+
+# MuJoCo ships no type stubs for its compiled modules.
+# pyright: reportAttributeAccessIssue=false
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from typing import Any
+
+from pbrg_mj.errors import InputError
+from pbrg_mj.log.run import Run
+from pbrg_mj.log.scans import read_scans
+from pbrg_mj.video.job import LAYERS, Job
+from pbrg_mj.video.motion import latest, motion_of
+from pbrg_mj.video.overlay import Moment, Overlay
+from pbrg_mj.video.pen import Pen
+from pbrg_mj.video.puppet import Puppet
+from pbrg_mj.video.shots import shot_of
+
+SIZE = (1280, 720)  # assumed of the window [pixels]
+PAUSE = 1 / 60  # [s]
+DISPLAYS = ("DISPLAY", "WAYLAND_DISPLAY")
+
+
+def view(run: Run, speed: float = 1.0) -> None:
+    """Show the run until the window is closed; `speed` simulated seconds pass per second.
+
+    Raises InputError without a display, or when the log's model is of no use.
+    """
+    _need_display()
+    import mujoco.viewer
+
+    ticks, motion = run.ticks, motion_of(run.ticks)
+    puppet = Puppet(run, motion)
+    overlay = Overlay(run, read_scans(run.path, run.scenario.robots), motion, puppet.colour)
+    shot = shot_of(Job(run, {}, "chase", SIZE, frozenset(LAYERS), ticks.time), motion)
+    first, last = float(ticks.time[0]), float(ticks.time[-1])
+    shown = frozenset(LAYERS) - {"text"}
+    with mujoco.viewer.launch_passive(puppet.model, puppet.data, show_left_ui=False, show_right_ui=False) as window:
+        began = time.monotonic()
+        while window.is_running():
+            now = first + (time.monotonic() - began) * speed % max(last - first, PAUSE)
+            _show(window, puppet, overlay, Moment(now, latest(ticks.time, now), shot(now)), shown)
+            time.sleep(PAUSE)
+
+
+def _show(window: Any, puppet: Puppet, overlay: Overlay, moment: Moment, layers: frozenset[str]) -> None:
+    with window.lock():
+        puppet.pose(moment.time)
+        window.user_scn.ngeom = 0
+        overlay.draw(Pen(window.user_scn, 1.0), moment, layers)
+    window.sync()
+
+
+def _need_display() -> None:
+    if sys.platform == "linux" and not any(os.environ.get(name) for name in DISPLAYS):
+        raise InputError(f"there is no display to open a window on (neither {' nor '.join(DISPLAYS)} is set)")

@@ -4,6 +4,9 @@ Numba notices when a cached function's own file changes, but not when a function
 old kernel would go on giving old answers. So the cache lies in a folder named after the state of ALL our kernels.
 """
 
+# Numba's settings are attributes made at import, unknown to type checkers.
+# pyright: reportPrivateImportUsage=false, reportAttributeAccessIssue=false
+
 from __future__ import annotations
 
 import hashlib

@@ -26,12 +26,18 @@ BARE = View(camera="top", size=SIZE, layers=frozenset())
 
 
 @pytest.fixture(scope="session")
-def draws():
+def backend():
     """Skip where nothing can be drawn; .ci/run installs what it takes."""
     try:
         return gl.working_backend()
     except InputError as error:
         pytest.skip(str(error))
+
+
+@pytest.fixture
+def draws(monkeypatch, backend):
+    """Probe once for all tests."""
+    monkeypatch.setattr(render, "working_backend", lambda: backend)
 
 
 @pytest.fixture(scope="session")

@@ -31,6 +31,7 @@ REQUIRED = (
 OPTIONAL = {
     "matplotlib": ("pbrg plot", "pip install 'pbrg-mj[plot]'"),
     "av": ("pbrg render", "pip install 'pbrg-mj[video]'"),
+    "foxglove-sdk": ("pbrg run --live", "pip install 'pbrg-mj[live]'"),
 }
 
 

@@ -9,6 +9,7 @@ import mujoco.viewer
 import numpy as np
 import pytest
 
+from pbrg_mj.cli.main import main
 from pbrg_mj.errors import InputError
 from pbrg_mj.video import viewer
 from tests.runs import run
@@ -56,3 +57,13 @@ def test_without_a_display_one_line_says_so(monkeypatch):
     monkeypatch.setattr(viewer.sys, "platform", "linux")
     with pytest.raises(InputError, match="there is no display to open a window on"):
         viewer.view(run())
+
+
+def test_view_is_reached_from_replay_and_not_together_with_verify(monkeypatch, capsys):
+    opened = []
+    monkeypatch.setattr("pbrg_mj.cli.replay.open_log", lambda path: str(path))
+    monkeypatch.setattr(viewer, "view", opened.append)
+    assert main(["replay", "near.mcap", "--view"]) == 0
+    assert opened == ["near.mcap"]
+    assert main(["replay", "near.mcap", "--view", "--verify"]) == 2
+    assert "--view and --verify do not go together" in capsys.readouterr().err

@@ -29,12 +29,24 @@ def replay(
     tolerance: Annotated[
         float, typer.Option(help="Largest deviation, in its own unit, in another environment than the log's.")
     ] = TOLERANCE,
+    view: Annotated[bool, typer.Option("--view", help="Show it in MuJoCo's window; needs a display.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Print what is found as JSON, and nothing else.")] = False,
 ) -> int:
     """Step through a log; with --verify, run its scenario again and compare. Exit code 1 when they differ."""
     if not tolerance >= 0:
         raise InputError(f"--tolerance is {tolerance:g}; allowed: 0 or more")
+    if view:
+        return _show(log, verify=verify)
     return _verify(log, tolerance, json=json) if verify else _account(log, json=json)
+
+
+def _show(log: Path, *, verify: bool) -> int:
+    if verify:
+        raise InputError("--view and --verify do not go together; allowed: one of them")
+    from pbrg_mj.video.viewer import view
+
+    view(open_log(log))
+    return 0
 
 
 def _account(log: Path, *, json: bool) -> int:

@@ -19,6 +19,7 @@ class Window:
     def __init__(self, model, data, frames):
         self.user_scn = mujoco.MjvScene(model, 1000)
         self.data, self.left, self.seen = data, frames, []
+        self.opt = mujoco.MjvOption()
 
     def is_running(self):
         self.left -= 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -93,9 +94,12 @@ def record(loaded: Loaded, path: Path, *, show: bool, watched: tuple[Callable[[T
 
     What is in `watched` sees every record once it is in the log.
     """
+    from pbrg_mj.kernel import cache_folder
     from pbrg_mj.log.writer import LogWriter
     from pbrg_mj.loop.simulation import Simulation
 
+    if show and sys.stderr.isatty() and not cache_folder().exists():
+        note("compiling kernels, once per version: some twenty seconds")
     simulation = Simulation.build(loaded.scenario)
     with (
         interruptible() as pressed,

@@ -40,6 +40,8 @@ def view(run: Run, speed: float = 1.0) -> None:
     first, last = float(ticks.time[0]), float(ticks.time[-1])
     shown = frozenset(LAYERS) - {"text"}
     with mujoco.viewer.launch_passive(puppet.model, puppet.data, show_left_ui=False, show_right_ui=False) as window:
+        # The viewer's own beams are those of the model as it stands now, ours those of the log's latest scan.
+        window.opt.flags[mujoco.mjtVisFlag.mjVIS_RANGEFINDER] = False
         began = time.monotonic()
         while window.is_running():
             now = first + (time.monotonic() - began) * speed % max(last - first, PAUSE)

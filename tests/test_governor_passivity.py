@@ -9,6 +9,7 @@ import pytest
 
 from pbrg_mj.governor.certificate import ball_rows, rho
 from pbrg_mj.governor.clarabel_solver import ClarabelSolver
+from pbrg_mj.governor.cvxpy_solver import CvxpySolver
 from pbrg_mj.governor.distributed import DistributedGovernor
 from pbrg_mj.governor.optimum import Optimum
 from pbrg_mj.governor.passivity import equilibrium, passivity
@@ -54,9 +55,10 @@ def test_a_thousand_planted_optima_are_fixed_points_of_the_rounds():
         np.testing.assert_allclose(still.lam[static.rows.active], 0.0, atol=1e-10)  # g = 0 where lambda > 0
 
 
-def test_the_centralized_solver_finds_the_planted_optima():
+@pytest.mark.parametrize("kind", [ClarabelSolver, CvxpySolver])
+def test_the_centralized_solvers_find_the_planted_optima(kind):
     rng = np.random.default_rng(8)
-    solver, checked = ClarabelSolver(), 0
+    solver, checked = kind(), 0
     for _ in range(1000):
         static, optimum = planted(rng, graph())
         if np.count_nonzero(optimum.multipliers) < 3:  # three binding rows may leave no interior

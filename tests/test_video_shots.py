@@ -74,22 +74,27 @@ def test_a_run_that_diverges_still_has_a_picture():
 
 
 def test_frames_are_evenly_spaced_and_end_before_the_end():
-    times = frame_times(TICKS, Cut(fps=10.0, speed=2.0, start=1.0, end=4.0))
+    times = frame_times(TICKS, Cut(fps=10.0, speed=2.0, start=1.0, end=4.0), 240.0)
     np.testing.assert_allclose(times, 1.0 + 0.2 * np.arange(15))
-    assert len(frame_times(TICKS, Cut(fps=30.0))) == 300
-    np.testing.assert_array_equal(frame_times(TICKS[:1], Cut()), [0.0])
+    assert len(frame_times(TICKS, Cut(fps=30.0), 240.0)) == 300
+    np.testing.assert_array_equal(frame_times(TICKS[:1], Cut(), 240.0), [0.0])
     np.testing.assert_array_equal(still_time(TICKS, None), [10.0])
 
 
 @pytest.mark.parametrize(
     ("call", "says"),
     [
-        (lambda: frame_times(TICKS, Cut(fps=0.0)), "the fps is 0; allowed: above 0, up to 240"),
-        (lambda: frame_times(TICKS, Cut(fps=float("nan"))), "the fps is nan"),
-        (lambda: frame_times(TICKS, Cut(speed=-1.0)), "the speed is -1"),
-        (lambda: frame_times(TICKS, Cut(start=11.0)), "the time is 11 s; the log has 0 to 10 s"),
-        (lambda: frame_times(TICKS, Cut(start=5.0, end=4.0)), "the end is 4 s; allowed: from the start, 5 s, on"),
-        (lambda: frame_times(TICKS, Cut(end=float("nan"))), "the end is nan s"),
+        (lambda: frame_times(TICKS, Cut(fps=0.0), 240.0), "the fps is 0; allowed: 0.001 to 240"),
+        (lambda: frame_times(TICKS, Cut(fps=float("nan")), 240.0), "the fps is nan"),
+        (lambda: frame_times(TICKS, Cut(fps=1e-9), 240.0), "the fps is 1e-09; allowed: 0.001 to 240"),
+        (lambda: frame_times(TICKS, Cut(fps=60.0), 50.0), "the fps is 60; allowed: 0.001 to 50"),
+        (lambda: frame_times(TICKS, Cut(speed=-1.0), 240.0), "the speed is -1"),
+        (lambda: frame_times(TICKS, Cut(start=11.0), 240.0), "the time is 11 s; the log has 0 to 10 s"),
+        (
+            lambda: frame_times(TICKS, Cut(start=5.0, end=4.0), 240.0),
+            "the end is 4 s; allowed: from the start, 5 s",
+        ),
+        (lambda: frame_times(TICKS, Cut(end=float("nan")), 240.0), "the end is nan s"),
         (lambda: still_time(TICKS, -1.0), "the time is -1 s"),
         (lambda: check_camera("robot:3", 2), "no camera 'robot:3'; allowed: top, chase, robot:1 to robot:2"),
         (lambda: check_camera("robot:0", 2), "no camera"),

@@ -11,7 +11,6 @@ import numpy as np
 from pbrg_mj.log.run import Run
 
 XY = ("x", "y")
-POSE = ("x", "y", "heading")
 SIDE = ("left", "right")
 
 

@@ -47,7 +47,7 @@ def render(
         raise InputError("--at is for stills (.png); a video has --start and --end")
     run = open_log(log)
     cut = Cut(FORMATS[suffix].fps if fps is None else fps, speed, start, end)
-    with _progress(len(frame_times(run.ticks.time, cut))) as each:
+    with _progress(len(frame_times(run.ticks.time, cut, FORMATS[suffix].fastest))) as each:
         render_movie(run, output, view, cut, each)
 
 

@@ -45,13 +45,14 @@ class LiveServer:
 
     def __enter__(self) -> Self:
         """Start to listen."""
+        listener: Any = _Listener(self._newcomer)  # the SDK calls the methods that are there
         try:
             self._server = self._sdk.start_server(
                 name="pbrg",
                 host=HOST,
                 port=self._port,
                 capabilities=[self._sdk.Capability.Time],
-                server_listener=_Listener(self._newcomer),
+                server_listener=listener,
                 context=self._context,
                 message_backlog_size=BACKLOG,
             )

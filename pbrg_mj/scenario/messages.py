@@ -17,6 +17,18 @@ def messages(scenario: Scenario) -> Iterator[Finding]:
     yield from _links(scenario)
     yield from _delays(scenario)
     yield from _bursts(scenario)
+    yield from _guarded(scenario)
+
+
+def _guarded(scenario: Scenario) -> Iterator[Finding]:
+    network = scenario.network
+    late = network.delay_rounds > 0 or any(link.delay_rounds > 0 for link in network.links)
+    if scenario.governor.guard and (late or network.loss > 0 or network.silences or network.exchange != "plain"):
+        yield Finding(
+            ("governor", "guard"),
+            "is true with messages that are late, lost or silent, which its own messages would not be; "
+            "allowed: with an immediate plain exchange only",
+        )
 
 
 def _links(scenario: Scenario) -> Iterator[Finding]:

@@ -27,18 +27,22 @@ class Format:
     options: dict[str, str]
     even: bool  # only sizes that are even both ways
     fps: float  # unless told otherwise
+    fastest: float  # [frames/s]
 
 
 FORMATS = {
-    ".mp4": Format("libx264", "yuv420p", {"preset": "veryfast", "crf": "20"}, True, 30.0),
+    ".mp4": Format("libx264", "yuv420p", {"preset": "veryfast", "crf": "20"}, True, 30.0, 240.0),
     ".webm": Format(
         "libvpx-vp9",
         "yuv420p",
         {"deadline": "realtime", "cpu-used": "8", "row-mt": "1", "crf": "30", "b": "0"},
         True,
         30.0,
+        240.0,
     ),
-    ".gif": Format("gif", "pal8", {}, False, 12.5),
+    ".gif": Format(
+        "gif", "pal8", {}, False, 12.5, 50.0
+    ),  # times are hundredths of a second, and viewers slow down what is faster
 }
 STILL = ".png"
 SUFFIXES = (*FORMATS, STILL)

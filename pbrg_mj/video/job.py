@@ -15,7 +15,7 @@ LAYERS = ("beams", "half_spaces", "formation", "references", "trails", "text")
 CAMERAS = ("top", "chase")
 ROBOT_CAMERA = "robot:"
 SMALLEST, LARGEST = 64, 4096  # [pixels]
-FASTEST = 240.0  # [frames/s]
+SLOWEST = 0.001  # frames per second, and simulated seconds per second
 ROUNDING = 1e-9  # share of a frame
 
 
@@ -63,11 +63,14 @@ def shown_layers(hidden: tuple[str, ...]) -> frozenset[str]:
     return frozenset() if "all" in hidden else frozenset(LAYERS) - set(hidden)
 
 
-def frame_times(time: np.ndarray, cut: Cut) -> np.ndarray:
-    """Return the simulated time of every frame; `time` (T,) [s] are the log's ticks. Raises InputError."""
-    for name, value, largest in (("fps", cut.fps, FASTEST), ("speed", cut.speed, 1000.0)):
-        if not 0 < value <= largest:
-            raise InputError(f"the {name} is {value:g}; allowed: above 0, up to {largest:g}")
+def frame_times(time: np.ndarray, cut: Cut, fastest: float) -> np.ndarray:
+    """Return the simulated time of every frame; `time` (T,) [s] are the log's ticks.
+
+    `fastest` [frames/s] is the most the format can hold. Raises InputError.
+    """
+    for name, value, largest in (("fps", cut.fps, fastest), ("speed", cut.speed, 1000.0)):
+        if not SLOWEST <= value <= largest:
+            raise InputError(f"the {name} is {value:g}; allowed: {SLOWEST:g} to {largest:g}")
     first, last = float(time[0]), float(time[-1])
     start = first if cut.start is None else cut.start
     end = last if cut.end is None else min(cut.end, last)

@@ -33,7 +33,9 @@ def render_movie(run: Run, path: Path, view: View, cut: Cut, each: Callable[[], 
 
     Raises InputError when something asked for cannot be, PbrgError when drawing fails; then no file is left.
     """
-    job = _job(run, path, view, frame_times(run.ticks.time, cut))
+    check_output(path, view.size)
+    times = frame_times(run.ticks.time, cut, FORMATS[path.suffix.lower()].fastest)
+    job = _job(run, path, view, times)
     with _drawn(job) as pictures:
         write_whole(path, lambda whole: write_movie(pictures, whole, cut.fps, each))
 

@@ -40,7 +40,7 @@ def test_the_window_shows_poses_and_marks_of_the_log(monkeypatch):
         windows.append(Window(model, data, frames=3))
         yield windows[-1]
 
-    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setattr(viewer, "_need_display", lambda: None)
     monkeypatch.setattr(mujoco.viewer, "launch_passive", launch)
     monkeypatch.setattr(viewer, "read_scans", lambda _path, _robots: {})
     made = run()
@@ -57,6 +57,13 @@ def test_without_a_display_one_line_says_so(monkeypatch):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(viewer.sys, "platform", "linux")
     with pytest.raises(InputError, match="there is no display to open a window on"):
+        viewer.view(run())
+
+
+def test_a_display_that_does_not_answer_is_told_in_one_line(monkeypatch):
+    monkeypatch.setenv("DISPLAY", ":4711")
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    with pytest.raises(InputError, match=r"^no window can be opened on the display \(DISPLAY=:4711\)$"):
         viewer.view(run())
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -27,9 +29,15 @@ def repair(
         raise InputError("would overwrite the log itself; give another name", file=str(output))
     found: list[Repaired] = []
     write_whole(output, lambda path: found.append(write(log, path)))
-    for damage in found[0].damage:
-        note(f"warning: {log}: {damage}")
+    if found[0].damage:
+        note(f"warning: {log}: {_told_once(found[0].damage)}")
     emit("\n".join(_lines(found[0], output)))
+
+
+def _told_once(damage: Sequence[str]) -> str:
+    """Return all damage in one line, what occurs more than once with its count."""
+    counts = Counter(damage)
+    return "; ".join(f"{what} ({count} times)" if count > 1 else what for what, count in counts.items())
 
 
 def _lines(found: Repaired, output: Path) -> list[str]:

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import os
+import subprocess
 import sys
 import time
 from typing import Any
@@ -60,3 +61,8 @@ def _show(window: Any, puppet: Puppet, overlay: Overlay, moment: Moment, layers:
 def _need_display() -> None:
     if sys.platform == "linux" and not any(os.environ.get(name) for name in DISPLAYS):
         raise InputError(f"there is no display to open a window on (neither {' nor '.join(DISPLAYS)} is set)")
+    # Where the display does not answer, the viewer would end this process without a word of ours.
+    program = "import glfw, sys; sys.exit(not glfw.init())"
+    if subprocess.run([sys.executable, "-W", "ignore", "-c", program], capture_output=True, check=False).returncode:
+        named = ", ".join(f"{name}={os.environ[name]}" for name in DISPLAYS if os.environ.get(name))
+        raise InputError(f"no window can be opened on the display ({named or 'the default one'})")

@@ -10,13 +10,7 @@ from pbrg_mj.world.geometry import Rectangles, signed_distance, wall_rectangles
 
 def footprints(scenario: Scenario) -> Rectangles:
     """Return the footprints of the walls, then of the boxes; boxes that move are left out."""
-    walls, boxes = wall_rectangles(scenario.world.walls), scenario.world.boxes
-    angle = np.deg2rad([box.angle_deg for box in boxes])
-    return Rectangles(
-        centre=np.vstack([walls.centre, np.array([box.center for box in boxes]).reshape(-1, 2)]),
-        axis=np.vstack([walls.axis, np.column_stack([np.cos(angle), np.sin(angle)])]),
-        half_size=np.vstack([walls.half_size, np.array([box.size for box in boxes]).reshape(-1, 2) / 2]),
-    )
+    return wall_rectangles(scenario.world.obstacles)
 
 
 def names(scenario: Scenario) -> list[str]:

@@ -71,6 +71,7 @@ def find_lines(ranges: np.ndarray, directions: np.ndarray, rules: LineRules) -> 
     ]
     walls = joined(scan, walls, [b for group in clusters for b in group])
     for wall in walls:
+        with_strays(scan, wall)
         wall["free_low"] = ends_at(scan, wall, wall["beams"][0], -1)
         wall["free_high"] = ends_at(scan, wall, wall["beams"][1], 1)
     return sorted(walls, key=lambda wall: wall["low"] - wall["high"])
@@ -140,26 +141,40 @@ def weights(scan: Scan, some: Beams, normal: np.ndarray, c: float) -> np.ndarray
     return 1 / ((cosine * scan.rules.range_std) ** 2 + (scan.rules.noise_ratio * c) ** 2)
 
 
+def jacobian(scan: Scan, some: Beams, normal: np.ndarray, c: float) -> np.ndarray:
+    """Of the residuals n . p - c by (angle, offset), each point where its beam meets the line."""
+    tangent = np.array([-normal[1], normal[0]])
+    cosine = scan.d[some] @ normal
+    met = c * (scan.d[some] @ tangent) / np.maximum(cosine, LEAST_COSINE)
+    return np.column_stack([np.where(cosine < LEAST_COSINE, scan.xy[some] @ tangent, met), -np.ones(len(some))])
+
+
+def unit(angle: float) -> np.ndarray:
+    return np.array([math.cos(angle), math.sin(angle)])
+
+
 def fit_line(scan: Scan, some: Beams, normal: np.ndarray, c: float) -> dict:
-    """Weighted total least squares, twice; `normal` and c are a guess for the weights."""
-    xy = scan.xy[some]
-    for _ in range(2):
-        w = weights(scan, some, normal, c)
-        mean = w @ xy / w.sum()
-        _, axes = np.linalg.eigh(((xy - mean).T * w) @ (xy - mean))
-        normal = axes[:, 0] * (1 if axes[:, 0] @ mean >= 0 else -1)
-        c = float(normal @ mean)
-    w = weights(scan, some, normal, c)
-    s = xy @ np.array([-normal[1], normal[0]])
-    jacobian = np.column_stack([s, -np.ones(len(s))])  # of the residuals n . p - c
+    """Weighted total least squares, then one weighted step with predicted coordinates; `normal`, c: for the weights."""
+    xy, w = scan.xy[some], weights(scan, some, normal, c)
+    mean = w @ xy / w.sum()
+    _, axes = np.linalg.eigh(((xy - mean).T * w) @ (xy - mean))
+    normal = axes[:, 0] * (1 if axes[:, 0] @ mean >= 0 else -1)
+    c = float(normal @ mean)
+    root = np.sqrt(weights(scan, some, normal, c))
+    by = jacobian(scan, some, normal, c)
+    turn, shift = np.linalg.lstsq(root[:, None] * by, root * (c - xy @ normal))[0]
+    angle, c = math.atan2(normal[1], normal[0]) + turn, c + shift
+    angle, c = (math.remainder(angle, 2 * math.pi), c) if c >= 0 else (math.remainder(angle + math.pi, 2 * math.pi), -c)
+    normal = unit(angle)
+    w, by = weights(scan, some, normal, c), jacobian(scan, some, normal, c)
     return {
-        "angle": math.atan2(normal[1], normal[0]),
+        "angle": angle,
         "offset": c,
-        "covariance": np.linalg.inv((jacobian.T * w) @ jacobian),
-        "low": s.min(),
-        "high": s.max(),
+        "covariance": np.linalg.inv((by.T * w) @ by),
+        "low": by[:, 0].min(),
+        "high": by[:, 0].max(),
         "normal": normal,
-        "jacobian": jacobian,
+        "jacobian": by,
         "weight": w,
         "residual": xy @ normal - c,
     }
@@ -232,6 +247,24 @@ def joint(scan: Scan, a: dict, b: dict, order: Beams) -> dict | None:
         return None
     end = first if last["high"] < first["high"] else last
     return {**line, "points": points, "beams": (first["beams"][0], end["beams"][1])}
+
+
+def with_strays(scan: Scan, line: dict) -> None:
+    """Add what a stray among the points would mean: the line fitted without it, as often as it is one."""
+    if scan.rules.strays == 0:
+        return
+    by, w, e = line["jacobian"], line["weight"], line["residual"]
+    plain, cosine = line["covariance"], scan.d[line["points"]] @ line["normal"]
+    more = np.zeros((2, 2))
+    for i in range(len(w)):
+        rest = np.delete(np.arange(len(w)), i)
+        without = np.linalg.inv((by[rest].T * w[rest]) @ by[rest])
+        shift = without @ by[i] * w[i] * e[i]  # sum w e by = 0 of the whole line, so of the rest it is - w e by
+        predicted = e[i] + by[i] @ shift
+        std = math.sqrt(1 / w[i] + by[i] @ without @ by[i])
+        odds = scan.rules.strays / cosine[i] / (math.exp(-((predicted / std) ** 2) / 2) / math.sqrt(2 * math.pi) / std)
+        more += odds / (1 + odds) * (np.outer(shift, shift) + without - plain)
+    line["covariance"] = plain + more
 
 
 def meets(scan: Scan, line: dict, b: int) -> float:

@@ -1,5 +1,5 @@
 """The ray-caster, where tests look for it."""
 
-from scripts.raycast import Scene, cast, moved_pose
+from scripts.accuracy.raycast import Scene, cast, moved_pose
 
 __all__ = ["Scene", "cast", "moved_pose"]

@@ -70,6 +70,19 @@ def test_the_covariance_is_that_of_the_errors(keys: dict, offset: float, left: f
     assert np.all(np.abs(error.mean(axis=0)) < 0.16 * error.std(axis=0))
 
 
+@pytest.mark.parametrize("noise", [{"noise_std": 0.0, "noise_ratio": 0.03}, {"noise_std": 0.06}])
+def test_a_line_seen_obliquely_is_not_turned_by_the_noise(noise: dict) -> None:
+    error, _ = errors(sensor(count=360, **noise), 1.9, -2.5, 0.3, 1000)
+    assert np.all(np.abs(error.mean(axis=0)) < 0.1 * error.std(axis=0))  # of total least squares: 0.17 to 0.24
+
+
+def test_the_covariance_counts_strays_that_pass_for_points_of_the_wall() -> None:
+    keys = {"noise_std": 0.0, "noise_ratio": 0.03, "outliers": 0.05}
+    _, square = errors(sensor(**keys), 1.8, -0.9, 0.9, 3000)
+    low, high = chi2.ppf([0.025, 0.975], 2 * len(square)) / len(square)
+    assert low < square.mean() < high  # 2.15 if they do not count
+
+
 @pytest.mark.parametrize(
     ("preset", "angle_deg", "offset"), [("none", 0.25, 0.002), ("tof_ring", 1.0, 0.01), ("robotarium", 2.0, 0.02)]
 )

@@ -52,7 +52,7 @@ def _join(points, rules, order, pair, work):  # pragma: no cover - compiled
     turn = abs(fits[b, 0] - fits[a, 0])
     if min(turn, 2.0 * math.pi - turn) > SAME_WALL + NOISE_MARGIN * math.sqrt(fits[a, 2] + fits[b, 2]):
         return False
-    members = work.members[: _gather(order, work.owner, pair, work.members)]
+    members = work.members[: gather(order, work.owner, a, b, work.members)]
     line = fit_line(points, rules, members, (fits[a, 0], fits[a, 1]))
     if not _near(points, rules, members, line):
         return False
@@ -69,12 +69,12 @@ def _join(points, rules, order, pair, work):  # pragma: no cover - compiled
 
 
 @kernel
-def _gather(order, owner, pair, members):  # pragma: no cover - compiled
-    """Write the beams that either wall owns; return how many there are."""
+def gather(order, owner, a, b, members):  # pragma: no cover - compiled
+    """Write the beams that wall a or wall b owns; return how many there are."""
     count = 0
-    for b in order:
-        if owner[b] == pair[0] or owner[b] == pair[1]:
-            members[count] = b
+    for beam in order:
+        if owner[beam] == a or owner[beam] == b:
+            members[count] = beam
             count += 1
     return count
 

@@ -5,6 +5,12 @@ the beams: a range error of variance sigma^2 gives the residual e_i = n . p_i - 
 the beam's direction. sigma is taken at the range c / (n . d_i) that the line predicts, not at the one measured: else
 points that happen to be near would weigh more.
 
+So is a point's coordinate s_i along the line: it is taken where its beam meets the line. Measured, it shares the
+range's error with the residual, which turns a line seen obliquely (total least squares are biased by about
+- var theta * sum (s_i / c)). With predicted weights and coordinates, sum (s_i, -1) e_i / variance_i = 0 is the
+quasi-likelihood equation of the ranges: unbiased whatever the noise, also when it grows with the range (Wedderburn,
+"Quasi-likelihood functions, generalized linear models, and the Gauss-Newton method", 1974).
+
 `members` (N,) are the beams of the line's points.
 """
 
@@ -13,6 +19,7 @@ from __future__ import annotations
 import math
 
 from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.angles import wrapped
 from pbrg_mj.perception.hits import DX, DY, X, Y
 
 LEAST_COSINE = 0.1  # keeps the weight of a beam that runs along the line finite
@@ -26,12 +33,55 @@ def weight_of(rules, cosine, c):  # pragma: no cover - compiled
 
 
 @kernel
-def fit_line(points, rules, members, guess):  # pragma: no cover - compiled
-    """Return (theta, c) of the weighted total-least-squares line; `guess` (theta, c) is good enough for the weights.
+def meeting(points, nx, ny, c, b):  # pragma: no cover - compiled
+    """Return (n . d, s) of a beam: the cosine of its incidence, and where along the line it meets it [m].
 
-    Once more with the weights of the first answer.
+    Where the beam of a point runs along the line, s is where the point is: the meeting place is anywhere.
     """
-    return _principal_axis(points, rules, members, _principal_axis(points, rules, members, guess))
+    cosine, across = nx * points[b, DX] + ny * points[b, DY], nx * points[b, DY] - ny * points[b, DX]
+    if cosine < LEAST_COSINE:
+        return cosine, nx * points[b, Y] - ny * points[b, X]
+    return cosine, c * across / cosine
+
+
+@kernel
+def fit_line(points, rules, members, guess):  # pragma: no cover - compiled
+    """Return (theta, c) of the line; `guess` (theta, c) is good enough for weights.
+
+    Total least squares come near whatever the guess; one step from there solves the ranges' equations as well as the
+    noise lets one tell.
+    """
+    return _scored(points, rules, members, _principal_axis(points, rules, members, guess))
+
+
+@kernel
+def _scored(points, rules, members, line):  # pragma: no cover - compiled
+    """Return (theta, c) one step of Fisher scoring on from `line`."""
+    nx, ny, c = math.cos(line[0]), math.sin(line[0]), line[1]
+    total = ws = wss = we = wse = 0.0
+    for b in members:
+        cosine, s = meeting(points, nx, ny, c, b)
+        w = weight_of(rules, cosine, c)
+        error = nx * points[b, X] + ny * points[b, Y] - c
+        total += w
+        ws += w * s
+        wss += w * s * s
+        we += w * error
+        wse += w * s * error
+    mean = ws / total
+    spread = wss - total * mean**2
+    if spread <= 0.0:
+        return line
+    turn = (mean * we - wse) / spread
+    return _outward(line[0] + turn, c + we / total + mean * turn)
+
+
+@kernel
+def _outward(theta, c):  # pragma: no cover - compiled
+    """Return the line (theta, c) with c >= 0 and theta in [-pi, pi]."""
+    if c < 0.0:
+        theta, c = theta + math.pi, -c
+    return wrapped(theta), c
 
 
 @kernel
@@ -51,10 +101,7 @@ def _principal_axis(points, rules, members, guess):  # pragma: no cover - compil
     sxx, sxy, syy = sxx - total * x * x, sxy - total * x * y, syy - total * y * y
     # The scatter's longer axis is the line, the shorter one its normal.
     theta = 0.5 * math.atan2(2.0 * sxy, sxx - syy) + 0.5 * math.pi
-    offset = math.cos(theta) * (x + c * nx) + math.sin(theta) * (y + c * ny)
-    if offset < 0.0:
-        theta, offset = theta + math.pi, -offset
-    return (theta - 2.0 * math.pi if theta > math.pi else theta), offset
+    return _outward(theta, math.cos(theta) * (x + c * nx) + math.sin(theta) * (y + c * ny))
 
 
 @kernel
@@ -72,8 +119,8 @@ def extent(points, rules, members, line):  # pragma: no cover - compiled
     total = ws = wss = 0.0
     low, high = math.inf, -math.inf
     for b in members:
-        s = nx * points[b, Y] - ny * points[b, X]
-        w = weight_of(rules, nx * points[b, DX] + ny * points[b, DY], c)
+        cosine, s = meeting(points, nx, ny, c, b)
+        w = weight_of(rules, cosine, c)
         total += w
         ws += w * s
         wss += w * s * s
@@ -98,9 +145,9 @@ def worst_point(points, rules, members, line, moments):  # pragma: no cover - co
     total, mean, spread = moments[0], moments[1], moments[2]
     worst, index = -1.0, -1
     for i, b in enumerate(members):
-        w = weight_of(rules, nx * points[b, DX] + ny * points[b, DY], c)
-        s = nx * points[b, Y] - ny * points[b, X] - mean
-        leverage = w * (1.0 / total + s * s / spread)
+        cosine, s = meeting(points, nx, ny, c, b)
+        w = weight_of(rules, cosine, c)
+        leverage = w * (1.0 / total + (s - mean) ** 2 / spread)
         deviation = abs(nx * points[b, X] + ny * points[b, Y] - c) * math.sqrt(w / max(1.0 - leverage, 1e-6))
         if deviation > worst:
             worst, index = deviation, i
@@ -117,12 +164,12 @@ def straightness(points, rules, members, line, moments):  # pragma: no cover - c
     total, mean, spread = moments[0], moments[1], moments[2]
     cubes = 0.0
     for b in members:
-        u = nx * points[b, Y] - ny * points[b, X] - mean
-        cubes += weight_of(rules, nx * points[b, DX] + ny * points[b, DY], c) * u**3
+        cosine, s = meeting(points, nx, ny, c, b)
+        cubes += weight_of(rules, cosine, c) * (s - mean) ** 3
     misfit = bend = size = 0.0
     for b in members:
-        u = nx * points[b, Y] - ny * points[b, X] - mean
-        w = weight_of(rules, nx * points[b, DX] + ny * points[b, DY], c)
+        cosine, s = meeting(points, nx, ny, c, b)
+        w, u = weight_of(rules, cosine, c), s - mean
         residual = nx * points[b, X] + ny * points[b, Y] - c
         basis = u * u - spread / total - cubes / spread * u
         misfit += w * residual**2

@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple
 
 from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.scenario.sensors import Beams
 
 NOISE_FLOOR = 1e-3  # [m] below this, straight walls and exact ranges no longer are
 FALSE_END = 1e-3  # probability that stray beams alone make a gap or an end of a wall
@@ -21,6 +22,7 @@ class LineRules(NamedTuple):
     min_points: int
     min_length: float  # [m]
     agree: int  # neighbouring beams that must pass by before a wall ends or has a gap
+    strays: float = 0.0  # density of stray ranges against those that are none [1/m]
     closed: bool = True  # the beams go all the way round: the last one is next to the first
 
 
@@ -37,8 +39,15 @@ def line_rules(scenario: Scenario) -> LineRules:
         min_points=estimator.min_points,
         min_length=estimator.min_length,
         agree=agreeing_beams(0.0 if exact else beams.dropout + beams.outliers),
+        strays=0.0 if exact else _stray_density(beams),
         closed=beams.sweep_deg == 360.0,
     )
+
+
+def _stray_density(beams: Beams) -> float:
+    """Return how densely outliers lie within the range limits, against one beam that is none [1/m]."""
+    sound = max(1.0 - beams.outliers, FALSE_END)
+    return beams.outliers / (sound * (beams.range_max - beams.range_min))
 
 
 def agreeing_beams(stray: float) -> int:

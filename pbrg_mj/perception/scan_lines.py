@@ -1,6 +1,6 @@
 """One scan to the straight walls it shows, in the body frame.
 
-Points -> clusters (adaptive breakpoints) -> straight pieces (split and merge) -> weighted total-least-squares lines
+Points -> clusters (adaptive breakpoints) -> straight pieces (split and merge) -> lines (quasi-likelihood of the ranges)
 -> collinear pieces made one -> what the beams beside an end say about it.
 """
 
@@ -15,9 +15,10 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.breaks import clusters_into
 from pbrg_mj.perception.ends import is_free
 from pbrg_mj.perception.hits import points_into, without_spikes
-from pbrg_mj.perception.joins import join_walls, rank_by_length
+from pbrg_mj.perception.joins import gather, join_walls, rank_by_length
 from pbrg_mj.perception.pieces import is_curved, pieces_into
 from pbrg_mj.perception.rules import LineRules
+from pbrg_mj.perception.strays import add_strays
 from pbrg_mj.perception.wall_fits import fit_wall
 
 
@@ -128,7 +129,11 @@ def scan_lines_into(ranges, directions, rules, work, out):  # pragma: no cover -
     walls = join_walls(points, rules, order, work, walls)
     rank_by_length(work.fits, work.ranking, walls)
     for i in range(walls):
-        _write_line(rules, work, work.ranking[i], out, i)
+        wall = work.ranking[i]
+        if rules.strays > 0.0:
+            members = work.members[: gather(order, work.owner, wall, wall, work.members)]
+            add_strays(points, rules, members, work.fits[wall])
+        _write_line(rules, work, wall, out, i)
     return walls
 
 

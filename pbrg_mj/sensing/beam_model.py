@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pbrg_mj.kernel import kernel
 from pbrg_mj.sensing.noise import SensorNoise
 
 
@@ -39,18 +40,32 @@ def noisy_scan(raw: np.ndarray, noise: SensorNoise, random: np.random.Generator)
     anywhere between the limits, whatever the beam hit, in the sensor's steps.
     """
     draws = draw(len(raw), random)
-    noisy = raw + noise.range_std * draws.additive + noise.range_ratio * raw * draws.ratio
-    noisy = quantised(noisy, noise.quantum)
-    ranges = np.where(_in_range(raw, noise) & _in_range(noisy, noise), noisy, np.nan)
-    stray = quantised(noise.range_min + (noise.range_max - noise.range_min) * draws.stray, noise.quantum)
-    ranges = np.where(draws.strayed < noise.outliers, stray, ranges)
-    return np.where((draws.dropped >= noise.dropout) & _in_range(ranges, noise), ranges, np.nan)
+    gauss, chance = (draws.additive, draws.ratio), (draws.dropped, draws.strayed, draws.stray)
+    limits = (noise.range_min, noise.range_max, float(noise.quantum))
+    return _reported(raw, gauss, (noise.range_std, noise.range_ratio), chance, (noise.dropout, noise.outliers), limits)
 
 
-def quantised(ranges: np.ndarray, quantum: float) -> np.ndarray:
-    """Return the nearest whole multiples of `quantum` [m]; the ranges as they are if it is 0."""
-    return np.round(ranges / quantum) * quantum if quantum else ranges
+@kernel
+def _reported(raw, gauss, spread, chance, shares, limits):  # pragma: no cover - compiled
+    additive, ratio = gauss
+    dropped, strayed, stray = chance
+    low, high, quantum = limits
+    ranges = np.full(len(raw), np.nan)
+    for k in range(len(raw)):
+        if dropped[k] < shares[0]:
+            continue
+        if strayed[k] < shares[1]:
+            seen = quantised(low + (high - low) * stray[k], quantum)
+        elif low <= raw[k] < high:
+            seen = quantised(raw[k] + spread[0] * additive[k] + spread[1] * raw[k] * ratio[k], quantum)
+        else:
+            continue
+        if low <= seen < high:
+            ranges[k] = seen
+    return ranges
 
 
-def _in_range(ranges: np.ndarray, noise: SensorNoise) -> np.ndarray:
-    return (ranges >= noise.range_min) & (ranges < noise.range_max)
+@kernel
+def quantised(distance, quantum):  # pragma: no cover - compiled
+    """Return the nearest whole multiple of `quantum` [m]; the distance as it is if that is 0."""
+    return np.rint(distance / quantum) * quantum if quantum > 0.0 else distance

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.scenario.streams import Source, Streams
 
 
 @dataclass(frozen=True)
@@ -24,6 +26,16 @@ class SensorNoise:
     range_ratio: float = 0.0  # multiplicative part: standard deviation per range [-]
     quantum: float = 0.0  # ranges are whole multiples of this [m]; 0: any range
     outliers: float = 0.0  # probability that a beam returns anything within the limits
+
+    @cached_property
+    def camera_streams(self) -> Streams:
+        """Random streams of the camera."""
+        return Streams(self.seed, Source.CAMERA)
+
+    @cached_property
+    def beam_streams(self) -> Streams:
+        """Random streams of the beams."""
+        return Streams(self.seed, Source.BEAMS)
 
 
 def sensor_noise(scenario: Scenario) -> SensorNoise:

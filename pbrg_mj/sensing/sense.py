@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from pbrg_mj.scenario.streams import Source, stream
 from pbrg_mj.sensing.beam_model import noisy_scan
 from pbrg_mj.sensing.noise import SensorNoise
 from pbrg_mj.sensing.readings import Readings
@@ -34,20 +33,18 @@ def _poses(observation: Observation, noise: SensorNoise) -> np.ndarray:
     if observation.pose_frame < 0:
         return np.full_like(true, np.nan)
     std = np.array([noise.position_std, noise.position_std, noise.heading_std])
-    draws = [
-        stream(noise.seed, Source.CAMERA, robot, observation.pose_frame).standard_normal(3)
-        for robot in range(len(true))
-    ]
-    return true + std * np.array(draws).reshape(true.shape)
+    draws = np.empty_like(true)
+    for robot in range(len(true)):
+        noise.camera_streams.at(robot, observation.pose_frame).standard_normal(out=draws[robot])
+    return true + std * draws
 
 
 def _ranges(observation: Observation, noise: SensorNoise) -> np.ndarray:
     """Return (beam robots, beams) noisy ranges [m], NaN where a beam returned nothing."""
     raw = observation.ranges
+    ranges = np.full_like(raw, np.nan)
     if observation.scan_frame < 0:
-        return np.full_like(raw, np.nan)
-    scans = [
-        noisy_scan(row, noise, stream(noise.seed, Source.BEAMS, robot, observation.scan_frame))
-        for row, robot in zip(raw, noise.beam_robots, strict=True)
-    ]
-    return np.array(scans).reshape(raw.shape)
+        return ranges
+    for row, robot in enumerate(noise.beam_robots):
+        ranges[row] = noisy_scan(raw[row], noise, noise.beam_streams.at(robot, observation.scan_frame))
+    return ranges

@@ -1,0 +1,78 @@
+"""Measure how well perception places walls; write what docs/perception.md says of it.
+
+python scripts/accuracy [--seeds 200] [--jobs 2] [--json]     # some four minutes; --json prints, and writes no page
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from pathlib import Path
+
+import crowds
+import numpy as np
+import places
+from page import written
+from rig import SENSORS, scenario
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "perception.md"
+CHUNK = 25
+
+
+def measure(sensor: str, seeds: int, pool: ProcessPoolExecutor) -> dict:
+    """Return all figures of a sensor."""
+    limit = scenario(sensor).sensors.beams.range_max
+    cells, outside = {}, []
+    for cell in (places.Cell(sensor, r, i) for r in places.RANGES if r < limit for i in places.INCIDENCES):
+        rows = np.array(list(pool.map(partial(places.place, cell), range(seeds), chunksize=CHUNK)))
+        cells[str(cell)] = places.figures(rows)
+        judged = rows[:, :, places.OUTSIDE]
+        outside += judged[np.isfinite(judged)].tolist()
+    return {
+        "cells": cells,
+        "consistency": {name: places.pooled(cells, name) for name in ("single", "fused")},
+        "outside": float(np.mean(outside)),
+        "judged": len(outside),
+        "false_walls": sum(pool.map(partial(crowds.false_walls, sensor), range(seeds), chunksize=CHUNK)),
+        "false_scans": seeds * crowds.SCANS,
+        "rows": [rows_bound(sensor, 5, spacing, seeds, pool) for spacing in crowds.SPACINGS],
+    }
+
+
+def rows_bound(
+    sensor: str, min_points: int, spacing: tuple[float, float], seeds: int, pool: ProcessPoolExecutor
+) -> int:
+    """Return how many of `seeds` rows of robots are taken for walls."""
+    return sum(pool.map(partial(crowds.row_binds, sensor, min_points, spacing), range(seeds), chunksize=CHUNK))
+
+
+def fewer_points(seeds: int, pool: ProcessPoolExecutor) -> dict:
+    """Return what lines of four points would do to the ring: the recall at 2 m, and the rows taken for walls."""
+    cells = [places.Cell("tof_ring", 2.0, i, min_points=4) for i in places.INCIDENCES]
+    rows = [np.array(list(pool.map(partial(places.place, cell), range(seeds), chunksize=CHUNK))) for cell in cells]
+    recall = [places.figures(r)["recall"] for r in rows]
+    return {"recall": recall, "rows": [rows_bound("tof_ring", 4, s, seeds, pool) for s in crowds.SPACINGS]}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=int, default=200)
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--sensors", nargs="+", choices=SENSORS, help="only these; prints JSON, writes no page")
+    args = parser.parse_args()
+    with ProcessPoolExecutor(args.jobs) as pool:
+        found: dict = {"seeds": args.seeds}
+        found["sensors"] = {sensor: measure(sensor, args.seeds, pool) for sensor in args.sensors or SENSORS}
+        if not args.sensors:
+            found["tof_ring_of_four_points"] = fewer_points(args.seeds, pool)
+    if args.json or args.sensors:
+        print(json.dumps(found, indent=1))
+    else:
+        PAGE.write_text(written(PAGE.read_text(encoding="utf-8"), found), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,99 @@
+"""Where there is more than walls: robots that move before one, and robots abreast that do not move."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from raycast import Scene
+from rig import Rig, scenario
+from scipy.stats import chi2
+
+ROBOTS, RADIUS, GAP = 4, 0.06, 0.02  # robots, their radius and the least gap between things [m]
+NEAREST, FARTHEST, WALL = 0.16, 1.8, 2.0  # of centres from the robot that scans; of the wall [m]
+SPEEDS = (0.05, 0.3)  # [m/s]
+SCANS = 50  # per seed
+GATE = float(chi2.isf(1e-6, 2))  # one honest track of the wall in a million is beyond
+ALIKE_ANGLE, ALIKE_OFFSET = 0.2, 0.2  # [rad], [m] beyond which a track is not the wall's, however unsure it is
+SPACINGS = ((0.13, 0.3), (0.3, 0.5))  # between robots abreast [m]
+
+
+def false_walls(sensor: str, seed: int) -> int:
+    """Tracks that count as walls and are not the wall, over SCANS scans of it and of robots that move before it."""
+    rig, random = Rig(scenario(sensor, seed)), np.random.default_rng([seed, 7])
+    pose, count = np.array([0.0, 0.0, random.uniform(-np.pi, np.pi)]), 0
+    for places in crowd(random, SCANS, rig.period):
+        rig.scan(Scene(((WALL, -4.0, WALL, 4.0),), _discs(places)), pose)
+        count += sum(not _is_wall(rig, track) for track in rig.tracks if track["confirmed"])
+    return count
+
+
+def _is_wall(rig: Rig, track: np.void) -> bool:
+    turn, off, square = rig.errors(track, np.array([1.0, 0.0]), WALL)
+    return abs(turn) < ALIKE_ANGLE and abs(off) < ALIKE_OFFSET and square < GATE
+
+
+def _discs(places: np.ndarray) -> tuple[tuple[float, float, float], ...]:
+    return tuple((float(x), float(y), RADIUS) for x, y in places)
+
+
+def crowd(random: np.random.Generator, scans: int, period: float) -> Iterator[np.ndarray]:
+    """Places (ROBOTS, 2) scan after scan: always all in view, apart and before the wall.
+
+    A robot keeps its speed and way until it would get in another's way, or out of sight; then it takes others.
+    """
+    places = _start(random)
+    ways = np.array([_way(random) for _ in range(ROBOTS)])
+    for _ in range(scans):
+        yield places.copy()
+        for i in range(ROBOTS):
+            for _try in range(20):
+                moved = places.copy()
+                moved[i] += period * ways[i]
+                if visible(moved):
+                    places = moved
+                    break
+                ways[i] = _way(random)
+
+
+def _start(random: np.random.Generator) -> np.ndarray:
+    while True:
+        places = random.uniform(-FARTHEST, FARTHEST, (ROBOTS, 2))
+        if visible(places):
+            return places
+
+
+def _way(random: np.random.Generator) -> np.ndarray:
+    speed, angle = random.uniform(*SPEEDS), random.uniform(-np.pi, np.pi)
+    return speed * np.array([np.cos(angle), np.sin(angle)])
+
+
+def visible(places: np.ndarray) -> bool:
+    """Tell whether all robots are in range, before the wall, apart, and none hides another's middle."""
+    distance = np.linalg.norm(places, axis=1)
+    if np.any((distance < NEAREST) | (distance > FARTHEST) | (places[:, 0] > WALL - RADIUS - GAP)):
+        return False
+    for i in range(ROBOTS):
+        for j in range(ROBOTS):
+            if i == j:
+                continue
+            along = np.clip(places[j] @ places[i] / distance[i] ** 2, 0.0, 1.0)
+            if np.linalg.norm(places[j] - places[i]) < 2 * RADIUS + GAP or (
+                distance[j] < distance[i] and np.linalg.norm(places[j] - along * places[i]) < RADIUS
+            ):
+                return False
+    return True
+
+
+def row_binds(sensor: str, min_points: int, spacing: tuple[float, float], seed: int) -> bool:
+    """Whether robots abreast, at rest for SCANS scans, are ever taken for a wall."""
+    rig = Rig(scenario(sensor, seed, min_points=min_points))
+    random = np.random.default_rng([seed, 11])
+    middle, turn = np.array([random.uniform(0.4, 1.6), random.uniform(-0.3, 0.3)]), random.uniform(-0.5, 0.5)
+    step = random.uniform(*spacing) * np.array([-np.sin(turn), np.cos(turn)])
+    places = middle + (np.arange(ROBOTS) - (ROBOTS - 1) / 2)[:, None] * step
+    pose, bound = np.array([0.0, 0.0, random.uniform(-np.pi, np.pi)]), False
+    for _ in range(SCANS):
+        rig.scan(Scene((), _discs(places)), pose)
+        bound = bound or rig.binds()
+    return bound

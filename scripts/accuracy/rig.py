@@ -1,0 +1,66 @@
+"""One robot that scans scenes again and again, with the noise of the sensing room."""
+
+from __future__ import annotations
+
+import numpy as np
+from raycast import Scene, cast
+
+from pbrg_mj.perception.memory import PerceptionMemory
+from pbrg_mj.perception.perceive import initial, perceive
+from pbrg_mj.perception.setup import perception_setup
+from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.scenario.streams import Source, stream
+from pbrg_mj.sensing.beam_model import noisy_scan
+from pbrg_mj.sensing.noise import sensor_noise
+from pbrg_mj.sensing.readings import Readings
+
+SENSORS = ("ideal", "none", "robotarium", "tof_ring", "lidar")  # presets
+CLEARANCE, HAND = 0.1, 0.04  # [m]
+
+
+def scenario(sensor: str, seed: int = 0, **estimator: object) -> Scenario:
+    """A robot by itself with one of SENSORS; every sensor has noise of its own, whatever the seed."""
+    given = {
+        "seed": seed * len(SENSORS) + SENSORS.index(sensor),
+        "team": {"start": [(0, 0)], "formation": [(0, 0)], "leaders": [1]},
+        "operator": {"reference": (0, 0)},
+        "sensors": {"beams": {"preset": sensor}},
+        "estimator": estimator,
+    }
+    return Scenario.model_validate(given)
+
+
+class Rig:
+    """A robot with a sensor, and what it has made of its scans so far."""
+
+    def __init__(self, given: Scenario) -> None:
+        self.setup, self.noise = perception_setup(given, CLEARANCE, HAND), sensor_noise(given)
+        self.beams, self.period = given.sensors.beams.count, 1 / given.sensors.beams.rate_hz
+        self.memory: PerceptionMemory = initial(self.setup)
+        self.frame = 0
+
+    def scan(self, scene: Scene, pose: np.ndarray) -> None:
+        raw = np.nan_to_num(cast(scene, pose, self.beams, self.noise.range_max), nan=-1.0)
+        ranges = noisy_scan(raw, self.noise, stream(self.noise.seed, Source.BEAMS, 0, self.frame))
+        draw = stream(self.noise.seed, Source.CAMERA, 0, self.frame).standard_normal(3)
+        pose = pose + draw * [self.noise.position_std, self.noise.position_std, self.noise.heading_std]
+        seen = Readings(pose[None], ranges[None], True, 0, 0)
+        _, self.memory = perceive(seen, self.frame * self.period, self.memory, self.setup)
+        self.frame += 1
+
+    @property
+    def tracks(self) -> np.ndarray:
+        """What is followed, walls or not."""
+        tracks = self.memory.tracks[0]
+        return tracks[tracks["live"] == 1]
+
+    def binds(self) -> bool:
+        return bool(self.memory.half_spaces.active[0].any())
+
+    def errors(self, track: np.void, normal: np.ndarray, offset: float) -> tuple[float, float, float]:
+        """Error of a track's angle [rad] and offset [m] about its anchor, and the normalised error squared."""
+        anchor = np.array([self.memory.stands[0]["x"], self.memory.stands[0]["y"]])
+        turn = track["angle"] - np.arctan2(normal[1], normal[0])
+        error = np.array([np.angle(np.exp(1j * turn)), track["offset"] - (offset - normal @ anchor)])
+        covariance = np.array([[track["p_aa"], track["p_ac"]], [track["p_ac"], track["p_cc"]]])
+        return float(error[0]), float(error[1]), float(error @ np.linalg.solve(covariance, error))

@@ -1,0 +1,89 @@
+"""The compiled tracks against plain numpy, on random walks past random walls."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from pbrg_mj.perception.follow import follow
+from pbrg_mj.perception.tracks import TrackRules, no_tracks
+from pbrg_mj.perception.view import View
+from tests import track_oracle as oracle
+
+RULES = TrackRules(range_max=4.0, silent=2, memory=2.0, drift=0.005, turn=np.deg2rad(0.2), clearance=0.1, sigmas=3.0)
+PERIOD, SCANS = 0.1, 60
+EXACT = {"rel": 1e-7, "abs": 1e-9}  # inverses of matrices there, closed forms here
+
+
+class Walk:
+    """A robot that wanders between walls that face it or are behind it, and sees noisy parts of them."""
+
+    def __init__(self, seed: int) -> None:
+        self.random = np.random.default_rng(seed)
+        count = int(self.random.integers(1, 5))
+        self.angle = self.random.choice([0.0, np.pi], count) + self.random.uniform(-0.12, 0.12, count)
+        self.offset = self.random.uniform(0.5, 2.5, count)
+        self.at, self.jumps = np.zeros(2), np.zeros(count)
+        self.still = self.random.uniform() < 0.5
+
+    def view(self, k: int) -> View:
+        shift = self.random.normal(0, 0.02, 2) if k else np.zeros(2)
+        self.at = self.at + shift
+        self.jumps += self.random.choice([0.0, 0.12], len(self.jumps), p=[0.97, 0.03]) * (not self.still)
+        lines = [line for wall in range(len(self.angle)) for line in self.lines(wall)]
+        self.random.shuffle(lines)
+        angle, offset, low, high, *c = np.array(lines).reshape(-1, 7).T
+        covariance = np.stack([c[0], c[1], c[1], c[2]], axis=1).reshape(-1, 2, 2)
+        no, beams = np.zeros(len(angle), dtype=bool), np.column_stack([np.cos(np.arange(8.0)), np.sin(np.arange(8.0))])
+        time, elapsed = k * PERIOD, PERIOD if k else 0.0
+        return View(
+            *(angle, offset, covariance, low, high, no, no.copy(), np.full(8, np.nan), beams),
+            *(float(self.at[0]), float(self.at[1]), float(shift[0]), float(shift[1]), time, elapsed, 1e-6, 1e-5),
+        )
+
+    def lines(self, wall: int) -> list[tuple[float, ...]]:
+        """What is seen of a wall: nothing, its whole stretch, or two parts of it."""
+        if self.random.uniform() < 0.25:
+            return []
+        low, cut, high = np.sort(self.random.uniform(-1.0, 1.0, 3)) + np.array([-0.1, 0.0, 0.1])
+        parts = [(low, cut - 0.1), (cut + 0.1, high)] if self.random.uniform() < 0.3 else [(low, high)]
+        return [self.line(wall, *part) for part in parts]
+
+    def line(self, wall: int, low: float, high: float) -> tuple[float, ...]:
+        root = self.random.normal(0, 1, (2, 2)) * [[0.004], [0.003]]
+        R = root @ root.T + np.diag([2e-6, 1e-6])
+        error = np.linalg.cholesky(R) @ self.random.standard_normal(2)
+        angle = self.angle[wall] + error[0]
+        offset = self.offset[wall] + self.jumps[wall] - oracle.normal_of(self.angle[wall]) @ self.at + error[1]
+        return (angle, max(offset, 0.01), low, high, R[0, 0], R[0, 1], R[1, 1])
+
+
+def test_the_compiled_tracks_are_those_of_plain_numpy() -> None:
+    met: Counter[str] = Counter()
+    for seed in range(25):
+        walk, tracks, plain = Walk(seed), no_tracks(1, 2)[0], list[oracle.Track]()
+        for k in range(SCANS):
+            view, before = walk.view(k), [track for track in plain if track.live]
+            follow(tracks, view, RULES)
+            met.update(oracle.follow(plain, view, RULES, len(tracks)))
+            met["dropped or merged"] += sum(not track.live for track in before)
+            assert np.flatnonzero(tracks["live"]).tolist() == [i for i, track in enumerate(plain) if track.live]
+            for row, track in zip(tracks, plain, strict=False):
+                if track.live:
+                    met["confirmed" if track.confirmed else "not yet confirmed"] += 1
+                    assert_same(row, track)
+    assert len(met) == 7 and min(met.values()) > 20  # all that can happen did
+
+
+def assert_same(row: np.void, track: oracle.Track) -> None:
+    counts = ("confirmed", "hits", "unseen", "strange")
+    assert [row[name] for name in counts] == [getattr(track, name) for name in counts]
+    assert abs(oracle.turned(row["angle"] - track.x[0])) < 1e-9
+    assert row["offset"] == pytest.approx(track.x[1], **EXACT)
+    assert row["p_aa"] == pytest.approx(track.P[0, 0], rel=1e-7)
+    assert row["p_ac"] == pytest.approx(track.P[0, 1], rel=1e-7, abs=1e-14)
+    assert row["p_cc"] == pytest.approx(track.P[1, 1], rel=1e-7)
+    assert (row["low"], row["high"]) == pytest.approx(track.stretch, **EXACT)
+    assert row["seen"] == track.seen

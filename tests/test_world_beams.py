@@ -78,3 +78,14 @@ def test_readings_at_a_sampling_tick_are_the_truth_of_that_very_instant():
 @pytest.mark.parametrize("count", [1, 7])
 def test_any_number_of_beams(count):
     assert MujocoWorld(scenario(2, beams={"count": count})).observe().ranges.shape == (2, count)
+
+
+@pytest.mark.parametrize("heading", [0.0, 45.0, 90.0])
+def test_beams_see_the_plates_of_other_robots_and_never_their_wheels(heading: float):
+    world = MujocoWorld(scenario(2, beams={"robots": (1,), "count": 720}, team={"heading_deg": [0.0, heading]}))
+    seen = world.observe()
+    hit = seen.ranges[0] > 0
+    angle = seen.body_pose[0, 2] + 2 * np.pi * np.flatnonzero(hit) / 720
+    points = seen.body_pose[0, :2] + seen.ranges[0, hit, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+    assert hit.sum() > 20
+    np.testing.assert_allclose(np.linalg.norm(points - seen.body_pose[1, :2], axis=1), ROBOT.body_radius, atol=1e-6)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 
+from pbrg_mj.kernel import kernel
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.vehicle.hand_point import wheel_speeds
-from pbrg_mj.world.motor_driver import quantise, saturate
+from pbrg_mj.vehicle.hand_point import robot_sizes, wheel_speeds, wheel_speeds_of
+from pbrg_mj.world.motor_driver import quantised, saturate, saturated
 from pbrg_mj.world.robot import RobotModel
 
 
@@ -39,9 +41,13 @@ class DifferentialDrive:
 
     def command(self, velocity: np.ndarray, body_pose: np.ndarray) -> np.ndarray:
         """Return the wheel voltages (n, 2) left, right [V], none beyond the nominal voltage."""
-        speed = wheel_speeds(velocity, body_pose[:, 2], self.robot)
-        voltage = saturate(self.robot.motor_constant * speed, self.robot.voltage)
-        return quantise(voltage, self.robot.voltage, self.pwm_levels)
+        return wheel_voltages(velocity, body_pose, *self.numbers)
+
+    @cached_property
+    def numbers(self) -> tuple[tuple[float, float, float], tuple[float, float, int]]:
+        """Hand offset, half the track and the wheels' radius [m]; V s/rad, nominal voltage [V], duty cycles."""
+        robot = self.robot
+        return robot_sizes(robot), (robot.motor_constant, robot.voltage, self.pwm_levels)
 
 
 @dataclass(frozen=True)
@@ -53,6 +59,14 @@ class SpeedDrive:
     def command(self, velocity: np.ndarray, body_pose: np.ndarray) -> np.ndarray:
         """Return the wheel speeds (n, 2) left, right [rad/s], none beyond what the motor does against its friction."""
         return saturate(wheel_speeds(velocity, body_pose[:, 2], self.robot), self.robot.loaded_speed)
+
+
+@kernel
+def wheel_voltages(velocity, body_pose, sizes, motor):  # pragma: no cover - compiled
+    """Compute what DifferentialDrive commands; `sizes` and `motor` are its numbers."""
+    constant, supply, levels = motor
+    voltage = saturated(constant * wheel_speeds_of(velocity, body_pose[:, 2], sizes), supply)
+    return quantised(voltage, supply, levels) if levels else voltage
 
 
 def drive_of(scenario: Scenario, robot: RobotModel) -> Drive:

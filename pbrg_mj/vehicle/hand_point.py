@@ -11,33 +11,49 @@ mobile robots: an experimental overview", 2001.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
+from pbrg_mj.kernel import kernel
 from pbrg_mj.world.robot import RobotModel
 
 
 def hand_point(body_pose: np.ndarray, hand_offset: float) -> np.ndarray:
     """Return the hand points q (n, 2) [m] of body poses (n, 3) x, y [m], heading [rad]."""
-    return body_pose[:, :2] + hand_offset * _ahead(body_pose[:, 2])
+    return hand_points(body_pose, hand_offset)
 
 
 def wheel_speeds(velocity: np.ndarray, heading: np.ndarray, robot: RobotModel) -> np.ndarray:
     """Return the wheel speeds (n, 2) left, right [rad/s] that give hand points the `velocity` (n, 2) [m/s]."""
-    e = _ahead(heading)
-    v = np.sum(e * velocity, axis=1)
-    omega = (e[:, 0] * velocity[:, 1] - e[:, 1] * velocity[:, 0]) / robot.hand_offset
-    turn = omega * robot.track / 2
-    return np.column_stack([v - turn, v + turn]) / robot.wheel_radius
+    return wheel_speeds_of(velocity, heading, robot_sizes(robot))
 
 
-def hand_velocity(wheel_speed: np.ndarray, heading: np.ndarray, robot: RobotModel) -> np.ndarray:
-    """Return the velocities (n, 2) [m/s] of hand points whose wheels (n, 2) left, right [rad/s] roll without slip."""
-    e = _ahead(heading)
-    rim = robot.wheel_radius * wheel_speed
-    v, omega = rim.mean(axis=1), (rim[:, 1] - rim[:, 0]) / robot.track
-    across = np.column_stack([-e[:, 1], e[:, 0]])
-    return v[:, None] * e + robot.hand_offset * omega[:, None] * across
+def robot_sizes(robot: RobotModel) -> tuple[float, float, float]:
+    """Return hand offset, half the track and the wheels' radius [m]."""
+    return robot.hand_offset, robot.track / 2, robot.wheel_radius
 
 
-def _ahead(heading: np.ndarray) -> np.ndarray:
-    return np.column_stack([np.cos(heading), np.sin(heading)])
+@kernel
+def hand_points(body_pose, hand_offset):  # pragma: no cover - compiled
+    """Compute what `hand_point` returns."""
+    q = np.empty((len(body_pose), 2))
+    for j in range(len(body_pose)):
+        heading = body_pose[j, 2]
+        q[j, 0] = body_pose[j, 0] + hand_offset * math.cos(heading)
+        q[j, 1] = body_pose[j, 1] + hand_offset * math.sin(heading)
+    return q
+
+
+@kernel
+def wheel_speeds_of(velocity, heading, sizes):  # pragma: no cover - compiled
+    """Compute what `wheel_speeds` returns; `sizes` are `robot_sizes`."""
+    hand_offset, half_track, wheel_radius = sizes
+    speeds = np.empty((len(velocity), 2))
+    for j in range(len(velocity)):
+        e_x, e_y = math.cos(heading[j]), math.sin(heading[j])
+        v = e_x * velocity[j, 0] + e_y * velocity[j, 1]
+        omega = (e_x * velocity[j, 1] - e_y * velocity[j, 0]) / hand_offset
+        turn = omega * half_track
+        speeds[j, 0], speeds[j, 1] = (v - turn) / wheel_radius, (v + turn) / wheel_radius
+    return speeds

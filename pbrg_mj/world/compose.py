@@ -15,6 +15,7 @@ import mujoco
 import numpy as np
 
 from pbrg_mj.scenario.beam_layout import beam_angles
+from pbrg_mj.scenario.checks import whole_number
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.world.gear_friction import set_friction
 from pbrg_mj.world.geometry import body_pose
@@ -48,6 +49,7 @@ def compose(scenario: Scenario, robot: RobotModel) -> mujoco.MjSpec:
         if scenario.world.patches:
             let_tyres_rule(child, spec.geom("floor"))
         _add_robot(spec, child, j, pose)
+        _add_contact_sensor(spec, j, whole_number(scenario.timing.tick, scenario.timing.physics_step))
     spec.compile()
     return spec
 
@@ -63,6 +65,20 @@ def model_xml(spec: mujoco.MjSpec) -> str:
 def _add_robot(spec: mujoco.MjSpec, child: mujoco.MjSpec, j: int, pose: np.ndarray) -> None:
     frame = spec.worldbody.add_frame(pos=[pose[0], pose[1], 0.0], quat=_about_z(float(pose[2])))
     spec.attach(child, prefix=f"robot{j}/", frame=frame)
+
+
+def _add_contact_sensor(spec: mujoco.MjSpec, j: int, steps_per_tick: int) -> None:
+    """Add the number of contacts of a robot with walls; its history is as long as the steps within a tick."""
+    spec.add_sensor(
+        name=f"robot{j}/wall_contacts",
+        type=mujoco.mjtSensor.mjSENS_CONTACT,
+        objtype=mujoco.mjtObj.mjOBJ_XBODY,
+        objname=f"robot{j}/robot",
+        reftype=mujoco.mjtObj.mjOBJ_BODY,
+        refname="walls",
+        intprm=[1 << int(mujoco.mjtConDataField.mjCONDATA_FOUND), 0, 1],
+        nsample=steps_per_tick - 1,
+    )
 
 
 def _robot_spec(scenario: Scenario, j: int, beams: bool) -> mujoco.MjSpec:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import sys
+from bisect import bisect_right
+
 import numpy as np
 
 from pbrg_mj.scenario.schema import Scenario
@@ -24,6 +27,14 @@ class Disturbances:
             for dead in scenario.disturbances.dead_motors
         ]
 
+        ranges = [steps for steps, *_ in (*self._pushes, *self._dead)]
+        self._changes = sorted({end for steps in ranges for end in (steps.start, steps.stop)})
+
+    def next_change(self, step: int) -> int:
+        """Return the first step after `step` at which something starts or ends."""
+        later = bisect_right(self._changes, step)
+        return self._changes[later] if later < len(self._changes) else sys.maxsize
+
     @property
     def pushing(self) -> bool:
         """Whether there is any push in the whole run."""
@@ -38,9 +49,10 @@ class Disturbances:
         return force
 
     def deaden(self, voltage: np.ndarray, step: int) -> np.ndarray:
-        """Return the voltages (n, 2) [V] that are left during `step`: 0 at dead motors."""
+        """Return the voltages (..., n, 2) [V] that are left during `step`: 0 at dead motors."""
         gone = [(robot, side) for steps, robot, side in self._dead if step in steps]
         if gone:
             voltage = voltage.copy()
-            voltage[tuple(np.transpose(gone))] = 0.0
+            robots, sides = np.transpose(gone)
+            voltage[..., robots, sides] = 0.0
         return voltage

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from pbrg_mj.kernel import kernel
 from pbrg_mj.scenario.surroundings import Wall
 
 
@@ -51,4 +53,21 @@ def signed_distance(points: np.ndarray, walls: Rectangles) -> np.ndarray:
 
 def wall_margin(hand_world: np.ndarray, walls: Rectangles, clearance: float) -> np.ndarray:
     """Return the distance (n,) of hand points (n, 2) from the nearest wall, less `clearance`; inf without walls."""
-    return signed_distance(hand_world, walls).min(axis=1, initial=np.inf) - clearance
+    return wall_margins(hand_world, (walls.centre, walls.axis, walls.half_size), clearance)
+
+
+@kernel
+def wall_margins(points, walls, clearance):  # pragma: no cover - compiled
+    """Return what `wall_margin` does; `walls` are the arrays of Rectangles."""
+    centre, axis, half_size = walls
+    margins = np.empty(len(points))
+    for k in range(len(points)):
+        nearest = np.inf
+        for w in range(len(centre)):
+            x, y = points[k, 0] - centre[w, 0], points[k, 1] - centre[w, 1]
+            along = abs(x * axis[w, 0] + y * axis[w, 1]) - half_size[w, 0]
+            across = abs(y * axis[w, 0] - x * axis[w, 1]) - half_size[w, 1]
+            outside = math.sqrt(max(along, 0.0) ** 2 + max(across, 0.0) ** 2)
+            nearest = min(nearest, outside + min(max(along, across), 0.0))
+        margins[k] = nearest - clearance
+    return margins

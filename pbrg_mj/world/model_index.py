@@ -27,8 +27,8 @@ class ModelIndex:
     camera_position: np.ndarray  # (n, 2) x, y in sensordata
     camera_ahead: np.ndarray  # (n, 2) x, y of the body's x axis, in sensordata
     beams: np.ndarray  # (b, count) in sensordata
-    wall_geom: np.ndarray  # (geoms,) bool
-    robot_geom: np.ndarray  # (geoms, n) bool: geom belongs to the robot
+    wall_contacts: np.ndarray  # (n,) in sensordata: number of contacts with walls
+    earlier_contacts: np.ndarray  # (n, s) in history: the same at the s steps before
 
 
 def index_model(model: mujoco.MjModel, robots: int, carriers: tuple[int, ...], beams: int) -> ModelIndex:
@@ -39,11 +39,9 @@ def index_model(model: mujoco.MjModel, robots: int, carriers: tuple[int, ...], b
         return model.sensor(name).adr[0]
 
     body = np.array([model.body(f"robot{j}/robot").id for j in every])
-    root = np.array([model.body_rootid[k] for k in model.geom_bodyid])
     dof_root = model.body_rootid[model.dof_bodyid]
     motor = np.array([[model.actuator(f"robot{j}/motor_{side}").id for side in WHEELS] for j in every])
     free = np.array([model.joint(f"robot{j}/free").qposadr[0] for j in every])
-    walls = model.body("walls").id
     position = np.array([sensor(f"robot{j}/position") for j in every])
     ahead = np.array([sensor(f"robot{j}/ahead") for j in every])
     return ModelIndex(
@@ -59,11 +57,17 @@ def index_model(model: mujoco.MjModel, robots: int, carriers: tuple[int, ...], b
         beams=np.array([[sensor(f"robot{j}/beam{k}") for k in range(beams)] for j in carriers], dtype=int).reshape(
             len(carriers), beams
         ),
-        wall_geom=np.asarray(model.geom_bodyid == walls),
-        robot_geom=root[:, None] == body,
+        wall_contacts=np.array([sensor(f"robot{j}/wall_contacts") for j in every]),
+        earlier_contacts=np.array([_history(model, model.sensor(f"robot{j}/wall_contacts").id) for j in every]),
     )
 
 
 def _states(model: mujoco.MjModel, actuators: np.ndarray) -> list[int]:
     spans = zip(model.actuator_actadr[actuators], model.actuator_actnum[actuators], strict=True)
     return [place for first, count in spans for place in range(first, first + count)]
+
+
+def _history(model: mujoco.MjModel, sensor: int) -> np.ndarray:
+    """Return where the values of a scalar sensor's history stand: behind two of MuJoCo's own and the samples' times."""
+    samples = model.sensor_history[sensor, 0]
+    return model.sensor_historyadr[sensor] + 2 + samples + np.arange(samples)

@@ -4,13 +4,30 @@ from __future__ import annotations
 
 import numpy as np
 
+from pbrg_mj.kernel import kernel
+
 
 def saturate(wanted: np.ndarray, limit: float) -> np.ndarray:
     """Scale each robot's pair of wheel commands (n, 2) down to `limit`, so that a fast robot keeps its direction."""
-    largest = np.abs(wanted).max(axis=1, keepdims=True)
-    return wanted * (limit / np.maximum(largest, limit))
+    return saturated(wanted, limit)
 
 
 def quantise(voltage: np.ndarray, supply: float, levels: int) -> np.ndarray:
     """Round voltages to the nearest of the duty cycles 0, 1/levels, ..., 1 each way of `supply` [V]; 0: leave them."""
-    return np.rint(voltage / supply * levels) * (supply / levels) if levels else voltage
+    return quantised(voltage, supply, levels) if levels else voltage
+
+
+@kernel
+def saturated(wanted, limit):  # pragma: no cover - compiled
+    """Compute what `saturate` returns."""
+    kept = np.empty((len(wanted), 2))
+    for j in range(len(wanted)):
+        scale = limit / max(abs(wanted[j, 0]), abs(wanted[j, 1]), limit)
+        kept[j, 0], kept[j, 1] = wanted[j, 0] * scale, wanted[j, 1] * scale
+    return kept
+
+
+@kernel
+def quantised(voltage, supply, levels):  # pragma: no cover - compiled
+    """Compute what `quantise` returns for one level or more."""
+    return np.rint(voltage / supply * levels) * (supply / levels)

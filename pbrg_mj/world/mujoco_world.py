@@ -5,16 +5,20 @@
 
 from __future__ import annotations
 
+import math
+
 import mujoco
 import numpy as np
 
+from pbrg_mj.kernel import kernel
 from pbrg_mj.scenario.checks import whole_number
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.world.camera import remember_start
 from pbrg_mj.world.carries import Carries
+from pbrg_mj.world.complaints import listen
 from pbrg_mj.world.compose import compose, model_xml, start_pose
 from pbrg_mj.world.disturbances import Disturbances
-from pbrg_mj.world.geometry import wall_margin, wall_rectangles
+from pbrg_mj.world.geometry import wall_margins, wall_rectangles
 from pbrg_mj.world.interface import Observation, Truth
 from pbrg_mj.world.model_index import index_model
 from pbrg_mj.world.obstacles import box_centre
@@ -34,6 +38,7 @@ class MujocoWorld:
 
     def __init__(self, scenario: Scenario):
         """Compose the model and take the sensors' first samples. Raises ValueError when steps do not fit the tick."""
+        listen()
         timing = scenario.timing
         self.robot = load_robot_model()
         self.steps_per_tick = whole_number(timing.tick, timing.physics_step)
@@ -56,8 +61,10 @@ class MujocoWorld:
         self._disturbances = Disturbances(scenario)
         carried = bool(scenario.disturbances.carries)
         self._carries = Carries(scenario, self.robot, start_pose(scenario, self.robot)) if carried else None
+        self._asked_every_step = bool(looped or self._moving_boxes or self._carries)
         self._step = 0
-        self._touched = np.zeros(scenario.robots, dtype=bool)
+        self._voltage: np.ndarray | None = None  # what ctrl holds
+        self._observed: Observation | None = None
         if self._camera.delay_steps:
             remember_start(self.model, self.data, scenario.robots, self._camera)
         self._begin_step()
@@ -68,26 +75,21 @@ class MujocoWorld:
         return self._step * self.model.opt.timestep
 
     def observe(self) -> Observation:
-        """Return the camera's and the beams' last samples."""
-        readings, index = self.data.sensordata, self._index
-        body_pose = _poses(readings[index.camera_position], readings[index.camera_ahead])
+        """Return the camera's and the beams' last samples; the same object while they are the last ones."""
         pose_frame = self._camera.frame(self._step)
-        if self._carries:
-            body_pose = self._carries.camera(body_pose, self._camera.step(pose_frame))
-        scan_frame = self._beams.frame(self._step) if len(index.beams) else -1
-        return Observation(body_pose, pose_frame, readings[index.beams], scan_frame)
+        scan_frame = self._beams.frame(self._step) if len(self._index.beams) else -1
+        last = self._observed
+        if last is None or (last.pose_frame, last.scan_frame) != (pose_frame, scan_frame):
+            self._observed = last = self._sample(pose_frame, scan_frame)
+        return last
 
     def truth(self) -> Truth:
         """Return poses, wheel speeds and wall contacts as they are."""
-        data, index = self.data, self._index
-        hand_world = data.site_xpos[index.hand, :2]
-        return Truth(
-            body_pose=self._body_pose(),
-            hand_world=hand_world,
-            wheel_speed=data.qvel[index.wheel_speed],
-            wall_margin=wall_margin(hand_world, self._walls, self.robot.clearance),
-            wall_contact=self._touched.copy(),
-        )
+        data, index, walls = self.data, self._index, self._walls
+        state = (data.xpos, data.xmat, data.site_xpos, data.qvel, data.sensordata, data.history)
+        at = (index.body, index.hand, index.wheel_speed, index.wall_contacts, index.earlier_contacts)
+        rectangles = (walls.centre, walls.axis, walls.half_size)
+        return Truth(*true_state(state, at, rectangles, self.robot.clearance))
 
     def advance(self, command: np.ndarray) -> None:
         """Send `command` (n, 2) left, right [V], or [rad/s] with the speed loop, and let one tick pass.
@@ -98,11 +100,27 @@ class MujocoWorld:
         self._radio.send(command, self._step)
         if self._patches:
             self._patches.meet(self.data)
-        self._touched[:] = False
-        for _ in range(self.steps_per_tick):
+        last = self._step + self.steps_per_tick
+        while self._step < last:
             self._end_step()
-            self._step += 1
+            steady = min(last, self._next_change()) - 1 - self._step
+            if steady > 0:
+                mujoco.mj_step(self.model, self.data, steady)
+            self._step += 1 + steady
             self._begin_step()
+
+    def _next_change(self) -> int:
+        """Return the first step after this one at which more than MuJoCo has to be asked."""
+        if self._asked_every_step:
+            return self._step + 1
+        return min(self._radio.next_arrival, self._disturbances.next_change(self._step))
+
+    def _sample(self, pose_frame: int, scan_frame: int) -> Observation:
+        readings, index = self.data.sensordata, self._index
+        body_pose = camera_poses(readings, index.camera_position, index.camera_ahead)
+        if self._carries:
+            body_pose = self._carries.camera(body_pose, self._camera.step(pose_frame))
+        return Observation(body_pose, pose_frame, readings[index.beams], scan_frame)
 
     def _begin_step(self) -> None:
         """Move what does not move by forces, then work out positions, contacts and sensors."""
@@ -113,8 +131,7 @@ class MujocoWorld:
             self._wound[self._carries.aloft(self._step)] = 0.0
         mujoco.mj_step1(self.model, self.data)
         if self._carries and self._camera.step(self._camera.newest(self._step)) == self._step:
-            self._carries.watch(self._body_pose(), self._step)
-        self._note_wall_contacts()
+            self._carries.watch(body_poses(self.data.xpos, self.data.xmat, self._index.body), self._step)
 
     def _end_step(self) -> None:
         """Let motors and pushes act over the physics step."""
@@ -122,22 +139,46 @@ class MujocoWorld:
         if self._speed_loop:
             speed = self.data.qvel[self._index.wheel_speed]
             voltage, self._wound = self._speed_loop.voltage(voltage, speed, self._wound)
-        self.data.ctrl[self._index.motor] = self._disturbances.deaden(voltage, self._step)
+        voltage = self._disturbances.deaden(voltage, self._step)
+        if voltage is not self._voltage:
+            self.data.ctrl[self._index.motor] = self._voltage = voltage
         if self._disturbances.pushing:
             self.data.xfrc_applied[self._index.body, :2] = self._disturbances.force(self._step)
         mujoco.mj_step2(self.model, self.data)
 
-    def _body_pose(self) -> np.ndarray:
-        data, index = self.data, self._index
-        return _poses(data.xpos[index.body, :2], data.xmat[index.body][:, [0, 3]])  # x and y of the body's x axis
 
-    def _note_wall_contacts(self) -> None:
-        geoms = self.data.contact.geom  # (contacts, 2)
-        wall = self._index.wall_geom[geoms]
-        if wall.any():
-            self._touched |= self._index.robot_geom[geoms[wall.any(axis=1)]].any(axis=(0, 1))
+@kernel
+def true_state(state, at, walls, clearance):  # pragma: no cover - compiled
+    """Return poses, hand points, wheel speeds, margins and contacts of all robots, as `Truth` orders them."""
+    xpos, xmat, site_xpos, qvel, sensordata, history = state
+    body, hand, wheel, contacts, earlier = at
+    n = len(body)
+    hand_world, wheel_speed, touched = np.empty((n, 2)), np.empty((n, 2)), np.zeros(n, dtype=np.bool_)
+    for j in range(n):
+        hand_world[j, 0], hand_world[j, 1] = site_xpos[hand[j], 0], site_xpos[hand[j], 1]
+        wheel_speed[j, 0], wheel_speed[j, 1] = qvel[wheel[j, 0]], qvel[wheel[j, 1]]
+        touched[j] = sensordata[contacts[j]] > 0.0  # at this step, or at those within the tick before
+        for k in range(earlier.shape[1]):
+            touched[j] |= history[earlier[j, k]] > 0.0
+    margins = wall_margins(hand_world, walls, clearance)
+    return body_poses(xpos, xmat, body), hand_world, wheel_speed, margins, touched
 
 
-def _poses(position: np.ndarray, ahead: np.ndarray) -> np.ndarray:
-    """Return poses (n, 3) from places (n, 2) and horizontal parts (n, 2) of the bodies' x axes."""
-    return np.column_stack([position, np.arctan2(ahead[:, 1], ahead[:, 0])])
+@kernel
+def body_poses(xpos, xmat, body):  # pragma: no cover - compiled
+    """Return the poses (n, 3) x, y, heading of bodies (n,), from all bodies' places and matrices."""
+    poses = np.empty((len(body), 3))
+    for j, k in enumerate(body):
+        poses[j, 0], poses[j, 1] = xpos[k, 0], xpos[k, 1]
+        poses[j, 2] = math.atan2(xmat[k, 3], xmat[k, 0])  # of the body's x axis
+    return poses
+
+
+@kernel
+def camera_poses(sensordata, position, ahead):  # pragma: no cover - compiled
+    """Return the poses (n, 3) x, y, heading whose places and x axes stand at these (n, 2) in the readings."""
+    poses = np.empty((len(position), 3))
+    for j in range(len(position)):
+        poses[j, 0], poses[j, 1] = sensordata[position[j, 0]], sensordata[position[j, 1]]
+        poses[j, 2] = math.atan2(sensordata[ahead[j, 1]], sensordata[ahead[j, 0]])
+    return poses

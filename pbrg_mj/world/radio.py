@@ -2,45 +2,64 @@
 
 from __future__ import annotations
 
+import sys
 from collections import deque
 
 import numpy as np
 
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.scenario.streams import Source, stream
+from pbrg_mj.scenario.streams import Source, Streams
 from pbrg_mj.world.sampling import steps_until
 
 
 class RadioLink:
-    """One queue per robot. Each command is delayed by itself, none arrives before the one sent before it."""
+    """Each command is delayed by itself, robot by robot; none arrives before the one sent before it."""
 
     def __init__(self, scenario: Scenario):
         """Start with nothing on its way and commands of 0 in force."""
         self._settings = scenario.radio
-        self._seed = scenario.seed
+        self._streams = Streams(scenario.seed, Source.RADIO)
         self._physics_step = scenario.timing.physics_step
+        self._delay_steps = steps_until(scenario.radio.delay, self._physics_step)
+        self._immediate = not (self._delay_steps or scenario.radio.jitter)
         self._sent = 0
-        self._queues: list[deque[tuple[int, np.ndarray]]] = [deque() for _ in range(scenario.robots)]
+        self._latest = np.zeros(scenario.robots, dtype=np.int64)  # arrival of the last command sent to each robot
+        self._under_way: deque[tuple[np.ndarray, np.ndarray]] = deque()  # arrival step and command of each robot
+        self.next_arrival = sys.maxsize  # the step at which something arrives next
         self._held = np.zeros((scenario.robots, 2))
 
     def send(self, command: np.ndarray, step: int) -> None:
         """Send the commands (n, 2) off at physics step `step`."""
-        for robot, queue in enumerate(self._queues):
-            arrival = step + steps_until(self._travel(robot), self._physics_step)
-            queue.append((arrival, command[robot].copy()))
+        if self._immediate:
+            self._held = command
+            return
+        # One that is ready waits behind one that is not: no command overtakes.
+        self._latest = np.maximum(self._latest, step + self._travel())
+        self._under_way.append((self._latest, command))
+        self.next_arrival = min(self.next_arrival, int(self._latest.min()))
         self._sent += 1
 
     def received(self, step: int) -> np.ndarray:
-        """Return the commands (n, 2) in force at physics step `step`; steps may not go back."""
-        for robot, queue in enumerate(self._queues):
-            # One that is ready waits behind one that is not: no command overtakes.
-            while queue and queue[0][0] <= step:
-                self._held[robot] = queue.popleft()[1]
-        return self._held.copy()
+        """Return the commands (n, 2) in force at physics step `step`: the same array until one arrives."""
+        if step >= self.next_arrival:
+            self._deliver(step)
+        return self._held
 
-    def _travel(self, robot: int) -> float:
-        """Return how long the command that is sent now takes to a robot [s]."""
+    def _deliver(self, step: int) -> None:
+        held = self._held.copy()
+        for arrival, command in self._under_way:
+            held[arrival <= step] = command[arrival <= step]
+        self._held = held
+        while self._under_way and self._under_way[0][0].max() <= step:
+            self._under_way.popleft()
+        coming = [int(arrival[arrival > step].min()) for arrival, _ in self._under_way if arrival.max() > step]
+        self.next_arrival = min(coming, default=sys.maxsize)
+
+    def _travel(self) -> int | np.ndarray:
+        """Return how many steps the commands that are sent now take, to all robots or to each, (n,)."""
         delay, jitter = self._settings.delay, self._settings.jitter
         if not jitter:
-            return delay
-        return delay + jitter * stream(self._seed, Source.RADIO, robot, self._sent).random()
+            return self._delay_steps
+        robots = range(len(self._held))
+        drawn = [delay + jitter * self._streams.at(robot, self._sent).random() for robot in robots]
+        return np.array([steps_until(seconds, self._physics_step) for seconds in drawn])

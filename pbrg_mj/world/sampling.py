@@ -58,11 +58,16 @@ class Sampler:
 
     def newest(self, step: int) -> int:
         """Return the number of the newest sample that is taken at or before physics step `step`."""
-        return step if self.every_step else int(step * self._samples_per_step)
+        samples, steps = self._ratio
+        return min(step, step * samples // steps)
 
     def step(self, frame: int) -> int:
         """Return the physics step at which sample `frame` is taken."""
         return frame if self.every_step else math.ceil(frame / self._samples_per_step)
+
+    @cached_property
+    def _ratio(self) -> tuple[int, int]:
+        return self._samples_per_step.as_integer_ratio()
 
     @cached_property
     def _samples_per_step(self) -> Fraction:

@@ -21,7 +21,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pbrg_mj.analysis.metrics import metrics
-from pbrg_mj.governor.stability import admissible_step
+from pbrg_mj.governor.stability import admissible_step, steepest_gradients
 from pbrg_mj.log.reader import read_run
 from pbrg_mj.log.writer import LogWriter
 from pbrg_mj.loop.simulation import Simulation
@@ -103,8 +103,9 @@ def simulated(name: str, case: Case) -> dict[str, Any]:
 def limit() -> float:
     """Return the predicted largest step of a round [s] for the experiments."""
     scenario = load_scenario("paper/experiment_near").scenario
-    formation = np.array(scenario.team.formation)
-    return admissible_step(network(scenario), formation, scenario.governor.alpha)
+    team = network(scenario)
+    gradients = steepest_gradients(team, np.array(scenario.team.formation), None)
+    return admissible_step(team, scenario.governor.alpha, gradients)
 
 
 LOOK: dict[tuple[str, float], dict[str, Any]] = {

@@ -25,6 +25,23 @@ def test_a_step_beyond_the_admissible_one_is_foreseen_with_the_admissible_one():
     assert "a round of 0.01 s" in line
 
 
+def test_delays_past_the_margin_are_foreseen_and_waves_bear_them():
+    assert advice(paper("network.delay_rounds=300")) == []
+    (line,) = advice(paper("network.delay_rounds=800"))
+    assert line.startswith("messages 800 rounds late, 0.8 s, may be too late for alpha = 7 on this graph: the plain")
+    assert "stable up to 394 rounds, 0.39 s. `network.exchange: scattering`" in line
+    assert advice(paper("network.delay_rounds=800", "network.exchange=scattering")) == []
+    links = "network.links=[{robots: [1, 2], delay_rounds: 1000}]"
+    (line,) = advice(paper("network.delay_rounds=500", links))
+    assert "s, the others in proportion. " in line
+
+
+def test_input_rows_shorten_the_admissible_step():
+    assert advice(paper("governor.step=0.005")) == []
+    (line,) = advice(paper("governor.step=0.005", "control.speed_limit=0.8"))
+    assert "a round of 0.005 s" in line
+
+
 def test_the_run_warns_beforehand_and_says_diverged_afterwards(tmp_path, capsys):
     arguments = ["--set", "governor.step=0.5", "--duration", "8", "--json", "-o", str(tmp_path / "x.mcap")]
     assert main(["run", "paper/simulation_near", *arguments]) == 1

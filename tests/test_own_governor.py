@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import re
 import sys
+from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from pbrg_mj.errors import InputError
+from pbrg_mj.governor import registry
 from pbrg_mj.governor.certificate import row_values
+from pbrg_mj.governor.passivity import Passivity
+from pbrg_mj.governor.problem import Solution
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_scenario
 
@@ -61,3 +65,33 @@ def test_baselines_run(kind):
         elif last.optimum is not None:
             np.testing.assert_allclose(last.solution.m[0], last.optimum.m, atol=1e-5)
     assert last is not None
+
+
+class Reusing:
+    """A careless guest: one array for all its answers, written anew each tick."""
+
+    def __init__(self) -> None:
+        self.m = np.zeros((5, 2))
+
+    def init(self, problem):
+        return 0
+
+    def step(self, problem, memory):
+        self.m[:] = memory
+        return Solution(self.m, np.zeros_like(problem.rows.d), "ok", 0, np.zeros(5, dtype=np.int64)), memory + 1
+
+    def passivity(self, problem, memory, optimum):
+        return Passivity(1.0, 2.0, 3.0, 4.0)
+
+
+def test_a_governor_that_reuses_its_arrays_changes_no_earlier_answer(monkeypatch):
+    entry = EntryPoint("reusing", "tests.test_own_governor:reusing", registry.GROUP)
+    monkeypatch.setattr(registry, "entry_points", lambda group: [entry])
+    records = list(Simulation.build(short("reusing")).records())
+    assert [record.solution.m[0, 0] for record in records[:4]] == [0.0, 1.0, 2.0, 3.0]
+    assert records[0].passivity == Passivity(1.0, 2.0, 3.0, 4.0)
+    assert np.isnan(records[0].flow_passivity.primal_storage)
+
+
+def reusing(scenario):
+    return Reusing()

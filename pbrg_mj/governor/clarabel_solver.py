@@ -10,6 +10,7 @@ each group of rows that differ in d alone, the one with the smallest d.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from time import perf_counter
 
@@ -17,9 +18,9 @@ import clarabel
 import numpy as np
 from scipy.sparse import csc_matrix
 
-from pbrg_mj.governor.certificate import Rows
 from pbrg_mj.governor.optimum import Found, Optimum
 from pbrg_mj.governor.problem import Problem
+from pbrg_mj.kernel import kernel
 
 TOLERANCES = {
     "tol_gap_abs": 1e-9,
@@ -43,13 +44,13 @@ _FOUND: dict[str, Found] = {
 
 
 class ClarabelSolver:
-    """One solver object per number of grouped rows, its data updated in place.
+    """One solver object per number of grouped rows and of leaders, its data updated in place.
 
     A solver belongs to one run, so that nothing Clarabel keeps between solves can leak into another run's bits.
     """
 
     def __init__(self) -> None:
-        self._solvers: dict[int, clarabel.DefaultSolver] = {}
+        self._solvers: dict[tuple[int, float], clarabel.DefaultSolver] = {}
 
     def solve(self, problem: Problem) -> Optimum:
         """Solve `problem`; infeasible and failed are statuses, not exceptions."""
@@ -71,15 +72,16 @@ class ClarabelSolver:
 
     def _solver(self, form: SmallForm) -> clarabel.DefaultSolver:
         count = len(form.tightest[0])
-        values = np.array([2.0 * form.leaders, 2.0 * form.leaders])
-        if count in self._solvers:
-            self._solvers[count].update(P=values, q=form.q, A=form.A, b=form.b)
-            return self._solvers[count]
+        key = (count, form.leaders)
+        if key in self._solvers:
+            self._solvers[key].update(q=form.q, A=form.A, b=form.b)
+            return self._solvers[key]
+        values = np.full(2, 2.0 * form.leaders)
         P = csc_matrix((values, ([0, 1], [0, 1])), shape=(3, 3))
         A = csc_matrix((form.A, *_pattern(count)), shape=(count + 4, 3))
         cones = [clarabel.NonnegativeConeT(count), clarabel.SecondOrderConeT(4)]
-        self._solvers[count] = clarabel.DefaultSolver(P, form.q, A, form.b, cones, _settings())
-        return self._solvers[count]
+        self._solvers[key] = clarabel.DefaultSolver(P, form.q, A, form.b, cones, _settings())
+        return self._solvers[key]
 
 
 @dataclass(frozen=True)
@@ -95,29 +97,50 @@ class SmallForm:
 
 def small_form(problem: Problem) -> SmallForm:
     """Return the data of the small form; its pattern depends on the number of grouped rows alone."""
-    n, leaders = problem.network.robots, float(problem.network.leader.sum())
-    centre = problem.p.mean(axis=0)
-    s = float(np.sqrt(np.sum((problem.p - centre) ** 2) + np.sum(problem.xi**2)))
-    tightest = tightest_rows(problem.rows)
-    a, C, d = problem.rows.a[tightest], problem.rows.C[tightest], problem.rows.d[tightest]
-    root = np.sqrt(n)
-    A = np.concatenate([C[:, 0], [-root], C[:, 1], [-root], a, [-1.0]])
-    b = np.concatenate([d, [0.0, -root * centre[0], -root * centre[1], s]])
-    q = np.array([*(-2.0 * leaders * problem.reference), 0.0])
-    return SmallForm(leaders, q, A, b, tightest)
+    rows, leaders = problem.rows, float(problem.network.leader.sum())
+    robot, row = _tightest_rows(rows.a, rows.C, rows.d, rows.active)
+    A, b = _values((robot, row), (rows.a, rows.C, rows.d), problem.p, problem.xi)
+    x, y = problem.reference
+    return SmallForm(leaders, np.array([-2.0 * leaders * x, -2.0 * leaders * y, 0.0]), A, b, (robot, row))
 
 
-def tightest_rows(rows: Rows) -> tuple[np.ndarray, np.ndarray]:
+@kernel
+def _tightest_rows(a, C, d, active):  # pragma: no cover - compiled
     """Return robot and row of the active row with the smallest d in each run of active rows equal in a and C."""
-    robot, row = np.nonzero(rows.active)
-    if len(robot) == 0:
-        return robot, row
-    key = np.column_stack([robot, rows.a[robot, row], rows.C[robot, row]])
-    first = np.concatenate([[True], np.any(key[1:] != key[:-1], axis=1)])
-    group = np.cumsum(first) - 1
-    order = np.lexsort((rows.d[robot, row], group))
-    chosen = order[np.flatnonzero(first)]
-    return robot[chosen], row[chosen]
+    robot, chosen, count = np.empty(a.size, dtype=np.int64), np.empty(a.size, dtype=np.int64), 0
+    for i in range(a.shape[0]):
+        last = -1  # row that the next active one is compared with
+        for row in range(a.shape[1]):
+            if not active[i, row]:
+                continue
+            alike = last >= 0 and a[i, row] == a[i, last]
+            if alike and C[i, row, 0] == C[i, last, 0] and C[i, row, 1] == C[i, last, 1]:
+                if d[i, row] < d[i, chosen[count - 1]]:
+                    chosen[count - 1] = row
+            else:
+                robot[count], chosen[count] = i, row
+                count += 1
+            last = row
+    return robot[:count].copy(), chosen[:count].copy()
+
+
+@kernel
+def _values(tightest, rows, p, xi):  # pragma: no cover - compiled
+    """Return A's values, column after column, and b."""
+    robot, row = tightest
+    a, C, d = rows
+    n, count = len(p), len(robot)
+    A, b = np.empty(3 * count + 3), np.empty(count + 4)
+    for k in range(count):
+        i, r = robot[k], row[k]
+        A[k], A[count + 1 + k], A[2 * count + 2 + k], b[k] = C[i, r, 0], C[i, r, 1], a[i, r], d[i, r]
+    root, x, y, square = math.sqrt(n), p[:, 0].mean(), p[:, 1].mean(), 0.0
+    for j in range(n):
+        square += (p[j, 0] - x) ** 2 + (p[j, 1] - y) ** 2 + xi[j, 0] ** 2 + xi[j, 1] ** 2
+    A[count] = A[2 * count + 1] = -root
+    A[3 * count + 2] = -1.0
+    b[count], b[count + 1], b[count + 2], b[count + 3] = 0.0, -root * x, -root * y, math.sqrt(square)
+    return A, b
 
 
 def _pattern(count: int) -> tuple[np.ndarray, np.ndarray]:

@@ -12,9 +12,10 @@ from pbrg_mj.governor.channel import Channel
 from pbrg_mj.governor.exchange import Exchange
 from pbrg_mj.governor.network_rounds import run_network_rounds
 from pbrg_mj.governor.optimum import Optimum
-from pbrg_mj.governor.passivity import Passivity, passivity
+from pbrg_mj.governor.passivity import Passivity, flow_passivity, passivity, two_rounds_passivity
 from pbrg_mj.governor.primal_dual import Estimates, Flow, run_rounds
 from pbrg_mj.governor.problem import Problem, Solution, Status
+from pbrg_mj.kernel import kernel
 
 DOUBLE = 8  # bytes of one number on the wire
 HOPS = 2  # bytes of the hop count in a message that can be late or lost
@@ -27,6 +28,7 @@ class DistributedMemory:
     estimates: Estimates
     m: np.ndarray  # (n, 2)
     exchange: Exchange | None = None  # None when every message arrives within its round
+    diverged: bool = False  # the estimates have left all bounds
 
 
 @dataclass(frozen=True)
@@ -51,7 +53,7 @@ class DistributedGovernor:
             z[:, 2 : 2 + 2 * n] = problem.p.reshape(-1)
         estimates = Estimates(z, np.zeros_like(z), np.zeros_like(problem.rows.d), np.zeros((n, 4)))
         exchange = None if self.channel is None else Exchange.quiet(self.channel, n)
-        return DistributedMemory(estimates, z[:, :2].copy(), exchange)
+        return DistributedMemory(estimates, z[:, :2].copy(), exchange, diverged=not self._judged(estimates)[0])
 
     def step(self, problem: Problem, memory: DistributedMemory) -> tuple[Solution, DistributedMemory]:
         """Run one tick's rounds.
@@ -60,7 +62,7 @@ class DistributedGovernor:
         neighbour as lost, or hears of one that does, is `holding` its estimates. A multiplier at its cap says that its
         robot, by all it knows, finds no admissible reference: `infeasible`; the m_i then seek the least violation.
         """
-        rounds = self.rounds if self._bounded(memory.estimates) else 0
+        rounds = 0 if memory.diverged else self.rounds
         estimates, exchange, sent = self._run(problem, memory, rounds)
         status = self._status(estimates, exchange)
         m = memory.m if status == "diverged" else estimates.z[:, :2].copy()
@@ -72,16 +74,26 @@ class DistributedGovernor:
             bytes_sent=sent,
             lost=self._lost(problem, exchange),
         )
-        return solution, DistributedMemory(estimates, m, exchange)
+        return solution, DistributedMemory(estimates, m, exchange, diverged=status == "diverged")
 
     def passivity(self, problem: Problem, memory: DistributedMemory, optimum: Optimum) -> Passivity:
         """Return the passivity balance over the round that would follow; what is on the lines is not in it."""
         before = memory.estimates
         after = self._run(problem, memory, 1)[0]
-        if optimum.status != "solved" or not (self._bounded(before) and self._bounded(after)):
+        if optimum.status != "solved" or memory.diverged or not self._judged(after)[0]:
             return Passivity.unknown()
-        rates = {name: (getattr(after, name) - getattr(before, name)) / self.flow.step for name in vars(before)}
+        rates = {name: (getattr(after, name) - now) / self.flow.step for name, now in vars(before).items()}
         return passivity(problem, optimum, self.flow.alpha, before, Estimates(**rates))
+
+    def flow_passivity(self, problem: Problem, memory: DistributedMemory) -> Passivity:
+        """Return the passivity balance of the flow's own velocity over the two rounds that would follow."""
+        if memory.diverged:
+            return Passivity.unknown()
+        if self.channel is None:
+            return two_rounds_passivity(problem, self.flow, memory.estimates)
+        first, exchange, _ = self._run(problem, memory, 1)
+        second = self._run(problem, DistributedMemory(first, memory.m, exchange), 1)[0]
+        return flow_passivity(problem, self.flow, (memory.estimates, first, second))
 
     def _run(
         self, problem: Problem, memory: DistributedMemory, rounds: int
@@ -96,11 +108,12 @@ class DistributedGovernor:
         return estimates, exchange, messages * (numbers * DOUBLE + HOPS)
 
     def _status(self, estimates: Estimates, exchange: Exchange | None) -> Status:
-        if not self._bounded(estimates):
+        bounded, capped = self._judged(estimates)
+        if not bounded:
             return "diverged"
         if exchange is not None and exchange.holding.any():
             return "holding"
-        return "infeasible" if np.any(estimates.lam >= self.flow.multiplier_cap) else "ok"
+        return "infeasible" if capped else "ok"
 
     def _lost(self, problem: Problem, exchange: Exchange | None) -> np.ndarray:
         """Return how many neighbours each robot counts as lost, (n,)."""
@@ -110,6 +123,18 @@ class DistributedGovernor:
         receiver = np.repeat(np.arange(n), problem.network.degree)
         return np.bincount(receiver[exchange.lost_links(self.channel)], minlength=n)
 
-    def _bounded(self, estimates: Estimates) -> bool:
-        finite = np.isfinite(estimates.lam).all() and np.isfinite(estimates.z).all()
-        return bool(finite and np.abs(estimates.z).max() <= self.diverged_beyond)
+    def _judged(self, estimates: Estimates) -> tuple[bool, bool]:
+        """Return whether the estimates are within bounds, and whether some multiplier is at its cap."""
+        return judged(estimates.z, estimates.lam, self.diverged_beyond, self.flow.multiplier_cap)
+
+
+@kernel
+def judged(z, lam, limit, cap):  # pragma: no cover - compiled
+    """Return whether estimates z and lambda are finite and z within `limit`, and whether some lambda is at `cap`."""
+    bounded, capped = True, False
+    for value in z.flat:
+        bounded &= math.isfinite(value) and abs(value) <= limit
+    for value in lam.flat:
+        bounded &= math.isfinite(value)
+        capped |= value >= cap
+    return bounded, capped

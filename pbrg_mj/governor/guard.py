@@ -2,15 +2,15 @@
 
 The network's answer lags the moving team, and while nothing is admissible its estimates of the others' states are bent
 towards the least violation. The guard is a small reference governor on top, with messages of its own. Once a tick every
-robot passes on the freshest (p_j, xi_j) it has heard of everyone. From those, robot i finds c_i = mean of p_j, of all
-references the one with the smallest rho, and by its own rows alone the largest radius r_i such that every m with
-||m - c_i|| <= r_i satisfies them:
+robot passes on the freshest (p_j, xi_j, r_j) it has heard of everyone. From the states, robot i finds c_i = mean of
+p_j, of all references the one with the smallest rho, and by its own rows alone the largest radius r_i such that every m
+with ||m - c_i|| <= r_i satisfies them:
 
     a sqrt(n r^2 + s^2) + ||C|| r <= d - C c_i,   s^2 = sum ||p_j - c_i||^2 + ||xi||^2
 
-The smallest radius of all robots, which travels one hop a tick as well, bounds what everyone applies: m_i, moved to
-within that radius of c_i. Where even c_i breaks a row (a wall seen late) the radius is 0: the team is called to where
-it is, and V, which does not grow under a constant reference, shrinks until there is room again.
+The smallest radius that robot i has heard of bounds what it applies: m_i, moved to within that radius of c_i. Where
+even c_i breaks a row (a wall seen late) the radius is 0: the team is called to where it is, and V, which does not grow
+under a constant reference, shrinks until there is room again.
 """
 
 from __future__ import annotations
@@ -32,11 +32,10 @@ UNHEARD = 1 << 30  # ticks
 
 @dataclass(frozen=True)
 class GuardedMemory:
-    """The optimizer's memory, and the radii each robot has heard of."""
+    """The optimizer's memory, and what the robots have heard of each other."""
 
     inner: DistributedMemory
-    radii: np.ndarray  # (n, n) smallest radius told by robots h links away, h ticks ago [m]; inf before any came
-    states: np.ndarray  # (n, n, 4) what robot i has heard of robot j's (p, xi) [m]
+    heard: np.ndarray  # (n, n, 5) what robot i has heard of robot j's (p, xi, radius) [m]
     age: np.ndarray  # (n, n) int64 ticks since robot j was so; UNHEARD before any word of it came
 
 
@@ -47,41 +46,43 @@ class GuardedGovernor:
     inner: DistributedGovernor
 
     def init(self, problem: Problem) -> GuardedMemory:
-        """Return the optimizer's first memory, and radii that forbid nothing."""
+        """Return the optimizer's first memory, and that nobody has heard of anybody."""
         n = problem.network.robots
-        unheard = np.full((n, n), UNHEARD, dtype=np.int64)
-        return GuardedMemory(self.inner.init(problem), np.full((n, n), np.inf), np.zeros((n, n, 4)), unheard)
+        return GuardedMemory(self.inner.init(problem), np.zeros((n, n, 5)), np.full((n, n), UNHEARD, dtype=np.int64))
 
     def step(self, problem: Problem, memory: GuardedMemory) -> tuple[Solution, GuardedMemory]:
-        """Run one tick's rounds, exchange states and radii once, and return what each robot may apply.
+        """Run one tick's rounds, exchange what is known once, and return what each robot may apply.
 
         The status is `infeasible` where a robot's rows forbid even its c_i. A robot that has not yet heard of everyone,
         in the first ticks, is not guarded.
         """
         solution, inner = self.inner.step(problem, memory.inner)
         network = problem.network
-        own_state = np.hstack([problem.p, problem.xi])
-        states, age = _gossip(memory.states, memory.age, own_state, network.first, network.neighbours)
+        unbound = np.column_stack([problem.p, problem.xi, np.full(network.robots, np.inf)])
+        heard, age = _gossip(memory.heard, memory.age, unbound, network.first, network.neighbours)
         if solution.status == "diverged":
-            return solution, GuardedMemory(inner, memory.radii, states, age)
-        centre = states[:, :, :2].mean(axis=1)
-        heard = (age < UNHEARD).all(axis=1)
-        own = np.where(heard, admissible_radii(problem.rows, states, centre), np.inf)
-        radii = flooded(memory.radii, np.maximum(own, 0.0), problem)
+            return solution, GuardedMemory(inner, heard, age)
+        centre = heard[:, :, :2].mean(axis=1)
+        knows = (age < UNHEARD).all(axis=1)
+        own = np.where(knows, admissible_radii(problem.rows, heard[:, :, :4], centre), np.inf)
+        np.fill_diagonal(heard[:, :, 4], np.maximum(own, 0.0))
         way = solution.m - centre
-        share = np.minimum(1.0, radii.min(axis=1) / np.maximum(np.linalg.norm(way, axis=1), 1e-12))
-        numbers = 5 * network.robots - 1  # every robot's state, and the radii at every distance but the last
+        share = np.minimum(1.0, heard[:, :, 4].min(axis=1) / np.maximum(np.linalg.norm(way, axis=1), 1e-12))
         guarded = dataclasses.replace(
             solution,
-            m=np.where(heard[:, None], centre + share[:, None] * way, solution.m),
+            m=np.where(knows[:, None], centre + share[:, None] * way, solution.m),
             status="infeasible" if np.any(own < 0.0) else solution.status,
-            bytes_sent=solution.bytes_sent + DOUBLE * numbers * network.degree,
+            bytes_sent=solution.bytes_sent + DOUBLE * 5 * network.robots * network.degree,
         )
-        return guarded, GuardedMemory(inner, radii, states, age)
+        return guarded, GuardedMemory(inner, heard, age)
 
     def passivity(self, problem: Problem, memory: GuardedMemory, optimum: Optimum) -> Passivity:
         """Return the optimizer's passivity balance."""
         return self.inner.passivity(problem, memory.inner, optimum)
+
+    def flow_passivity(self, problem: Problem, memory: GuardedMemory) -> Passivity:
+        """Return that of the optimizer's own velocity."""
+        return self.inner.flow_passivity(problem, memory.inner)
 
 
 def admissible_radii(rows: Rows, states: np.ndarray, centre: np.ndarray) -> np.ndarray:
@@ -102,27 +103,15 @@ def admissible_radii(rows: Rows, states: np.ndarray, centre: np.ndarray) -> np.n
     return np.where(rows.active, radius, np.inf).min(axis=1, initial=np.inf)
 
 
-def flooded(radii: np.ndarray, own: np.ndarray, problem: Problem) -> np.ndarray:
-    """Return the radii after one exchange: everyone tells its neighbours the smallest it knows at each distance."""
-    network = problem.network
-    heard = np.full_like(radii, np.inf)
-    linked = network.degree > 0
-    if linked.any():
-        told = radii[network.neighbours, :-1]
-        heard[linked, 1:] = np.minimum.reduceat(told, network.first[:-1][linked], axis=0)
-    heard[:, 0] = own
-    return heard
-
-
 @kernel
-def _gossip(states, age, own, first, neighbours):  # pragma: no cover - compiled
-    """Return what each robot knows of everyone's state, and how old it is, after one exchange with its neighbours."""
+def _gossip(heard, age, own, first, neighbours):  # pragma: no cover - compiled
+    """Return the freshest that each robot has heard of everyone, and how old it is, after one exchange."""
     n = len(own)
-    known, older = states.copy(), np.minimum(age + 1, UNHEARD)
+    known, older = heard.copy(), np.minimum(age + 1, UNHEARD)
     for i in range(n):
         for k in neighbours[first[i] : first[i + 1]]:
             for j in range(n):
                 if age[k, j] + 1 < older[i, j]:
-                    known[i, j], older[i, j] = states[k, j], age[k, j] + 1
+                    known[i, j], older[i, j] = heard[k, j], age[k, j] + 1
         known[i, i], older[i, i] = own[i], 0
     return known, older

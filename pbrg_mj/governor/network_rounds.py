@@ -15,7 +15,7 @@ import numpy as np
 
 from pbrg_mj.governor.channel import Channel
 from pbrg_mj.governor.exchange import NOTHING, Exchange, reverse_links
-from pbrg_mj.governor.primal_dual import Estimates, Flow, update_robot
+from pbrg_mj.governor.primal_dual import Estimates, Flow, active_rows, update_robot
 from pbrg_mj.governor.problem import Problem
 from pbrg_mj.kernel import kernel
 
@@ -62,6 +62,7 @@ def _rounds(estimates, links, network, events, private, gains):  # pragma: no co
     seen = np.zeros_like(links[2]) if waves else links[2]
     ears = np.zeros(len(bad[0]), dtype=np.int64)
     n = len(leader)
+    row_first, there = active_rows(active)
     for t in range(len(bad)):
         if not waves:
             _send_estimates(old, links, network, start + t, (bad[t], silent[t]))
@@ -74,7 +75,8 @@ def _rounds(estimates, links, network, events, private, gains):  # pragma: no co
                 _copy_row(old, new, i)
                 continue
             heard = (_heard(first[i], first[i + 1], links[5], ears), seen[0], seen[1])
-            own = (i, leader[i], p[i], xi[i], a[i], C[i], d[i], active[i])
+            own_rows = there[row_first[i] : row_first[i + 1]]
+            own = (i, leader[i], p[i], xi[i], a[i], C[i], d[i], own_rows)
             update_robot(old, new, heard, own, r, gains)
         links[4][:] += 1
         old, new = new, old

@@ -13,6 +13,7 @@ from pbrg_mj.governor.channel import channel
 from pbrg_mj.governor.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.distributed import DistributedGovernor
 from pbrg_mj.governor.guard import GuardedGovernor
+from pbrg_mj.governor.guest import Guest
 from pbrg_mj.governor.optimum import CentralizedSolver
 from pbrg_mj.governor.primal_dual import Flow
 from pbrg_mj.governor.problem import Certificate, Governor
@@ -72,7 +73,7 @@ def governor(scenario: Scenario) -> Governor:
     if kind not in registered:
         known = ", ".join([*GOVERNORS, *sorted(registered)])
         raise InputError(f"no governor is called {kind!r}; allowed: {known}", key="governor.kind")
-    return registered[kind].load()(scenario)
+    return Guest(registered[kind].load()(scenario))
 
 
 def reference_solver(scenario: Scenario) -> CentralizedSolver | None:

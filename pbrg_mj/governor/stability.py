@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from pbrg_mj.governor.certificate import Rows
 from pbrg_mj.team.network import Network
 
 STILL = 1e-9  # eigenvalues this small belong to what the flow conserves: the mean of zeta
 
 
-def admissible_step(network: Network, formation: np.ndarray, alpha: float) -> float:
+def admissible_step(network: Network, alpha: float, gradients: np.ndarray) -> float:
     """Return the largest step [s] for which every linearised mode of eqs. 25-30 decays under explicit Euler.
 
     An eigenvalue mu of the flow decays when |1 + step mu| < 1, that is step < -2 Re(mu) / |mu|^2. The flow falls apart
@@ -17,21 +18,36 @@ def admissible_step(network: Network, formation: np.ndarray, alpha: float) -> fl
 
     - m: consensus and the leaders' cost,
     - (z_pj, z_xij): consensus, pinned by robot j's nu,
-    - m with the rows of one half-space. Their gradient in m is at most 1 + sqrt(n), since ||grad_m rho|| <= sqrt(n),
-      and as many bind at once as robots of the formation, b (n, 2) [m], stand in one line at its edge.
+    - m with the rows of one robot, whose gradient is at most `gradients` (n,) long (`steepest_gradients`).
 
-    The curvature of rho is left out: it grows as rho falls, and there it makes m chatter within its own small ball. On
-    static problems the flow really blows up at 1 to 5 times this step (tests/test_governor_stability.py).
+    The curvature of rho is left out, and nothing blows up of it. Of a row a rho + C m - d it pulls m towards where rho
+    falls with a lambda n / rho, more than explicit steps follow when rho is small; but the pull itself is never longer
+    than a lambda sqrt(n), lambda at most its cap, so m chatters within a step's length of it. On static problems the
+    flow really blows up at 1 to 5 times this step, with input rows at 5 to 25 (tests/test_governor_stability.py).
     """
     n, L = network.robots, network.laplacian
     consensus = np.block([[-L, L], [-L, np.zeros((n, n))]])
     consensus[:n, :n] -= 2.0 * alpha * np.diag(network.leader)
     pinned = np.block([[-L, L], [-L, np.zeros((n, n))]])
-    steepest = np.sqrt(abreast(formation)) * (1.0 + np.sqrt(n))
     flows = [consensus]
-    for robot in _typical(network):
-        flows += [_with_multiplier(pinned, robot, alpha, 1.0), _with_multiplier(consensus, robot, alpha, steepest)]
+    for robot in _typical(network, gradients):
+        flows.append(_with_multiplier(pinned, robot, alpha, 1.0))
+        flows.append(_with_multiplier(consensus, robot, alpha, gradients[robot]))
     return min(_euler_limit(flow) for flow in flows)
+
+
+def steepest_gradients(network: Network, formation: np.ndarray, inputs: Rows | None) -> np.ndarray:
+    """Return for every robot how long the gradient in m of all its rows that bind at once can be, (n,).
+
+    Of a ball row it is at most 1 + sqrt(n), since ||grad_m rho|| <= sqrt(n), and as many rows of one half-space bind at
+    once as robots of the formation, b (n, 2) [m], stand in one line at its edge. Of an input row it is at most
+    a sqrt(n), and the rows of all facets are the same row, `inputs`; None without input constraints.
+    """
+    n = network.robots
+    squares = np.full(n, abreast(formation) * (1.0 + np.sqrt(n)) ** 2)
+    if inputs is not None:
+        squares += n * np.sum(inputs.a**2, axis=1)
+    return np.sqrt(squares)
 
 
 def abreast(formation: np.ndarray) -> int:
@@ -46,9 +62,9 @@ def abreast(formation: np.ndarray) -> int:
     return int(on_line[~outside].max(initial=1))
 
 
-def _typical(network: Network) -> list[int]:
+def _typical(network: Network, gradients: np.ndarray) -> list[int]:
     """Return one robot of each degree and kind: the pinned flow depends on little else, and n of them cost n^4."""
-    kinds = np.column_stack([network.degree, network.leader])
+    kinds = np.column_stack([network.degree, network.leader, gradients])
     return np.unique(kinds, axis=0, return_index=True)[1].tolist()
 
 

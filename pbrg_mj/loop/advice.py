@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
+from pbrg_mj.governor.certificate import BallCertificate
+from pbrg_mj.governor.channel import channel
+from pbrg_mj.governor.delay_margin import LARGEST, Delayed, delay_margin
 from pbrg_mj.governor.registry import round_step
-from pbrg_mj.governor.stability import admissible_step
+from pbrg_mj.governor.stability import admissible_step, steepest_gradients
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.graph import network
 
@@ -14,13 +19,32 @@ def advice(scenario: Scenario) -> list[str]:
     """Return one line for everything that makes a run likely to fail; empty when nothing is foreseen."""
     if scenario.governor.kind != "distributed":
         return []
-    formation = np.array(scenario.team.formation, dtype=float)
-    allowed = admissible_step(network(scenario), formation, scenario.governor.alpha)
-    step = round_step(scenario)
-    if step <= allowed:
-        return []
-    line = (
-        f"a round of {step:.3g} s may be too long for alpha = {scenario.governor.alpha:g} on this graph: "
-        f"explicit steps are stable up to {allowed:.2g} s. More governor.rounds, or a smaller governor.step, help"
-    )
-    return [line]
+    team = network(scenario)
+    inputs = BallCertificate.of(scenario, team).inputs
+    gradients = steepest_gradients(team, np.array(scenario.team.formation, dtype=float), inputs)
+    return list(_step(scenario, gradients)) or list(_delay(scenario, gradients))
+
+
+def _step(scenario: Scenario, gradients: np.ndarray) -> Iterator[str]:
+    alpha, step = scenario.governor.alpha, round_step(scenario)
+    allowed = admissible_step(network(scenario), alpha, gradients)
+    if step > allowed:
+        yield (
+            f"a round of {step:.3g} s may be too long for alpha = {alpha:g} on this graph: "
+            f"explicit steps are stable up to {allowed:.2g} s. More governor.rounds, or a smaller governor.step, help"
+        )
+
+
+def _delay(scenario: Scenario, gradients: np.ndarray) -> Iterator[str]:
+    links, step = channel(scenario), round_step(scenario)
+    if links is None or not links.delay.any() or scenario.network.exchange != "plain" or scenario.robots > LARGEST:
+        return  # waves bear any constant delay
+    margin = delay_margin(Delayed(network(scenario), scenario.governor.alpha, step, links.delay), gradients)
+    if margin is not None:
+        longest = int(links.delay.max())
+        others = "" if np.all(links.delay == longest) else ", the others in proportion"
+        yield (
+            f"messages {longest} rounds late, {longest * step:.3g} s, may be too late for alpha = "
+            f"{scenario.governor.alpha:g} on this graph: the plain exchange is stable up to {margin} rounds, "
+            f"{margin * step:.2g} s{others}. `network.exchange: scattering` bears any delay"
+        )

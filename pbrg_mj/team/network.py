@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -24,7 +25,12 @@ class Network:
         """Number of robots n."""
         return len(self.leader)
 
-    @property
+    @cached_property
     def degree(self) -> np.ndarray:
         """Number of neighbours of each robot, (n,)."""
         return np.diff(self.first)
+
+    @cached_property
+    def laplacian_pinv(self) -> np.ndarray:
+        """Moore-Penrose inverse of the Laplacian, (n, n)."""
+        return np.linalg.pinv(self.laplacian)

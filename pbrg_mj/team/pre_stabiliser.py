@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from pbrg_mj.kernel import kernel
 from pbrg_mj.scenario.governing import Control
 from pbrg_mj.team.network import Network
 
@@ -22,6 +23,22 @@ def pre_stabilise(
     nothing away: it keeps the sum of xi since 1'L = 0, it adds -leak xi'L xi <= 0 to dV/dt so that the certificate
     stays valid, and it vanishes where L xi = 0, as in the formation at m with u = 0.
     """
-    L = network.laplacian
-    u = -L @ (p - xi) + control.alpha_r * network.leader[:, None] * (m - p)
-    return u, -L @ (p + control.leak * xi)
+    graph = (network.first, network.neighbours, network.leader)
+    return pre_stabilised(graph, (p, xi, m), control.alpha_r, control.leak)
+
+
+@kernel
+def pre_stabilised(graph, state, alpha_r, leak):  # pragma: no cover - compiled
+    """Compute what `pre_stabilise` returns."""
+    first, neighbours, leader = graph
+    p, xi, m = state
+    u, rate = np.empty(p.shape), np.empty(p.shape)
+    for j in range(len(p)):
+        for axis in range(2):
+            apart = turned = 0.0  # sum_k L_jk p_k and sum_k L_jk xi_k
+            for k in neighbours[first[j] : first[j + 1]]:
+                apart += p[j, axis] - p[k, axis]
+                turned += xi[j, axis] - xi[k, axis]
+            u[j, axis] = turned - apart + alpha_r * leader[j] * (m[j, axis] - p[j, axis])
+            rate[j, axis] = -(apart + leak * turned)
+    return u, rate

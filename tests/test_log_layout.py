@@ -52,3 +52,27 @@ def test_the_scene_s_topics_are_the_log_s() -> None:
     own = {channels.SCENE, channels.TEAM_SCENE, channels.P_POSES, channels.M_POSES}
     assert topics == own | {channels.scan_channel(robot) for robot in range(1, 6)}
     assert LAYOUT["configById"]["RosOut!events"]["topicToRender"] == channels.EVENTS
+
+
+# As @foxglove/studio-base 1.48, the last open source version, declares them.
+PLOT_KEYS = {
+    *("title", "foxglovePanelTitle", "paths", "minXValue", "maxXValue", "minYValue", "maxYValue"),
+    *("showLegend", "legendDisplay", "showPlotValuesInLegend", "showXAxisLabels", "showYAxisLabels"),
+    *("isSynced", "xAxisVal", "xAxisPath", "followingViewWidth", "sidebarDimension"),
+}
+PLOT_REQUIRED = PLOT_KEYS - {
+    *("title", "foxglovePanelTitle", "minXValue", "maxXValue", "minYValue", "maxYValue", "xAxisPath"),
+    "followingViewWidth",
+}
+PATH_KEYS = {"value", "enabled", "timestampMethod", "label", "color"}
+
+
+def test_plots_are_configured_as_the_viewer_declares_them() -> None:
+    plots = [config for name, config in LAYOUT["configById"].items() if name.startswith("Plot!")]
+    for config in plots:
+        assert PLOT_REQUIRED <= set(config) <= PLOT_KEYS
+        assert (config["legendDisplay"], config["xAxisVal"]) == ("floating", "timestamp")
+        for path in config["paths"]:
+            assert {"value", "enabled", "timestampMethod"} <= set(path) <= PATH_KEYS
+            assert path["timestampMethod"] == "receiveTime"
+    assert set(LAYOUT["configById"]["RosOut!events"]) <= {"searchTerms", "minLogLevel", "topicToRender"}

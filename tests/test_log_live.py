@@ -16,6 +16,7 @@ from pbrg_mj.cli.main import main
 from pbrg_mj.cli.pace import pacer
 from pbrg_mj.log.live import LiveServer
 from pbrg_mj.log.writer import LogWriter
+from tests.needs import need_module
 from tests.records import loaded, records
 
 MESSAGE = struct.Struct("<BIQ")  # opcode 1, subscription, log time
@@ -49,8 +50,8 @@ def collect(socket: Any, topics: dict[int, str], count: int) -> list[tuple[str, 
 
 
 def test_a_plain_client_gets_the_same_bytes_as_the_log(tmp_path: Path) -> None:
-    pytest.importorskip("foxglove", reason="foxglove-sdk is not installed (extra live)")
-    client = pytest.importorskip("websockets.sync.client")
+    need_module("foxglove")
+    client = need_module("websockets.sync.client")
     path, plan = tmp_path / "log.mcap", loaded(timings=True)
     first, *rest = records(TICKS)
     with LiveServer(plan.scenario, 0) as serve:
@@ -82,7 +83,7 @@ def messages(path: Path) -> list[tuple[str, int, bytes]]:
 
 
 def test_a_run_makes_the_same_log_with_and_without(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("foxglove", reason="foxglove-sdk is not installed (extra live)")
+    need_module("foxglove")
     arguments = ["run", "paper/simulation_near", "--duration", "0.5", "--set", "log.timings=false", "--quiet"]
     assert main([*arguments, "-o", str(tmp_path / "plain.mcap")]) == 0
     assert main([*arguments, "-o", str(tmp_path / "live.mcap"), "--live", "--port", "0", "--pace", "5"]) == 0
@@ -91,7 +92,7 @@ def test_a_run_makes_the_same_log_with_and_without(tmp_path: Path, capsys: pytes
 
 
 def test_a_port_that_is_taken_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("foxglove", reason="foxglove-sdk is not installed (extra live)")
+    need_module("foxglove")
     with LiveServer(loaded(timings=True).scenario, 0) as serve:
         port = serve.address.rsplit(":", 1)[1]
         assert main(["run", "paper/simulation_near", "-o", str(tmp_path / "a.mcap"), "--live", "--port", port]) == 2

@@ -160,7 +160,7 @@ def test_events_tell_changes_once(tmp_path: Path) -> None:
         reader = make_reader(file, decoder_factories=[DecoderFactory()])
         events = reader.iter_decoded_messages(topics="/events")
         texts = [(message.sequence, decoded.message) for _, _, message, decoded in events]
-    touching = np.zeros(3, dtype=bool)
+    touching = winding = np.zeros(3, dtype=bool)
     status, expected = "ok", []
     for record in records(60):
         if record.solution.status != status:
@@ -168,7 +168,9 @@ def test_events_tell_changes_once(tmp_path: Path) -> None:
         status = record.solution.status
         onsets = np.flatnonzero(record.truth.wall_contact & ~touching)
         expected.extend((record.index, f"robot {robot + 1} touches a wall") for robot in onsets)
-        touching = record.truth.wall_contact
+        onsets = np.flatnonzero(record.winding_up & ~winding)
+        expected.extend((record.index, f"robot {robot + 1} winds up") for robot in onsets)
+        touching, winding = record.truth.wall_contact, record.winding_up
     assert texts == expected
 
 

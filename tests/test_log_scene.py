@@ -1,11 +1,17 @@
 """What viewers get to see of obstacles and working areas, decoded."""
 
+from math import cos, sin
+
 import numpy as np
 import pytest
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
+from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
 from pbrg_mj.log import scene
+from pbrg_mj.log.payload import stamp
+from pbrg_mj.log.team_scene import Points
 from tests.worlds import scenario
 
 AROUND = {
@@ -54,7 +60,51 @@ def test_what_is_not_there_is_not_drawn() -> None:
 
 def test_a_scan_says_where_its_first_and_last_beam_point() -> None:
     angles = np.deg2rad([-30.0, 0.0, 30.0])
-    message = LaserScan.FromString(scene.scan(2, np.array([1.0, np.nan, 2.0]), angles, 5_000_000_000))
+    message = LaserScan.FromString(scene.Scan(2, angles).draw(np.array([1.0, np.nan, 2.0]), 5_000_000_000))
     assert (message.start_angle, message.end_angle) == (angles[0], angles[2])
     assert message.frame_id == "robot_2"
     assert message.timestamp.seconds == 5
+
+
+ODD = np.array([0.0, -0.0, np.nan, np.inf, 1e-300, 2.5])
+TIMES = [0, 1_500_000_000, 2_000_000_000, 7]
+
+
+def values(*shape: int) -> list[np.ndarray]:
+    """Numbers of every kind, a set for each of TIMES."""
+    rng = np.random.default_rng(3)
+    return [rng.choice(ODD, shape) for _ in TIMES]
+
+
+def test_kept_poses_are_those_drawn_afresh() -> None:
+    kept = scene.Poses(3)
+    for time_ns, body_pose in zip(TIMES, values(3, 3), strict=True):
+        body_pose[:, 2] = np.nan_to_num(body_pose[:, 2], posinf=1.0)
+        message = FrameTransforms()
+        for robot, (x, y, heading) in enumerate(body_pose.tolist(), start=1):
+            one = message.transforms.add(parent_frame_id="world", child_frame_id=f"robot_{robot}")
+            stamp(one, time_ns)
+            one.translation.x, one.translation.y = x, y
+            one.rotation.z, one.rotation.w = sin(heading / 2), cos(heading / 2)
+        assert kept.draw(body_pose, time_ns) == message.SerializeToString(deterministic=True)
+
+
+def test_kept_scans_are_those_drawn_afresh() -> None:
+    angles = np.linspace(0.0, 3.0, 7)
+    kept = scene.Scan(4, angles)
+    for time_ns, ranges in zip(TIMES, values(7), strict=True):
+        message = LaserScan(frame_id="robot_4", start_angle=0.0, end_angle=3.0, ranges=ranges.tolist())
+        stamp(message, time_ns)
+        message.pose.orientation.w = 1.0
+        assert kept.draw(ranges, time_ns) == message.SerializeToString(deterministic=True)
+
+
+def test_kept_points_are_those_drawn_afresh() -> None:
+    kept = Points(5)
+    for time_ns, positions in zip(TIMES, values(5, 2), strict=True):
+        message = PosesInFrame(frame_id="world")
+        stamp(message, time_ns)
+        for x, y in positions.tolist():
+            pose = message.poses.add()
+            pose.position.x, pose.position.y, pose.orientation.w = x, y, 1.0
+        assert kept.draw(positions, time_ns) == message.SerializeToString(deterministic=True)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from google.protobuf.message import Message
-from mcap.writer import Writer
-from mcap_protobuf.schema import register_schema
+from mcap_protobuf.schema import build_file_descriptor_set
 
 from pbrg_mj.log import channels
 from pbrg_mj.log.fields import SCHEMA_VERSION, Dims
+from pbrg_mj.log.mcap_file import McapFile
 from pbrg_mj.log.versions import versions
 from pbrg_mj.scenario.load import Loaded
 
 
-def embed(writer: Writer, loaded: Loaded, model_xml: str, dims: Dims) -> None:
+def embed(writer: McapFile, loaded: Loaded, model_xml: str, dims: Dims) -> None:
     """Write what it takes to rerun, before any tick and outside of chunks: a log cut short still has it."""
     attachments = (
         (channels.SCENARIO_ATTACHMENT, "application/yaml", loaded.yaml_text),
@@ -32,7 +32,12 @@ def run_facts(name: str, seed: int, dims: Dims) -> dict[str, str]:
     return {"name": name} | {key: str(value) for key, value in numbers.items()}
 
 
-def register(writer: Writer, types: dict[str, type[Message]]) -> dict[str, int]:
+def register(writer: McapFile, types: dict[str, type[Message]]) -> dict[str, int]:
     """Register a channel for each topic, and each class's schema once; return topic -> channel number."""
-    schemas = {kind: register_schema(writer, kind) for kind in dict.fromkeys(types.values())}
-    return {topic: writer.register_channel(topic, "protobuf", schemas[kind]) for topic, kind in types.items()}
+    schemas = {
+        kind: writer.register_schema(
+            kind.DESCRIPTOR.full_name, "protobuf", build_file_descriptor_set(kind).SerializeToString()
+        )
+        for kind in dict.fromkeys(types.values())
+    }
+    return {topic: writer.register_channel(topic, "protobuf", schemas[kind], {}) for topic, kind in types.items()}

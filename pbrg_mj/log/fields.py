@@ -78,6 +78,13 @@ TICK: tuple[Field, ...] = (
         "V, rad/s or m/s",
         "by `drive.kind` wheel voltages or speeds; u in the ideal plant",
     ),
+    Field("winding_up", "winding_up", ("n",), "-", "xi grows although the wheels do not follow u", "bool"),
+    Field("flow_primal_storage", "flow_passivity.primal_storage", (), "m^2/s^2", "S of the flow's own velocity"),
+    Field("flow_dual_storage", "flow_passivity.dual_storage", (), "m^2/s^2", "U of the flow's own velocity"),
+    Field(
+        "flow_primal_dissipation", "flow_passivity.primal_dissipation", (), "m^2/s^3", "supply - dS/dt; >= 0: passive"
+    ),
+    Field("flow_dual_dissipation", "flow_passivity.dual_dissipation", (), "m^2/s^3", "supply - dU/dt; >= 0: passive"),
 )
 
 OPTIMUM: tuple[Field, ...] = (
@@ -101,8 +108,10 @@ TIMING: tuple[Field, ...] = (
     Field("govern", "timings.govern", (), "s", "wall clock: the governor"),
     Field("control", "timings.control", (), "s", "wall clock: references to voltages"),
     Field("advance", "timings.advance", (), "s", "wall clock: the plant"),
+    Field("certify", "timings.certify", (), "s", "wall clock: the certificates of operation"),
     Field("reference_build", "timings.reference_build", (), "s", "wall clock: building the reference"),
     Field("reference_solve", "timings.reference_solve", (), "s", "wall clock: solving it"),
+    Field("reference_balance", "timings.reference_balance", (), "s", "wall clock: the passivity balance about it"),
 )
 
 MESSAGES: dict[str, tuple[Field, ...]] = {"Tick": TICK, "Optimum": OPTIMUM, "Timing": TIMING}

@@ -45,6 +45,11 @@ class TickSeries:
     complementarity: np.ndarray  # (T,) KKT residual [m^2]
     velocity: np.ndarray  # (T, n, 2) u [m/s]
     command: np.ndarray  # (T, n, 2) wheel voltages [V] or speeds [rad/s]; u [m/s] in the ideal plant
+    winding_up: np.ndarray  # (T, n) bool: xi grows although the wheels do not follow u
+    flow_primal_storage: np.ndarray  # (T,) of the flow's own velocity [m^2/s^2], NaN unless known
+    flow_dual_storage: np.ndarray  # (T,) [m^2/s^2], NaN unless known
+    flow_primal_dissipation: np.ndarray  # (T,) [m^2/s^3], >= 0: passive; NaN unless known
+    flow_dual_dissipation: np.ndarray  # (T,) [m^2/s^3], >= 0: passive; NaN unless known
 
 
 @dataclass(frozen=True)
@@ -74,8 +79,10 @@ class TimingSeries:
     govern: np.ndarray
     control: np.ndarray
     advance: np.ndarray
+    certify: np.ndarray
     reference_build: np.ndarray
     reference_solve: np.ndarray
+    reference_balance: np.ndarray
 
 
 @dataclass(frozen=True)

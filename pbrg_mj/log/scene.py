@@ -1,4 +1,7 @@
-"""What a viewer draws, in Foxglove's well-known schemas: the floor plan, poses, scans, events."""
+"""What a viewer draws, in Foxglove's well-known schemas: the floor plan, poses, scans, events.
+
+What is drawn again and again keeps its message, and sets all in it that can change: a third of the time of a new one.
+"""
 
 from __future__ import annotations
 
@@ -26,27 +29,38 @@ FLOOR_THICKNESS = 0.01  # [m]
 FLAT = 0.002  # height of what is drawn on the floor [m]
 
 
-def poses(body_pose: np.ndarray, time_ns: int) -> bytes:
-    """Return FrameTransforms from the world to each body; `body_pose` (n, 3) x, y [m], heading [rad]."""
-    message = FrameTransforms()
-    for robot, (x, y, heading) in enumerate(body_pose.tolist(), start=1):
-        transform = message.transforms.add(parent_frame_id="world", child_frame_id=frame_of(robot))
-        stamp(transform, time_ns)
-        transform.translation.x, transform.translation.y = x, y
-        transform.rotation.z, transform.rotation.w = sin(heading / 2), cos(heading / 2)
-    return message.SerializeToString(deterministic=True)
+class Poses:
+    """FrameTransforms from the world to each robot's body."""
+
+    def __init__(self, robots: int):
+        self._message = FrameTransforms()
+        for robot in range(1, robots + 1):
+            self._message.transforms.add(parent_frame_id="world", child_frame_id=frame_of(robot))
+
+    def draw(self, body_pose: np.ndarray, time_ns: int) -> bytes:
+        """Return the message; `body_pose` (n, 3) x, y [m], heading [rad]."""
+        for transform, (x, y, heading) in zip(self._message.transforms, body_pose.tolist(), strict=True):
+            stamp(transform, time_ns)
+            place, turn = transform.translation, transform.rotation
+            place.x, place.y, turn.z, turn.w = x, y, sin(heading / 2), cos(heading / 2)
+        return self._message.SerializeToString(deterministic=True)
 
 
-def scan(robot: int, ranges: np.ndarray, angles: np.ndarray, time_ns: int) -> bytes:
-    """Return a LaserScan of one robot; `ranges` (beams,) [m], NaN where a beam returned nothing.
+class Scan:
+    """The LaserScan of one robot, counted from 1.
 
     The beams point at `angles` (beams,) [rad], evenly spaced, counter-clockwise from straight ahead.
     """
-    message = LaserScan(frame_id=frame_of(robot), start_angle=angles[0], end_angle=angles[-1])
-    stamp(message, time_ns)
-    message.pose.orientation.w = 1.0
-    message.ranges.extend(ranges.tolist())
-    return message.SerializeToString(deterministic=True)
+
+    def __init__(self, robot: int, angles: np.ndarray):
+        self._message = LaserScan(frame_id=frame_of(robot), start_angle=angles[0], end_angle=angles[-1])
+        self._message.pose.orientation.w = 1.0
+
+    def draw(self, ranges: np.ndarray, time_ns: int) -> bytes:
+        """Return the message; `ranges` (beams,) [m], NaN where a beam returned nothing."""
+        stamp(self._message, time_ns)
+        self._message.ranges[:] = ranges.tolist()
+        return self._message.SerializeToString(deterministic=True)
 
 
 def event(text: str, time_ns: int, *, warning: bool) -> bytes:

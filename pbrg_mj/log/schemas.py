@@ -67,41 +67,6 @@ def varint(value: int) -> bytes:
     return bytes(groups)
 
 
-def _text_packer(number: int) -> Callable[[Any], bytes]:
-    tag = varint(number << 3 | LENGTH_DELIMITED)
-
-    def pack(value: str) -> bytes:
-        data = value.encode()
-        return tag + varint(len(data)) + data
-
-    return pack
-
-
-def _scalar_packer(number: int, field: Field) -> Callable[[Any], bytes]:
-    head = varint(number << 3 | FIXED64)
-    pack = SCALAR[field.kind].pack
-    return lambda value: head + pack(value)
-
-
-def _array_packer(number: int, field: Field, dims: Dims) -> Callable[[Any], bytes]:
-    dtype, extent = DTYPE[field.kind], field.extent(dims)
-    head = varint(number << 3 | LENGTH_DELIMITED) + varint(field.count(dims) * dtype.itemsize)
-
-    def pack(value: Any) -> bytes:
-        array = np.asarray(value, dtype)
-        if array.shape != extent:
-            raise ValueError(f"{field.name}: shape {array.shape}, not {extent}")
-        return head + array.tobytes()
-
-    return pack
-
-
-def _packer(number: int, field: Field, dims: Dims) -> Callable[[Any], bytes]:
-    if field.kind == "text":
-        return _text_packer(number)
-    return _array_packer(number, field, dims) if field.shape else _scalar_packer(number, field)
-
-
 def encoder(name: str, dims: Dims) -> Callable[[Any], bytes]:
     """Return a function from a TickRecord to the serialised message `name`.
 
@@ -109,8 +74,50 @@ def encoder(name: str, dims: Dims) -> Callable[[Any], bytes]:
     """
     fields = MESSAGES[name]
     values = attrgetter(*(field.source for field in fields))
-    packers = [_packer(number, field, dims) for number, field in enumerate(fields, start=1)]
-    return lambda record: b"".join([pack(value) for pack, value in zip(packers, values(record), strict=True)])
+    arrays = [(place, field) for place, field in enumerate(fields) if field.shape]
+    layout = [(field.extent(dims), DTYPE[field.kind]) for _, field in arrays]
+    packers = [_packer(field) for field in fields]
+    heads = [_head(number, field, dims) for number, field in enumerate(fields, start=1)]
+    blank = [piece for head in heads for piece in (head, b"")]
+
+    def encode(record: Any) -> bytes:
+        found = list(values(record))
+        # One comparison of everything, for records are right; only then field by field.
+        if [(found[place].shape, found[place].dtype) for place, _ in arrays] != layout:
+            for (place, field), (extent, dtype) in zip(arrays, layout, strict=True):
+                found[place] = _as_array(found[place], field, extent, dtype)
+        pieces = blank.copy()
+        pieces[1::2] = [pack(value) for pack, value in zip(packers, found, strict=True)]
+        return b"".join(pieces)
+
+    return encode
+
+
+def _head(number: int, field: Field, dims: Dims) -> bytes:
+    """Return what stands before a field's value, without the length of a text."""
+    if field.kind == "text":
+        return varint(number << 3 | LENGTH_DELIMITED)
+    if not field.shape:
+        return varint(number << 3 | FIXED64)
+    return varint(number << 3 | LENGTH_DELIMITED) + varint(field.count(dims) * DTYPE[field.kind].itemsize)
+
+
+def _packer(field: Field) -> Callable[[Any], bytes]:
+    if field.kind == "text":
+        return _pack_text
+    return np.ndarray.tobytes if field.shape else SCALAR[field.kind].pack
+
+
+def _pack_text(value: str) -> bytes:
+    data = value.encode()
+    return varint(len(data)) + data
+
+
+def _as_array(value: Any, field: Field, extent: tuple[int, ...], dtype: np.dtype) -> np.ndarray:
+    array = np.asarray(value, dtype)
+    if array.shape != extent:
+        raise ValueError(f"{field.name}: shape {array.shape}, not {extent}")
+    return array
 
 
 def decode(name: str, data: bytes, dims: Dims) -> tuple[Any, ...]:

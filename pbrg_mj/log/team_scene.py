@@ -6,6 +6,10 @@ in time needs no other.
 
 from __future__ import annotations
 
+from itertools import chain, compress
+from math import isfinite
+from typing import Any
+
 import numpy as np
 from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
@@ -43,45 +47,74 @@ def frame_of(robot: int) -> str:
     return f"robot_{robot}"
 
 
-def team(record: TickRecord, optimum: np.ndarray, boxes: tuple[MovingBox, ...], time_ns: int) -> bytes:
-    """Return a SceneUpdate of a tick; `optimum` (2,) [m] is the latest m*. What is not finite is left out."""
-    message = SceneUpdate()
-    lines, points, moving = (message.entities.add(frame_id="world", id=name) for name in NAMES)
-    for entity in (lines, points, moving):
-        stamp(entity, time_ns)
-    for robot, hand in enumerate(record.hand_world):
-        ends = line_ends(record.half_spaces, robot, hand)
-        drawing.segments(lines, [(*end, LINE_HEIGHT) for end in ends], LINE_WIDTH, drawing.robot_color(robot))
-    balls = [(m, BALL, drawing.robot_color(robot)) for robot, m in enumerate(record.solution.m)]
-    balls += [
-        (record.problem.reference, OPERATOR_BALL, drawing.OPERATOR_COLOR),
-        (optimum, OPTIMUM_BALL, drawing.OPTIMUM_COLOR),
-    ]
-    for point, diameter, color in balls:
-        if np.isfinite(point).all():
-            drawing.ball(points, (*point.tolist(), HOVER), diameter, color)
-    for box in boxes:
-        x, y = box_centre(box, record.time).tolist()
-        drawing.box(moving, (x, y, box.height / 2), 0.0, (*box.size, box.height), drawing.MOVING_COLOR)
-    return message.SerializeToString(deterministic=True)
+class TeamScene:
+    """Draws a tick's SceneUpdate. Keeps the message while as much is to be seen, and moves only what moves in it."""
+
+    def __init__(self, boxes: tuple[MovingBox, ...]):
+        self._boxes = boxes
+        self._seen: tuple[list[int], list[bool]] | None = None
+        self._message = SceneUpdate()
+        self._movable: list[Any] = []  # positions in the message: ends of lines, balls, boxes
+
+    def draw(self, record: TickRecord, optimum: np.ndarray, time_ns: int) -> bytes:
+        """Return a tick's SceneUpdate; `optimum` (2,) [m] is the latest m*. What is not finite is left out."""
+        lines = [line_ends(record.half_spaces, robot, hand) for robot, hand in enumerate(record.hand_world)]
+        balls = [*record.solution.m.tolist(), record.problem.reference.tolist(), optimum.tolist()]
+        visible = [isfinite(x) and isfinite(y) for x, y in balls]
+        seen = ([len(ends) for ends in lines], visible)
+        if seen != self._seen:
+            self._start(*seen)
+            self._seen = seen
+        centres = [box_centre(box, record.time).tolist() for box in self._boxes]
+        for place, (x, y) in zip(self._movable, chain(*lines, compress(balls, visible), centres), strict=True):
+            place.x, place.y = x, y
+        for entity in self._message.entities:
+            stamp(entity, time_ns)
+        return self._message.SerializeToString(deterministic=True)
+
+    def _start(self, ends: list[int], visible: list[bool]) -> None:
+        """Begin a message with so many line ends of each robot and with the balls that are `visible`, anywhere yet."""
+        self._message = SceneUpdate()
+        lines, points, moving = (self._message.entities.add(frame_id="world", id=name) for name in NAMES)
+        for robot, count in enumerate(ends):
+            drawing.segments(lines, [(0.0, 0.0, LINE_HEIGHT)] * count, LINE_WIDTH, drawing.robot_color(robot))
+        balls = [(BALL, drawing.robot_color(robot)) for robot in range(len(ends))]
+        balls += [(OPERATOR_BALL, drawing.OPERATOR_COLOR), (OPTIMUM_BALL, drawing.OPTIMUM_COLOR)]
+        for diameter, color in compress(balls, visible):
+            drawing.ball(points, (0.0, 0.0, HOVER), diameter, color)
+        for box in self._boxes:
+            drawing.box(moving, (0.0, 0.0, box.height / 2), 0.0, (*box.size, box.height), drawing.MOVING_COLOR)
+        self._movable = [end for line in lines.lines for end in line.points]
+        self._movable += [solid.pose.position for solid in (*points.spheres, *moving.cubes)]
 
 
-def line_ends(half_spaces: HalfSpaces, robot: int, hand: np.ndarray) -> list[list[float]]:
+def line_ends(half_spaces: HalfSpaces, robot: int, hand: np.ndarray) -> list[tuple[float, float]]:
     """Return the ends (2 S, 2) [m] of the lines G q = h of a robot's half-spaces, near its hand point (2,) [m]."""
     active = half_spaces.active[robot]
     G, h = half_spaces.G[robot, active], half_spaces.h[robot, active]
-    if not (np.isfinite(hand).all() and np.isfinite(G).all() and np.isfinite(h).all()):
+    x, y = hand.tolist()
+    if not all(map(isfinite, (x, y, *G.ravel().tolist(), *h.tolist()))):
         return []
-    foot = hand + (h - G @ hand)[:, None] * G
-    along = LINE_REACH * np.stack([-G[:, 1], G[:, 0]], axis=1)
-    return np.stack([foot - along, foot + along], axis=1).reshape(-1, 2).tolist()
+    ends = []
+    for (gx, gy), gap in zip(G.tolist(), (h - G @ hand).tolist(), strict=True):
+        foot_x, foot_y = x + gap * gx, y + gap * gy
+        along_x, along_y = -LINE_REACH * gy, LINE_REACH * gx
+        ends += [(foot_x - along_x, foot_y - along_y), (foot_x + along_x, foot_y + along_y)]
+    return ends
 
 
-def points(positions: np.ndarray, time_ns: int) -> bytes:
-    """Return PosesInFrame in the world of positions (n, 2) [m], all of them, in the robots' order."""
-    message = PosesInFrame(frame_id="world")
-    stamp(message, time_ns)
-    for x, y in positions.tolist():
-        pose = message.poses.add()
-        pose.position.x, pose.position.y, pose.orientation.w = x, y, 1.0
-    return message.SerializeToString(deterministic=True)
+class Points:
+    """PosesInFrame in the world of `count` points without a heading, all of them, in the robots' order."""
+
+    def __init__(self, count: int):
+        self._message = PosesInFrame(frame_id="world")
+        for _ in range(count):
+            self._message.poses.add().orientation.w = 1.0
+
+    def draw(self, positions: np.ndarray, time_ns: int) -> bytes:
+        """Return the message; `positions` (count, 2) [m]."""
+        stamp(self._message, time_ns)
+        for pose, (x, y) in zip(self._message.poses, positions.tolist(), strict=True):
+            place = pose.position
+            place.x, place.y = x, y
+        return self._message.SerializeToString(deterministic=True)

@@ -8,11 +8,10 @@ from pathlib import Path
 from types import TracebackType
 from typing import BinaryIO, Self
 
-from mcap.writer import Writer
-
 from pbrg_mj.errors import InputError, PbrgError
 from pbrg_mj.log import channels
 from pbrg_mj.log.embed import embed, register
+from pbrg_mj.log.mcap_file import McapFile
 from pbrg_mj.log.stream import MessageStream, dims_of
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.scenario.load import Loaded
@@ -23,7 +22,6 @@ from pbrg_mj.scenario.load import Loaded
 # this costs 5 % in size and in time.
 CHUNK_SECONDS = 0.1
 CHUNK_BYTES = 8 * 2**20  # of many robots; bounds memory, and what a reader has to decompress at once
-WHOLE_RECORDS = 2**62  # mcap's own limit cuts anywhere: ours ends chunks between ticks
 
 
 class LogWriter:
@@ -37,7 +35,9 @@ class LogWriter:
         self._path, self._loaded, self._model_xml = Path(path), loaded, model_xml
         self._ticks_per_chunk = max(1, round(CHUNK_SECONDS / loaded.scenario.timing.tick))
         self._file: BinaryIO | None = None
+        self._waiting: list[TickRecord] = []
         self._ticks = self._bytes = 0  # in the open chunk
+        self._tick_bytes = CHUNK_BYTES  # of the last tick written; before there is one, nothing waits
         self._between_records = True
 
     def __enter__(self) -> Self:
@@ -46,19 +46,16 @@ class LogWriter:
         return self
 
     def __call__(self, record: TickRecord) -> None:
-        """Write one record."""
-        self._between_records = False
+        """Take one record; it reaches the disk with its chunk."""
         if self._file is None:
             self._start(record)
-        try:
-            self._bytes += self._add(record)
-            self._ticks += 1
-            if self._ticks >= self._ticks_per_chunk or self._bytes >= CHUNK_BYTES:
-                self._writer.flush()
-                self._ticks = self._bytes = 0
-            self._between_records = True
-        except OSError as error:
-            raise self._failed(error) from error
+        self._waiting.append(record)
+        ticks = len(self._waiting)
+        if self._ticks + ticks >= self._ticks_per_chunk or self._bytes + ticks * self._tick_bytes >= CHUNK_BYTES:
+            try:
+                self._write_waiting()
+            except OSError as error:
+                raise self._failed(error) from error
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -67,10 +64,11 @@ class LogWriter:
         if self._file is None:
             return
         try:
-            # cut short inside a record, mcap's writer may be inconsistent: leave the log as a kill would
-            if self._between_records:
-                self._writer.finish()
-            self._file.close()
+            # cut short inside a record, the open chunk may be inconsistent: leave the log as a kill would
+            with self._file:
+                if self._between_records:
+                    self._write_waiting()
+                    self._writer.finish()
         except OSError as failure:
             raise self._failed(failure) from failure
 
@@ -80,13 +78,25 @@ class LogWriter:
         except OSError as error:
             raise InputError(f"cannot write {self._path}: {error.strerror}") from error
         try:
-            self._writer = log_writer(self._file)
+            self._writer = McapFile(self._file)
             embed(self._writer, self._loaded, self._model_xml, dims_of(first))
             self._stream = MessageStream(self._loaded.scenario, first)
             self._channels = register(self._writer, self._stream.types)
             self._file.flush()
         except OSError as error:
             raise self._failed(error) from error
+
+    def _write_waiting(self) -> None:
+        """Write the records that wait: many in a row, while their code is in the processor's caches."""
+        self._between_records = False
+        for record in self._waiting:
+            self._tick_bytes = self._add(record)
+            self._ticks, self._bytes = self._ticks + 1, self._bytes + self._tick_bytes
+            if self._ticks >= self._ticks_per_chunk or self._bytes >= CHUNK_BYTES:
+                self._writer.flush()
+                self._ticks = self._bytes = 0
+        self._waiting.clear()
+        self._between_records = True
 
     def _add(self, record: TickRecord) -> int:
         """Write one record; return the reproducible bytes it took before compression."""
@@ -104,13 +114,6 @@ class LogWriter:
                 self._file.close()
             self._file = None
         return PbrgError(f"cannot write {self._path}: {error.strerror or error}; the log ends there")
-
-
-def log_writer(file: BinaryIO) -> Writer:
-    """Return mcap's writer as logs are written with it; a chunk ends where `flush` is called."""
-    writer = Writer(file, chunk_size=WHOLE_RECORDS, enable_data_crcs=True)
-    writer.start(profile="", library="pbrg_mj")
-    return writer
 
 
 def check_writable(path: Path) -> None:

@@ -1,0 +1,112 @@
+"""Writing MCAP files: byte for byte what mcap's own Writer writes, with messages several times faster.
+
+All but messages and their index is written by mcap's own records. https://mcap.dev/spec
+"""
+
+from __future__ import annotations
+
+import zlib
+from typing import BinaryIO
+
+from mcap.records import (
+    Attachment,
+    AttachmentIndex,
+    Channel,
+    ChunkIndex,
+    DataEnd,
+    Header,
+    Metadata,
+    MetadataIndex,
+    Schema,
+)
+
+from pbrg_mj.log.container import MAGIC
+from pbrg_mj.log.mcap_summary import McapSummary, encoded
+from pbrg_mj.log.open_chunk import OpenChunk
+
+
+class McapFile:
+    """Writes an MCAP file, with every checksum and index, to `file`, which is empty and which the caller closes.
+
+    The methods are those of mcap's Writer. A chunk ends only where `flush` is called; a kill costs what came since.
+    """
+
+    def __init__(self, file: BinaryIO):
+        self._file = file
+        self._size = self._crc = 0  # of all that is written so far
+        self._chunk = OpenChunk()
+        self._summary = McapSummary()
+        self._write(MAGIC)
+        self._write(encoded(Header(profile="", library="pbrg_mj")))
+
+    def add_attachment(self, create_time: int, log_time: int, name: str, media_type: str, data: bytes) -> None:
+        """Write an attachment, outside of chunks; times in ns."""
+        about = {"log_time": log_time, "create_time": create_time, "name": name, "media_type": media_type}
+        offset, length = self._write(encoded(Attachment(data=data, **about)))
+        self._summary.attachments.append(AttachmentIndex(offset, length, data_size=len(data), **about))
+
+    def add_metadata(self, name: str, data: dict[str, str]) -> None:
+        """Write metadata, outside of chunks."""
+        offset, length = self._write(encoded(Metadata(name, data)))
+        self._summary.metadata.append(MetadataIndex(offset, length, name))
+
+    def register_schema(self, name: str, encoding: str, data: bytes) -> int:
+        """Add a schema to the open chunk; return its number, from 1."""
+        schema = Schema(id=len(self._summary.schemas) + 1, name=name, encoding=encoding, data=data)
+        self._summary.schemas.append(schema)
+        self._chunk.add_record(encoded(schema))
+        return schema.id
+
+    def register_channel(self, topic: str, message_encoding: str, schema_id: int, metadata: dict[str, str]) -> int:
+        """Add a channel to the open chunk; return its number, from 1."""
+        channel = Channel(len(self._summary.channels) + 1, topic, message_encoding, metadata, schema_id)
+        self._summary.channels.append(channel)
+        self._chunk.add_record(encoded(channel))
+        return channel.id
+
+    def add_message(self, channel_id: int, log_time: int, data: bytes, publish_time: int, sequence: int) -> None:
+        """Add a message to the open chunk; times in ns."""
+        self._chunk.add_message(channel_id, log_time, data, publish_time, sequence)
+
+    def flush(self) -> None:
+        """End the open chunk, unless it has no messages, and hand all that is written to the system."""
+        self._end_chunk()
+        self._file.flush()
+
+    def finish(self) -> None:
+        """End the open chunk and write what a file ends with; nothing may follow."""
+        self._end_chunk()
+        self._write(encoded(DataEnd(self._crc)))
+        self._file.write(self._summary.encoded(self._size) + MAGIC)
+
+    def _end_chunk(self) -> None:
+        counts = self._chunk.counts()
+        if not counts:  # schemas and channels wait for the first message
+            return
+        chunk = self._chunk.compressed()
+        start, length = self._write(encoded(chunk))
+        index = ChunkIndex(
+            message_start_time=chunk.message_start_time,
+            message_end_time=chunk.message_end_time,
+            chunk_start_offset=start,
+            chunk_length=length,
+            message_index_offsets={},
+            message_index_length=0,
+            compression=chunk.compression,
+            compressed_size=len(chunk.data),
+            uncompressed_size=chunk.uncompressed_size,
+        )
+        for channel, record in self._chunk.index():
+            index.message_index_offsets[channel], length = self._write(record)
+            index.message_index_length += length
+        self._summary.chunks.append(index)
+        self._summary.count(counts)
+        self._chunk = OpenChunk()
+
+    def _write(self, data: bytes) -> tuple[int, int]:
+        """Append what the data's checksum covers; return where it is in the file, and its length."""
+        offset = self._size
+        self._file.write(data)
+        self._crc = zlib.crc32(data, self._crc)
+        self._size += len(data)
+        return offset, len(data)

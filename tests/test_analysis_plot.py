@@ -4,10 +4,13 @@ import sys
 import numpy as np
 import pytest
 
+from pbrg_mj.cli.main import main
 from pbrg_mj.errors import InputError
-from tests.runs import resting, run, walled
+from pbrg_mj.log import reader
+from tests.needs import need_module
+from tests.runs import resting, run, scenario, walled
 
-pytest.importorskip("matplotlib")
+need_module("matplotlib")
 MAGIC = {".pdf": b"%PDF", ".png": b"\x89PNG", ".svg": b"<?xml"}
 
 
@@ -19,7 +22,7 @@ def travelling():
 
 @pytest.mark.parametrize("suffix", MAGIC)
 def test_figures_of_each_kind_with_the_same_bytes_each_time(tmp_path, suffix):
-    from pbrg_mj.analysis.plot import plot
+    from pbrg_mj.analysis.plot.figure import plot
 
     for name in "ab":
         plot(travelling(), tmp_path / f"{name}{suffix}")
@@ -30,7 +33,7 @@ def test_figures_of_each_kind_with_the_same_bytes_each_time(tmp_path, suffix):
 
 
 def test_other_runs_give_other_figures(tmp_path):
-    from pbrg_mj.analysis.plot import plot
+    from pbrg_mj.analysis.plot.figure import plot
 
     plot(run(), tmp_path / "a.png")
     plot(travelling(), tmp_path / "b.png")
@@ -44,25 +47,25 @@ def team_of(robots):
 
 @pytest.mark.parametrize("robots", [2, 7, 8, 20, 50])
 def test_robots_are_told_apart_and_the_legend_stays_short(robots):
-    from pbrg_mj.analysis.plot import _label, _look
+    from pbrg_mj.analysis.plot.look import label, look
 
-    looks = [(str(look["color"]), str(look["linestyle"])) for look in (_look(k, robots) for k in range(robots))]
+    looks = [(str(style["color"]), str(style["linestyle"])) for style in (look(k, robots) for k in range(robots))]
     assert len(set(looks)) == robots
-    labels = [_label(k, robots) for k in range(robots)]
+    labels = [label("m", k, robots) for k in range(robots)]
     assert labels[0] == "$m_{1}$"
     assert labels[-1] == f"$m_{{{robots}}}$"
     assert sum(label is not None for label in labels) == (robots if robots <= 8 else 2)
 
 
 def test_twenty_robots_can_be_drawn(tmp_path):
-    from pbrg_mj.analysis.plot import plot
+    from pbrg_mj.analysis.plot.figure import plot
 
     plot(run(team_of(20)), tmp_path / "a.png")
     assert (tmp_path / "a.png").stat().st_size > 5000
 
 
 def test_a_diverged_run_can_be_drawn(tmp_path):
-    from pbrg_mj.analysis.plot import plot
+    from pbrg_mj.analysis.plot.figure import plot
 
     m = resting(walled()).m.copy()
     m[7:] = np.nan
@@ -71,7 +74,7 @@ def test_a_diverged_run_can_be_drawn(tmp_path):
 
 
 def test_without_matplotlib_one_line_says_what_to_install(tmp_path, monkeypatch):
-    from pbrg_mj.analysis.plot import plot
+    from pbrg_mj.analysis.plot.figure import plot
 
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(InputError, match=r"pip install 'pbrg-mj\[plot\]'"):
@@ -80,5 +83,140 @@ def test_without_matplotlib_one_line_says_what_to_install(tmp_path, monkeypatch)
 
 
 def test_matplotlib_is_imported_only_to_draw():
-    code = "import sys, pbrg_mj.analysis.plot; assert 'matplotlib' not in sys.modules"
+    code = "import sys, pbrg_mj.analysis.plot.figure; assert 'matplotlib' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def drawn(panel, made):
+    """Return the panel's axes, drawn."""
+    from matplotlib.figure import Figure
+
+    axes = Figure().add_subplot()
+    panel(axes, made)
+    return axes
+
+
+def curve(axes, name):
+    return next(line for line in axes.lines if line.get_label() == name)
+
+
+def test_margins_are_the_least_true_one_the_sensed_one_and_what_the_certificate_leaves():
+    from pbrg_mj.analysis.plot.histories import margin
+
+    made = run(walled(), ticks={"wall_margin": np.tile([0.3, 0.7], (21, 1))})
+    axes = drawn(margin, made)
+    assert np.all(curve(axes, "true").get_ydata() == 0.3)
+    # the robots rest at x = 1 before x <= 2; at rest the ball has no radius
+    np.testing.assert_allclose(curve(axes, "sensed").get_ydata(), 1.0)
+    np.testing.assert_allclose(curve(axes, "certified").get_ydata(), 1.0)
+
+
+def test_a_certificate_that_fails_by_far_does_not_hide_the_margin():
+    from pbrg_mj.analysis.plot.histories import margin
+
+    far = resting(walled()).xi + 100.0
+    axes = drawn(margin, run(walled(), ticks={"xi": far}))
+    assert curve(axes, "certified").get_ydata().max() < -100
+    assert axes.get_ylim()[0] > -2
+
+
+def test_the_gap_is_the_distance_to_the_optimum_and_none_is_shaded_where_there_is_none():
+    from pbrg_mj.analysis.plot.histories import gap
+
+    m = resting(walled()).m.copy()
+    m[:, 0] += (0.3, 0.4)
+    m[:, 1] += (0.0, 0.1)  # who leads
+    made = run(walled(), ticks={"m": m})
+    axes = drawn(gap, made)
+    np.testing.assert_allclose(curve(axes, "any robot").get_ydata(), 0.5)
+    np.testing.assert_allclose(curve(axes, "leaders").get_ydata(), 0.1)
+    assert not axes.collections
+    made.optima.m[2:4] = np.nan
+    axes = drawn(gap, made)
+    assert [shade.get_label() for shade in axes.collections] == ["no optimum"]
+    assert np.isnan(curve(axes, "any robot").get_ydata()).tolist() == [False, False, True, True, False, False]
+
+
+def test_multipliers_are_summed_and_a_spike_of_the_optimum_s_does_not_hide_them():
+    from pbrg_mj.analysis.plot.histories import multipliers
+
+    plan = walled(timing={"duration": 60.0, "tick": 0.5, "physics_step": 0.5})
+    made = run(plan)
+    made.ticks.multipliers[:] = [[0.1, 0.2], [0.4, 0.0]]
+    made.optima.multipliers[:] = 0.25
+    axes = drawn(multipliers, made)
+    assert np.allclose(curve(axes, "$\\lambda_{1}$").get_ydata(), 0.3)
+    assert np.allclose(curve(axes, "$\\Sigma$").get_ydata(), 0.7)
+    assert np.allclose(curve(axes, "$\\Sigma^*$").get_ydata(), 1.0)
+    assert 1.0 < axes.get_ylim()[1] < 1.2
+
+
+def test_rounding_has_a_place_on_the_logarithmic_axis():
+    from pbrg_mj.analysis.plot.histories import LEAST, consensus
+
+    axes = drawn(consensus, run())
+    assert np.all(axes.lines[0].get_ydata() == LEAST)
+    assert axes.get_yscale() == "log"
+
+
+def without_optima():
+    made = run()
+    return run(optima=type(made.optima)(**{name: value[:0] for name, value in vars(made.optima).items()}))
+
+
+def of_one_tick():
+    return run(walled(), ticks={name: value[:1] for name, value in vars(resting(walled())).items()})
+
+
+def diverged():
+    whole = resting(walled())
+    ticks = {name: getattr(whole, name).astype(float).copy() for name in ("m", "hand_true", "multipliers", "xi")}
+    for values in ticks.values():
+        values[7:] = np.nan
+        values[6] = np.inf
+    return run(walled(), ticks=ticks)
+
+
+def open_field():
+    plan = scenario(plant="physics", estimator={})
+    nothing = np.zeros((21, 2, 1), dtype=bool)
+    return run(
+        plan, ticks={"wall_margin": np.full((21, 2), np.inf), "half_space_active": nothing, "half_space_binds": nothing}
+    )
+
+
+@pytest.mark.parametrize("made", [run, travelling, without_optima, of_one_tick, diverged, open_field])
+def test_every_panel_can_be_drawn_of_every_run(tmp_path, made):
+    from pbrg_mj.analysis.plot.figure import PANELS, plot
+
+    plot(made(), tmp_path / "a.png", tuple(PANELS))
+    assert (tmp_path / "a.png").stat().st_size > 20_000
+
+
+@pytest.mark.parametrize(
+    ("panels", "columns"),
+    [
+        (("gap",), [["gap"]]),
+        (("trajectories", "references"), [["trajectories"], ["references"]]),
+        (("trajectories", "gap", "margin", "consensus"), [["trajectories", "consensus"], ["gap", "margin"]]),
+    ],
+)
+def test_panels_go_where_there_is_most_room(panels, columns):
+    from pbrg_mj.analysis.plot.figure import _columns
+
+    assert _columns(panels) == columns
+
+
+def test_panels_are_chosen_on_the_command_line(tmp_path, monkeypatch, capsys):
+    from pbrg_mj.analysis.plot import figure
+
+    drawn_panels = []
+    monkeypatch.setattr(reader, "read_run", lambda path: run())
+    monkeypatch.setattr(figure, "plot", lambda run, path, panels: drawn_panels.append(panels))
+    for wanted in ([], ["--panels", "gap,margin,gap"], ["--panels", "all"]):
+        assert main(["plot", "a.mcap", "-o", "a.pdf", *wanted]) == 0
+    assert drawn_panels == [figure.PAPER, ("gap", "margin"), tuple(figure.PANELS)]
+    for wrong, said in (("walls", "there is no panel 'walls'"), (",", "no panel is asked for")):
+        assert main(["plot", "a.mcap", "-o", "a.pdf", "--panels", wrong]) == 2
+        told = capsys.readouterr().err
+        assert f"{said}; allowed: trajectories, references, margin" in told and told.count("\n") == 1

@@ -18,9 +18,10 @@ from pbrg_mj.video.render import View, render_movie, render_still
 from pbrg_mj.video.shots import shot_of
 from pbrg_mj.world.compose import compose
 from pbrg_mj.world.robot import load_robot_model
+from tests.needs import need, need_module
 from tests.runs import replaced, resting, run, scenario
 
-av = pytest.importorskip("av")
+av = need_module("av")
 SIZE = (320, 180)
 BARE = View(camera="top", size=SIZE, layers=frozenset())
 
@@ -31,7 +32,7 @@ def backend():
     try:
         return gl.working_backend()
     except InputError as error:
-        pytest.skip(str(error))
+        need(False, str(error))
 
 
 @pytest.fixture

@@ -9,15 +9,22 @@ import typer
 
 from pbrg_mj.cli.compare import open_log
 
+PAPER = "trajectories,references"
+
 
 def plot(
     log: Annotated[Path, typer.Argument(metavar="LOG", help="The log to read.")],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="FIG", help="FIG.pdf, FIG.png or FIG.svg.")],
+    panels: Annotated[
+        str, typer.Option(help="trajectories,references,margin,gap,consensus,multipliers or all, in this order.")
+    ] = PAPER,
 ) -> None:
-    """Draw trajectories with the line, and governed references over time."""
+    """Draw the paper's two figures, trajectories with the line and references over time, or other panels."""
     from pbrg_mj.analysis.atomic import by_suffix
-    from pbrg_mj.analysis.plot import METADATA
-    from pbrg_mj.analysis.plot import plot as draw
+    from pbrg_mj.analysis.plot.figure import METADATA, PANELS, check_panels
+    from pbrg_mj.analysis.plot.figure import plot as draw
 
     by_suffix(output, METADATA)
-    draw(open_log(log), output)
+    wanted = tuple(PANELS) if panels == "all" else tuple(dict.fromkeys(filter(None, panels.split(","))))
+    check_panels(wanted)
+    draw(open_log(log), output, wanted)

@@ -23,7 +23,8 @@ EDGE_COLOUR = (0.25, 0.27, 0.32, 0.7)
 OPTIMUM_COLOUR = (0.05, 0.05, 0.05, 1.0)
 REFERENCE_COLOUR = (0.85, 0.08, 0.12, 1.0)
 HIT_SIZE = 0.18  # of a beam's end [marks]
-TRAIL_SECONDS, TRAIL_STEP = 15.0, 0.3  # [s]
+TRAIL_SECONDS, TRAIL_STEP = 15.0, 0.5  # [s]
+STILL = 1e-4  # pieces of trails that are shorter are not seen [m]
 NEAR = 25.0  # from the team, beyond which nothing is marked [m]
 FEW = 8  # robots whose references can be told apart as rings around each other
 
@@ -47,6 +48,7 @@ class Overlay:
         self._edges = edge_list(run.scenario.graph, run.scenario.robots)
         self._hand, self._m = held(run.ticks.hand_true), held(run.ticks.m)
         self._formation = np.array(run.scenario.team.formation)
+        self._trail = trail(run.ticks.time, self._hand)
 
     def draw(self, pen: Pen, moment: Moment, layers: frozenset[str]) -> None:
         """Add the layers to the scene that `pen` draws into; shadows always."""
@@ -84,15 +86,17 @@ class Overlay:
             pen.bar(edge, (NEAR, 0.16 * moment.camera.mark), angle, (*colour[:3], 0.95))
 
     def _trails(self, pen: Pen, moment: Moment) -> None:
-        # Pieces end at fixed times, so that the path stays still while it fades.
-        first = max(moment.time - TRAIL_SECONDS, self._motion.time[0])
-        times = np.append(TRAIL_STEP * np.arange(np.ceil(first / TRAIL_STEP), moment.time / TRAIL_STEP), moment.time)
-        paths = np.array([between(self._run.ticks.time, self._hand, time) for time in times.tolist()])
-        for piece in range(1, len(times)):
-            fade = 1 - (moment.time - times[piece]) / TRAIL_SECONDS
-            for robot, colour in enumerate(self._colour):
-                start, end = _above(paths[piece - 1, robot], TRAIL), _above(paths[piece, robot], TRAIL)
-                pen.line(start, end, 3.0, (*colour[:3], 0.85 * fade))
+        knots, places = self._trail
+        first, last = np.searchsorted(knots, [moment.time - TRAIL_SECONDS, moment.time])
+        now = _on_the_floor(between(self._run.ticks.time, self._hand, moment.time))
+        times = np.append(knots[first:last], moment.time)
+        paths = np.concatenate([places[first:last], now[None]])
+        fades = 0.85 * (1 - (moment.time - times) / TRAIL_SECONDS)
+        moved = np.linalg.norm(np.diff(paths, axis=0), axis=-1) > STILL
+        for piece, robot in np.argwhere(moved).tolist():
+            pen.line(
+                paths[piece, robot], paths[piece + 1, robot], 3.0, (*self._colour[robot][:3], float(fades[piece + 1]))
+            )
 
     def _network(self, pen: Pen, moment: Moment) -> None:
         """Join neighbours in the network: who talks to whom, and the formation's shape."""
@@ -132,6 +136,21 @@ class Overlay:
             for end in ends[np.isfinite(ranges)]:
                 pen.line(start, end, 1.0, (*colour[:3], 0.35))
                 pen.dot(end, HIT_SIZE * moment.camera.mark, (*colour[:3], 1.0))
+
+
+def trail(time: np.ndarray, hand: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the times (K,) at which trails are bent, and the places (K, n, 3) on the floor then.
+
+    They are the same in every frame, so that a path stays still while it fades.
+    """
+    count = int((time[-1] - time[0]) / TRAIL_STEP) + 1
+    knots = time[0] + TRAIL_STEP * np.arange(count)
+    return knots, _on_the_floor(np.array([between(time, hand, knot) for knot in knots.tolist()]))
+
+
+def _on_the_floor(places: np.ndarray) -> np.ndarray:
+    """Return places (..., 2) with the height (..., 3) of trails."""
+    return np.concatenate([places, np.full((*places.shape[:-1], 1), TRAIL)], axis=-1)
 
 
 def _above(point: np.ndarray, height: float) -> np.ndarray:

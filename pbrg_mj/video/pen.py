@@ -22,6 +22,7 @@ class Pen:
     def __init__(self, scene: mujoco.MjvScene, pixel: float):
         """`pixel` is the width of the thinnest line [pixels]."""
         self._scene, self._pixel = scene, pixel
+        self._geoms = scene.geoms
 
     def line(self, start: np.ndarray, end: np.ndarray, width: float, colour: Colour) -> None:
         """Draw a straight line between points (3,) [m], `width` times the thinnest."""
@@ -62,7 +63,7 @@ class Pen:
         scene = self._scene
         if scene.ngeom >= scene.maxgeom:
             return None
-        geom = scene.geoms[scene.ngeom]
+        geom = self._geoms[scene.ngeom]
         scene.ngeom += 1
         geom.category = mujoco.mjtCatBit.mjCAT_DECOR
         return geom

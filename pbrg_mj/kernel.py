@@ -26,9 +26,9 @@ def kernel(function: Callable[..., Any]) -> Any:
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(cache_folder())
     try:
-        return numba.njit(cache=True)(function)
+        return numba.njit(cache=True, nogil=True)(function)
     except RuntimeError:  # numba's: no folder it may write to
-        return numba.njit(function)
+        return numba.njit(nogil=True)(function)
     finally:
         numba.config.CACHE_DIR = before
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -65,6 +65,7 @@ class RunMetrics:
     certificate_violated_share: float
     first_half_space_s: float
     xi_max_m: float
+    winding_up_s: float
     optimality_gap_m: Summary
     leader_optimality_gap_m: Summary
     cost_gap_m2: Summary
@@ -104,12 +105,6 @@ def summary(values: np.ndarray) -> Summary:
     if not values.size:
         return Summary(math.nan, math.nan, math.nan)
     return Summary(float(np.mean(values)), float(np.percentile(values, 95)), float(np.max(values[-1])))
-
-
-def consensus_spread(m: np.ndarray) -> np.ndarray:
-    """Return max_{i,k} ||m_i - m_k|| (T,) [m] of references m (T, n, 2)."""
-    apart = [np.linalg.norm(m - m[:, i : i + 1], axis=-1).max(axis=-1) for i in range(m.shape[1])]
-    return np.max(apart, axis=0)
 
 
 def least_robot_gap(run: Run) -> float:
@@ -178,6 +173,7 @@ def _safety(run: Run) -> dict[str, Any]:
         "certificate_violated_share": float(np.mean(rows > ROUNDING)),
         "first_half_space_s": float(run.ticks.time[sensed[0]]) if len(sensed) else math.nan,
         "xi_max_m": float(np.linalg.norm(run.ticks.xi, axis=-1).max()),
+        "winding_up_s": float(run.ticks.winding_up.any(axis=1).sum() * run.scenario.timing.tick),
     }
 
 
@@ -195,7 +191,7 @@ def _against_optimum(run: Run) -> dict[str, Any]:
         "leader_optimality_gap_m": summary(gap[:, leaders]),
         "cost_gap_m2": summary(cost - run.optima.cost[solved]),
         "sensing_gap_m": summary(_sensing_gap(run, solved)),
-        "consensus_spread_m": summary(consensus_spread(run.ticks.m)),
+        "consensus_spread_m": summary(run.ticks.consensus_spread),
         "governor_not_ok_share": float(np.mean(run.ticks.status != "ok")),
         "reference_ticks": len(status),
         "reference_infeasible_share": _share(status == "infeasible"),
@@ -224,7 +220,7 @@ def _network(run: Run) -> dict[str, Any]:
 def _wall_clock(run: Run) -> dict[str, Any]:
     t = run.timings
     at_reference = np.isin(t.index, run.optima.index)
-    stages = (t.sense, t.perceive, t.govern, t.control, t.advance, t.reference_build, t.reference_solve)
+    stages = [getattr(t, field.name) for field in fields(t) if field.name != "index"]
     spent = float(sum(np.nansum(stage) for stage in stages))
     simulated = float(run.ticks.time[-1] - run.ticks.time[0])
     return {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from itertools import product
 
 import numpy as np
@@ -83,6 +83,11 @@ def _tick_series(run: Run) -> list[Series]:
         ("complementarity", "m2", t.complementarity, ()),
         ("u", "m_s", t.velocity, (None, XY)),
         ("command", *_command(run)),
+        ("winding_up", "", t.winding_up, (None,)),
+        ("flow_primal_storage", "m2_s2", t.flow_primal_storage, ()),
+        ("flow_dual_storage", "m2_s2", t.flow_dual_storage, ()),
+        ("flow_primal_dissipation", "m2_s3", t.flow_primal_dissipation, ()),
+        ("flow_dual_dissipation", "m2_s3", t.flow_dual_dissipation, ()),
     )
     return [Series(name, unit, t.index, values, axes) for name, unit, values, axes in layout]
 
@@ -112,6 +117,6 @@ def _optimum_series(run: Run) -> list[Series]:
 
 def _timing_series(run: Run) -> list[Series]:
     t = run.timings
-    stages = ("sense", "perceive", "govern", "control", "advance", "reference_build", "reference_solve")
+    stages = [field.name for field in fields(t) if field.name != "index"]
     wall = [Series(f"wall_clock_{stage}", "s", t.index, getattr(t, stage)) for stage in stages]
     return [Series("timed_tick", "", t.index, t.index), *wall] if len(t.index) else []

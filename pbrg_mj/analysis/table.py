@@ -41,6 +41,7 @@ LAYOUT: dict[str, tuple[tuple[str, str], ...]] = {
         ("certificate violated, share of time", "certificate_violated_share"),
         ("first half-space at [s]", "first_half_space_s"),
         ("integral state, largest [m]", "xi_max_m"),
+        ("somebody winds up [s]", "winding_up_s"),
     ),
     "distributed against centralized": (
         ("optimality gap, mean [m]", "optimality_gap_m.mean"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
 import sys
 from typing import Any, TextIO
@@ -23,6 +24,14 @@ def emit_json(data: Any) -> None:
 def note(text: str) -> None:
     """Print one line to stderr."""
     _write(sys.stderr, plain(text) + "\n")
+
+
+class Notes(logging.Handler):
+    """Prints what other rooms warn of, a line each."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Print the message."""
+        note(f"warning: {record.getMessage()}")
 
 
 def _write(stream: TextIO, text: str) -> None:

@@ -5,16 +5,18 @@ Commands import what they need when they run: help must not wait for the simulat
 
 from __future__ import annotations
 
+import logging
 import sys
 from typing import Annotated
 
 import typer
 
-from pbrg_mj.cli import compare, doctor, export, plot, render, repair, replay, report, reproduce, run, scenarios
-from pbrg_mj.cli.console import emit, note
+from pbrg_mj.cli import batch, compare, doctor, export, plot, render, repair, replay, report, reproduce, run, scenarios
+from pbrg_mj.cli.console import Notes, emit, note
 from pbrg_mj.errors import InputError, PbrgError
 
 INTERRUPTED = 130
+NOTES = Notes(logging.WARNING)
 # typer has it only as the base of what it exports.
 _ClickError: type[Exception] = typer.BadParameter.__mro__[2]
 
@@ -49,6 +51,7 @@ def _options(
 app.command("list")(scenarios.list_scenarios)
 app.command("validate")(scenarios.validate)
 app.command("run")(run.run)
+app.command("batch")(batch.batch)
 app.command("compare")(compare.compare)
 app.command("export")(export.export)
 app.command("plot")(plot.plot)
@@ -62,6 +65,7 @@ app.command("doctor")(doctor.doctor)
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line and return its exit code; `arguments` default to the process's own."""
+    logging.getLogger("pbrg_mj").addHandler(NOTES)
     try:
         code = app(arguments, prog_name="pbrg", standalone_mode=False)
     except PbrgError as error:

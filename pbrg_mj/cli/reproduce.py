@@ -76,7 +76,7 @@ def _simulate(name: str, folder: Path, duration: float | None) -> Path | None:
 def _evaluate(log: Path) -> RunMetrics:
     """Draw the run's figures beside its log and return its numbers."""
     from pbrg_mj.analysis.metrics import metrics
-    from pbrg_mj.analysis.plot import plot
+    from pbrg_mj.analysis.plot.figure import plot
 
     run = open_log(log)
     for suffix in (".pdf", ".png"):

@@ -15,6 +15,7 @@ from pbrg_mj.cli.compare import open_log
 from pbrg_mj.cli.console import emit, emit_json, note
 from pbrg_mj.cli.interrupt import interruptible
 from pbrg_mj.cli.pace import pacer
+from pbrg_mj.cli.profile import Profile
 from pbrg_mj.cli.progress import progress
 from pbrg_mj.errors import InputError
 
@@ -38,6 +39,7 @@ def run(
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress and no summary.")] = False,
     live: Annotated[bool, typer.Option("--live", help="Serve the run to Foxglove on this machine meanwhile.")] = False,
     port: Annotated[int, typer.Option(help="Of --live; 0 takes any free one.")] = 8765,
+    profile: Annotated[bool, typer.Option("--profile", help="Print where the time of a tick goes.")] = False,
     pace: Annotated[float | None, typer.Option(help="Simulated seconds per second at most; 1: real time.")] = None,
 ) -> int:
     """Run a scenario headlessly and write its log. Exit code 1 when it was violated or diverged."""
@@ -51,11 +53,12 @@ def run(
     for line in advice(loaded.scenario):
         note(f"warning: {line}")
     with viewers(loaded, live=live, port=port, pace=pace) as watched:
-        finished = record(loaded, path, show=not quiet, watched=watched)
+        spent = Profile() if profile else None
+        finished = record(loaded, path, show=not quiet, watched=watched, profile=spent)
     if not finished:
         note(f"interrupted; the log so far: {path}")
         return INTERRUPTED
-    return _report(path, json=json, quiet=quiet)
+    return _report(path, spent, json=json, quiet=quiet)
 
 
 def _shorthands(seed: int | None, duration: float | None) -> list[str]:
@@ -89,10 +92,17 @@ def viewers(
         yield (wait, serve)
 
 
-def record(loaded: Loaded, path: Path, *, show: bool, watched: tuple[Callable[[TickRecord], None], ...] = ()) -> bool:
+def record(
+    loaded: Loaded,
+    path: Path,
+    *,
+    show: bool,
+    watched: tuple[Callable[[TickRecord], None], ...] = (),
+    profile: Profile | None = None,
+) -> bool:
     """Simulate into the log; False when interrupted. The log is closed and whole either way.
 
-    What is in `watched` sees every record once it is in the log.
+    What is in `watched` sees every record once it is in the log, and the profile when everybody has seen it.
     """
     from pbrg_mj.kernel import cache_folder
     from pbrg_mj.log.writer import LogWriter
@@ -106,23 +116,25 @@ def record(loaded: Loaded, path: Path, *, show: bool, watched: tuple[Callable[[T
         LogWriter(path, loaded, simulation.model_xml) as write,
         progress(loaded.scenario.timing.duration, show) as shown,
     ):
+        sinks = (profile.timed("log", write) if profile else write, shown, *watched, *([profile] if profile else []))
         for record in simulation.records():
-            write(record)
-            shown(record)
-            for see in watched:
+            for see in sinks:
                 see(record)
             if pressed():
                 return False
     return True
 
 
-def _report(path: Path, *, json: bool, quiet: bool) -> int:
+def _report(path: Path, profile: Profile | None, *, json: bool, quiet: bool) -> int:
     from pbrg_mj.analysis.metrics import metrics
     from pbrg_mj.analysis.table import short_summary
 
     numbers = metrics(open_log(path))
     if json:
-        emit_json(numbers.as_dict())
+        spent = {"profile_us_per_tick": profile.per_tick()} if profile else {}
+        emit_json({**numbers.as_dict(), **spent})
     elif not quiet:
         emit(short_summary(numbers))
+        if profile:
+            emit(profile.table())
     return 1 if numbers.outcome in FAILED else 0

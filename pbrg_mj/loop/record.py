@@ -24,8 +24,10 @@ class Timings:
     govern: float
     control: float
     advance: float
+    certify: float
     reference_build: float
     reference_solve: float
+    reference_balance: float
 
 
 @dataclass(frozen=True)
@@ -41,8 +43,10 @@ class TickRecord:
     problem: Problem
     solution: Solution
     operation: Operation
+    flow_passivity: Passivity  # of the flow's own velocity
     optimum: Optimum | None  # at reference ticks
-    passivity: Passivity | None  # at reference ticks
+    passivity: Passivity | None  # about the optimum, at reference ticks
     velocity: np.ndarray  # (n, 2) u of eq. 2 [m/s]
     command: np.ndarray  # (n, 2) what the plant was given: wheel voltages [V] or speeds [rad/s]; u [m/s] if ideal
+    winding_up: np.ndarray  # (n,) bool: whose xi grows although its wheels do not follow u
     timings: Timings

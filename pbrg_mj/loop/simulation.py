@@ -20,6 +20,7 @@ from pbrg_mj.scenario.checks import whole_number
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.sensing.noise import sensor_noise
 from pbrg_mj.team.graph import network
+from pbrg_mj.team.wind_up import WindUpRule
 from pbrg_mj.vehicle.drive import drive_of
 from pbrg_mj.world.build import build_world
 from pbrg_mj.world.robot import load_robot_model
@@ -48,6 +49,8 @@ class Simulation:
             certificate=CERTIFICATES[scenario.governor.certificate](scenario, graph),
             governor=answering,
             passivity=getattr(answering, "passivity", _unknown_passivity),
+            flow_passivity=getattr(answering, "flow_passivity", _unknown_passivity),
+            wind_up_rule=WindUpRule.of(scenario, graph),
             drive=drive_of(scenario, robot),
             reference_solver=reference_solver(scenario),
             reference_every=whole_number(scenario.reference.period, timing.tick),
@@ -62,12 +65,12 @@ class Simulation:
     def records(self) -> Iterator[TickRecord]:
         """Yield one record per tick, from t = 0 to t = duration."""
         parts = self.parts
-        state = State(None, initial(parts.perception), None, np.zeros((parts.network.robots, 2)), None)
+        state = State(None, initial(parts.perception), None, None, np.zeros((parts.network.robots, 2)), None, None)
         for index in range(self.ticks + 1):
             state, record = tick(parts, state, index)
             yield record
 
 
-def _unknown_passivity(problem: Problem, memory: Any, optimum: Optimum) -> Passivity:
-    """Stand in for governors that do not tell their passivity balance."""
+def _unknown_passivity(problem: Problem, memory: Any, optimum: Optimum | None = None) -> Passivity:
+    """Stand in for governors that do not tell their passivity balances."""
     return Passivity.unknown()

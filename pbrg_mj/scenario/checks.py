@@ -16,6 +16,8 @@ from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.scenario.things import things
 from pbrg_mj.scenario.words import Path, show
 
+MOST_TICKS = 100_000_000  # eleven days at 10 ms, and a log of some 100 GB
+MOST_STEPS = 10_000  # of physics in a tick
 COARSEST_STEP = 0.005  # [s] at 10 ms the motors' static friction creeps by 7e-4 m/s
 
 
@@ -104,14 +106,21 @@ def _timing(scenario: Scenario) -> Iterator[Finding]:
     if scenario.plant == "physics":  # the ideal plant takes no physics steps
         if timing.physics_step > COARSEST_STEP:
             yield Finding(("timing", "physics_step"), f"is {timing.physics_step} s; allowed: at most {COARSEST_STEP} s")
-        yield from _whole(("timing", "tick"), timing.tick, "timing.physics_step", timing.physics_step)
-    yield from _whole(("timing", "duration"), timing.duration, "timing.tick", timing.tick)
+        yield from _few(("timing", "tick"), timing.tick, "timing.physics_step", timing.physics_step, MOST_STEPS)
+    yield from _few(("timing", "duration"), timing.duration, "timing.tick", timing.tick, MOST_TICKS)
     yield from _whole(("reference", "period"), scenario.reference.period, "timing.tick", timing.tick)
 
 
 def _whole(path: Path, period: float, name: str, step: float) -> Iterator[Finding]:
     if whole_multiple(period, step) is None:
         yield Finding(path, f"is {period} s; allowed: a whole multiple of {name}, {step} s")
+
+
+def _few(path: Path, period: float, name: str, step: float, most: int) -> Iterator[Finding]:
+    if period / step > most * (1 + 1e-9):
+        yield Finding(path, f"is {period:g} s; allowed: at most {most} times {name}, {step:g} s")
+    else:
+        yield from _whole(path, period, name, step)
 
 
 def _sensing(scenario: Scenario) -> Iterator[Finding]:

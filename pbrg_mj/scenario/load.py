@@ -60,6 +60,8 @@ def _document(text: str, file: str) -> Document:
 
 def _find(source: str | Path) -> tuple[Path, str]:
     """Return the file, and the scenario's name. A file goes before a bundled scenario of the same name."""
+    if not str(source):
+        raise InputError("the scenario's name is empty; allowed: a file, or a bundled name (see: pbrg list)")
     path = Path(source)
     if _is_there(path) and not path.is_dir():
         return path, path.stem
@@ -70,7 +72,7 @@ def _find(source: str | Path) -> tuple[Path, str]:
     if _is_there(path):
         raise InputError("is a folder; allowed: a scenario's YAML file", file=str(path))
     near = difflib.get_close_matches(name, bundled, n=1)
-    hint = f"did you mean {near[0]}?" if near else f"bundled: {', '.join(bundled) or 'none'}"
+    hint = f"did you mean {near[0]}?" if near else "see: pbrg list"
     raise InputError(f"{show(str(source))} is neither a file nor a bundled scenario; {hint}")
 
 

@@ -18,9 +18,11 @@ from pbrg_mj.scenario.surroundings import Disturbances, Drive, Radio, World
 class Timing(Section):
     """Clocks of the run [s]."""
 
-    duration: Positive = Field(default=60.0, description="simulated time of the run [s]; a whole number of ticks")
+    duration: Positive = Field(
+        default=60.0, description="simulated time of the run [s]; a whole number of ticks, at most 100 million"
+    )
     tick: Positive = Field(
-        default=0.01, description="period of governor and control [s]; a whole number of physics steps"
+        default=0.01, description="period of governor and control [s]; a whole number of physics steps, at most 10000"
     )
     physics_step: Positive = Field(default=0.002, description="step of the rigid-body simulation, at most 5 ms [s]")
 

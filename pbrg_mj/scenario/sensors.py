@@ -15,7 +15,7 @@ PRESETS: dict[str, dict[str, float | int]] = {
     # A ring of time-of-flight modules of the VL53L1X class: ST's data sheet states millimetre steps, a ranging error of
     # 20 mm in the dark (taken as two deviations at 1.5 m), 3.6 m on white and 1.7 m on dark targets, up to 30 Hz over
     # the whole range; here half of that. Its 27 degrees of view are not modelled: beams are thin. Nor are the first
-    # 7 cm used, of which it could see 3 more: the robot's own wheels are there.
+    # 7 cm used, of which it could see 3 more: the robot itself is there.
     "tof_ring": {
         "count": 24,
         "range_max": 3.0,

@@ -1,4 +1,4 @@
-"""What happened when, in words: the governor's status, touches of walls, changes of the reference."""
+"""What happened when, in words: the governor's status, touches of walls, wind-up, changes of the reference."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Event:
 
 def events(run: Run) -> list[Event]:
     """Return the run's events in order; of very many only the first ones, and how many there are."""
-    found = sorted([*_statuses(run), *_touches(run), *_references(run)], key=lambda event: event.time)
+    found = sorted([*_statuses(run), *_touches(run), *_wind_ups(run), *_references(run)], key=lambda event: event.time)
     if len(found) <= MOST_EVENTS:
         return found
     rest = len(found) - MOST_EVENTS
@@ -41,15 +41,22 @@ def _statuses(run: Run) -> list[Event]:
 
 
 def _touches(run: Run) -> list[Event]:
-    touch = run.ticks.wall_contact
-    begins = touch & ~np.concatenate([np.zeros((1, touch.shape[1]), dtype=bool), touch[:-1]])
-    return [Event(_time(run, k), f"robot {j + 1} touches a wall", True) for k, j in np.argwhere(begins).tolist()]
+    return [Event(_time(run, k), f"robot {j + 1} touches a wall", True) for k, j in _begins(run.ticks.wall_contact)]
+
+
+def _wind_ups(run: Run) -> list[Event]:
+    return [Event(_time(run, k), f"robot {j + 1} winds up", False) for k, j in _begins(run.ticks.winding_up)]
 
 
 def _references(run: Run) -> list[Event]:
     r = run.ticks.reference
     changed = np.flatnonzero((np.diff(r, axis=0) != 0).any(axis=1)) + 1
     return [Event(_time(run, k), f"new reference ({r[k, 0]:.3g}, {r[k, 1]:.3g}) m", False) for k in changed.tolist()]
+
+
+def _begins(flags: np.ndarray) -> list[list[int]]:
+    """Return tick and robot wherever a flag (T, n) goes up."""
+    return np.argwhere(flags & ~np.concatenate([np.zeros_like(flags[:1]), flags[:-1]])).tolist()
 
 
 def _time(run: Run, row: int) -> float:

@@ -1,0 +1,50 @@
+"""Figures and files of many worlds run side by side."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pbrg_mj.analysis.atomic import by_suffix, write_whole
+from pbrg_mj.loop.worlds import Histories
+
+
+def figures(histories: Histories) -> dict[str, Any]:
+    """Return what the worlds have in common and where they differ, units in the names."""
+    least = histories.wall_margin.min(axis=(1, 2), initial=np.inf)  # (W,)
+    known = least[np.isfinite(least)]
+    spread = {"median": float(np.median(known)), "max": float(known.max())} if len(known) else {}
+    return {
+        "worlds": len(histories.seeds),
+        "simulated_s": float(histories.time[-1]),
+        "worlds_touching": int(histories.wall_contact.any(axis=(1, 2)).sum()),
+        "worlds_past_a_wall": int((least < 0.0).sum()),
+        "worlds_diverged": int(histories.diverged.any(axis=1).sum()),
+        "true_margin_m": {"min": float(known.min()), **spread} if len(known) else None,
+        "worst_seed": int(histories.seeds[int(least.argmin())]) if len(known) else None,
+        "final_place_std_m": float(np.sqrt(histories.hand_world[:, -1].var(axis=0).sum(axis=1).max())),
+    }
+
+
+def save(histories: Histories, path: Path) -> None:
+    """Write all arrays to `path`, which ends in .npz. Raises InputError for another suffix, or when it cannot."""
+    write_whole(path, lambda whole: by_suffix(path, WRITERS)(histories, whole))
+
+
+def _write_npz(histories: Histories, path: Path) -> None:
+    arrays = {
+        "seeds": np.array(histories.seeds),
+        "time_s": histories.time,
+        "hand_world_m": histories.hand_world,
+        "m_m": histories.m,
+        "wall_margin_m": histories.wall_margin,
+        "wall_contact": histories.wall_contact,
+        "diverged": histories.diverged,
+    }
+    with path.open("wb") as file:
+        np.savez_compressed(file, **arrays)  # pyright: ignore[reportArgumentType]
+
+
+WRITERS = {".npz": _write_npz}

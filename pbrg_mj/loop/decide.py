@@ -1,0 +1,139 @@
+"""From pose estimates and rows to wheel voltages in many worlds at once: governor, control and drive, compiled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pbrg_mj.errors import InputError
+from pbrg_mj.governor.certificate import Rows
+from pbrg_mj.governor.distributed import DistributedGovernor, judged
+from pbrg_mj.governor.primal_dual import rounds_of
+from pbrg_mj.governor.problem import Certificate, Problem
+from pbrg_mj.governor.registry import CERTIFICATES, governor
+from pbrg_mj.kernel import kernel
+from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.team.graph import network
+from pbrg_mj.team.network import Network
+from pbrg_mj.team.pre_stabiliser import pre_stabilised
+from pbrg_mj.vehicle.drive import DifferentialDrive, wheel_voltages
+from pbrg_mj.vehicle.hand_point import hand_point, hand_points
+from pbrg_mj.world.robot import load_robot_model
+
+
+@dataclass(frozen=True)
+class Team:
+    """What all worlds have in common."""
+
+    network: Network
+    formation: np.ndarray  # (n, 2) b [m]
+    certificate: Certificate
+    governor: DistributedGovernor
+    control: tuple[float, float, float]  # alpha_r, leak, tick [s]
+    sizes: tuple[float, float, float]  # of the robot: hand offset, half the track, wheels' radius [m]
+    motor: tuple[float, float, int]  # V s/rad, supply [V], duty cycles each way
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> Team:
+        """Return a scenario's team. Raises InputError unless it has the distributed governor, plain and unguarded."""
+        graph, chosen = network(scenario), governor(scenario)
+        sizes, motor = DifferentialDrive(load_robot_model(), scenario.drive.pwm_levels).numbers
+        if not isinstance(chosen, DistributedGovernor) or chosen.channel is not None:
+            only = "worlds side by side have the distributed governor alone, without guard, delay, loss or silence"
+            raise InputError(f"{only}; run the seeds one by one", key="governor")
+        return cls(
+            network=graph,
+            formation=np.array(scenario.team.formation, dtype=float),
+            certificate=CERTIFICATES[scenario.governor.certificate](scenario, graph),
+            governor=chosen,
+            control=(scenario.control.alpha_r, scenario.control.leak, scenario.timing.tick),
+            sizes=sizes,
+            motor=motor,
+        )
+
+
+@dataclass(frozen=True)
+class Decisions:
+    """The state of W worlds' teams. `decide` moves it on in place; threads take worlds of their own."""
+
+    pose: np.ndarray  # (W, n, 3) as the robots know them
+    rows: tuple[np.ndarray, ...]  # a, C, d, active of Rows, worlds first
+    xi: np.ndarray  # (W, n, 2) [m]
+    estimates: tuple[np.ndarray, ...]  # z, zeta, lam, nu of Estimates, worlds first
+    m: np.ndarray  # (W, n, 2) [m]
+    diverged: np.ndarray  # (W,) bool
+    command: np.ndarray  # (W, n, 2) left, right [V]
+
+    @classmethod
+    def blank(cls, team: Team, worlds: int, rows: Rows) -> Decisions:
+        """Return room for W worlds that all know the same rows."""
+        n = team.network.robots
+        row_arrays = tuple(np.stack([array] * worlds) for array in (rows.a, rows.C, rows.d, rows.active))
+        widths = (4 * n + 2, 4 * n + 2, rows.d.shape[1], 4)
+        return cls(
+            pose=np.empty((worlds, n, 3)),
+            rows=row_arrays,
+            xi=np.zeros((worlds, n, 2)),
+            estimates=tuple(np.zeros((worlds, n, width)) for width in widths),
+            m=np.zeros((worlds, n, 2)),
+            diverged=np.zeros(worlds, dtype=bool),
+            command=np.zeros((worlds, n, 2)),
+        )
+
+    def begin(self, team: Team, reference: np.ndarray) -> None:
+        """Take the governor's first estimates in every world, from the poses known by now."""
+        for world, pose in enumerate(self.pose):
+            p = hand_point(pose, team.sizes[0]) - team.formation
+            memory = team.governor.init(Problem(team.network, p, self.xi[world], self._rows_of(world), reference))
+            first = memory.estimates
+            for array, value in zip(self.estimates, (first.z, first.zeta, first.lam, first.nu), strict=True):
+                array[world] = value
+            self.m[world], self.diverged[world] = memory.m, memory.diverged
+
+    def learn(self, world: int, rows: Rows) -> None:
+        """Lay down a world's new rows."""
+        for array, value in zip(self.rows, (rows.a, rows.C, rows.d, rows.active), strict=True):
+            array[world] = value
+
+    def decide(self, team: Team, worlds: range, reference: np.ndarray) -> None:
+        """Bring estimates, m, xi and commands of some worlds to the next tick."""
+        net, governor = team.network, team.governor
+        _decide(
+            (worlds.start, worlds.stop),
+            (self.pose, self.xi, self.m, self.diverged, self.command),
+            self.estimates,
+            self.rows,
+            ((net.first, net.neighbours, net.leader), team.formation, reference),
+            (
+                (governor.flow.alpha, governor.flow.step, governor.flow.multiplier_cap),
+                (governor.rounds, governor.diverged_beyond),
+                team.control,
+                team.sizes,
+                team.motor,
+            ),
+        )
+
+    def _rows_of(self, world: int) -> Rows:
+        a, C, d, active = (array[world] for array in self.rows)
+        return Rows(a, C, d, active)
+
+
+@kernel
+def _decide(worlds, states, estimates, rows, team, numbers):  # pragma: no cover - compiled
+    """Do for each of the worlds what `tick` does between perception and physics."""
+    pose, xi, m, diverged, command = states
+    graph, formation, r = team
+    gains, (rounds, beyond), (alpha_r, leak, tick), sizes, motor = numbers
+    for w in range(*worlds):
+        p = hand_points(pose[w], sizes[0]) - formation
+        before = (estimates[0][w], estimates[1][w], estimates[2][w], estimates[3][w])
+        own_rows = (rows[0][w], rows[1][w], rows[2][w], rows[3][w])
+        after = rounds_of(before, graph, (p, xi[w], r), own_rows, gains, 0 if diverged[w] else rounds)
+        estimates[0][w], estimates[1][w], estimates[2][w], estimates[3][w] = after
+        diverged[w] = not judged(after[0], after[2], beyond, gains[2])[0]
+        if not diverged[w]:
+            m[w] = after[0][:, :2]
+        u, rate = pre_stabilised(graph, (p, xi[w], m[w]), alpha_r, leak)
+        command[w] = wheel_voltages(u, pose[w], sizes, motor)
+        xi[w] += tick * rate

@@ -1,0 +1,108 @@
+"""Many worlds of one scenario, stepped side by side by mujoco.batch."""
+
+# MuJoCo ships no type stubs for its compiled modules.
+# pyright: reportAttributeAccessIssue=false
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+from mujoco import batch
+
+from pbrg_mj.errors import InputError
+from pbrg_mj.kernel import kernel
+from pbrg_mj.scenario.checks import whole_number
+from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.world.camera import remember_start
+from pbrg_mj.world.compose import compose
+from pbrg_mj.world.disturbances import Disturbances
+from pbrg_mj.world.geometry import wall_rectangles
+from pbrg_mj.world.interface import Observation
+from pbrg_mj.world.model_index import index_model
+from pbrg_mj.world.mujoco_world import camera_poses, true_state
+from pbrg_mj.world.robot import load_robot_model
+from pbrg_mj.world.sampling import Sampler
+
+
+class ManyWorlds:
+    """W copies of a scenario's physics at the same time, each bit for bit what MujocoWorld makes of it.
+
+    All worlds have the same model and the same clock; pushes and dead motors are the same in all of them.
+    """
+
+    def __init__(self, scenario: Scenario, worlds: int, threads: int):
+        """Compose the model once. Raises InputError for what cannot be stepped side by side."""
+        check_side_by_side(scenario)
+        timing, camera, beams = scenario.timing, scenario.sensors.camera, scenario.sensors.beams
+        self._robot = load_robot_model()
+        self._steps_per_tick = whole_number(timing.tick, timing.physics_step)
+        model = compose(scenario, self._robot).compile()
+        self._index = index_model(model, scenario.robots, scenario.beam_robots, beams.count)
+        self._camera = Sampler(camera.rate_hz, timing.physics_step, camera.delay)
+        self._beams = Sampler(beams.rate_hz, timing.physics_step)
+        self._walls = wall_rectangles(scenario.world.obstacles)
+        self._disturbances = Disturbances(scenario)
+        self._step = 0
+        self._batch = batch.Batch(model, worlds, threads, persistent=True)
+        fields = ("xpos", "xmat", "site_xpos", "qvel", "sensordata", "history")
+        self._bound = tuple(self._batch.bind(name) for name in fields)
+        self._ctrl, self._push = self._batch.bind("ctrl"), self._batch.bind("xfrc_applied")
+        if self._camera.delay_steps:
+            data = mujoco.MjData(model)
+            remember_start(model, data, scenario.robots, self._camera)
+            self._batch.bind("history")[:] = data.history
+        self._batch.forward(stage=mujoco.mjtStage.mjSTAGE_VEL)
+
+    def frames(self) -> tuple[int, int]:
+        """Return the numbers of the camera's and the beams' frames that are held now; -1: no beams."""
+        return self._camera.frame(self._step), self._beams.frame(self._step) if len(self._index.beams) else -1
+
+    def observe(self) -> list[Observation]:
+        """Return each world's last samples."""
+        pose_frame, scan_frame = self.frames()
+        readings, index = self._bound[4], self._index
+        poses = [camera_poses(row, index.camera_position, index.camera_ahead) for row in readings]
+        ranges = readings[:, index.beams]
+        return [Observation(pose, pose_frame, ranges[w], scan_frame) for w, pose in enumerate(poses)]
+
+    def truth(self, hand_world: np.ndarray, wall_margin: np.ndarray, wall_contact: np.ndarray) -> None:
+        """Write hand points (W, n, 2) [m], margins (W, n) [m] and contacts (W, n) as they are."""
+        index, walls = self._index, self._walls
+        at = (index.body, index.hand, index.wheel_speed, index.wall_contacts, index.earlier_contacts)
+        rectangles = (walls.centre, walls.axis, walls.half_size)
+        _true_states(self._bound, at, (rectangles, self._robot.clearance), (hand_world, wall_margin, wall_contact))
+
+    def advance(self, voltage: np.ndarray) -> None:
+        """Hold voltages (W, n, 2) left, right [V] over one tick."""
+        last = self._step + self._steps_per_tick
+        while self._step < last:
+            self._ctrl[:, self._index.motor] = self._disturbances.deaden(voltage, self._step)
+            if self._disturbances.pushing:
+                self._push[:, self._index.body, :2] = self._disturbances.force(self._step)
+            steps = min(last, self._disturbances.next_change(self._step)) - self._step
+            self._batch.step(nstep=steps, stage=mujoco.mjtStage.mjSTAGE_VEL)
+            self._step += steps
+
+
+def check_side_by_side(scenario: Scenario) -> None:
+    """Raise InputError for a scenario whose plant needs more than MuJoCo within a tick, or a model of its own."""
+    obstacles = {
+        "plant": scenario.plant != "physics",
+        "drive.kind": scenario.drive.kind != "voltage",
+        "radio": bool(scenario.radio.delay or scenario.radio.jitter),
+        "world.patches": bool(scenario.world.patches),
+        "world.moving_boxes": bool(scenario.world.moving_boxes),
+        "disturbances.carries": bool(scenario.disturbances.carries),
+    }
+    for key, given in obstacles.items():
+        if given:
+            raise InputError("worlds side by side do not offer this; run the seeds one by one", key=key)
+
+
+@kernel
+def _true_states(bound, at, around, out):  # pragma: no cover - compiled
+    xpos, xmat, site_xpos, qvel, sensordata, history = bound
+    walls, clearance = around
+    for w in range(len(xpos)):
+        state = (xpos[w], xmat[w], site_xpos[w], qvel[w], sensordata[w], history[w])
+        _, out[0][w], _, out[1][w], out[2][w] = true_state(state, at, walls, clearance)

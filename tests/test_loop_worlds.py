@@ -1,0 +1,75 @@
+"""Worlds side by side are the runs of their seeds, bit for bit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pbrg_mj.errors import InputError
+from pbrg_mj.loop.simulation import Simulation
+from pbrg_mj.loop.worlds import Worlds
+from pbrg_mj.scenario.load import load_scenario
+
+SEEDS = (3, 1, 2**40)
+FIRST = ("timing.duration=1.0", "reference.solver=none")
+LATER = {  # seen walls, events within ticks, remedies: whatever a world can differ in
+    "walls": ("sensors.beams.robots=all", "team.start=[[0.3,2.2],[0.2,0.3],[1.2,0.2],[2.2,0.2],[1.2,1.2]]"),
+    "late camera": ("sensors.camera.delay=0.05",),
+    "leak, duty cycles, cap": ("control.leak=0.5", "drive.pwm_levels=255", "governor.multiplier_cap=0.3"),
+    "push and dead motor": (
+        "disturbances.pushes=[{time: 0.303, duration: 0.2, robot: 2, force: [2.0, -1.0]}]",
+        "disturbances.dead_motors=[{time: 0.4, duration: 0.5, robot: 5, side: right}]",
+    ),
+    "diverging": ("governor.step=0.5",),
+}
+
+
+@pytest.mark.parametrize("name", LATER)
+def test_every_world_is_the_run_of_its_seed(name):
+    scenario = load_scenario("paper/experiment_near", [*FIRST, *LATER[name]]).scenario
+    histories = Worlds(scenario, SEEDS, threads=2).run()
+    for world, seed in enumerate(SEEDS):
+        alone = [*Simulation.build(scenario.model_copy(update={"seed": seed})).records()]
+        assert histories.time.tolist() == [record.time for record in alone]
+        for tick, record in enumerate(alone):
+            assert histories.hand_world[world, tick].tobytes() == record.truth.hand_world.tobytes()
+            assert histories.m[world, tick].tobytes() == record.solution.m.tobytes()
+            assert histories.wall_margin[world, tick].tobytes() == record.truth.wall_margin.tobytes()
+            assert histories.wall_contact[world, tick].tobytes() == record.truth.wall_contact.tobytes()
+            assert histories.diverged[world, tick] == (record.solution.status == "diverged")
+    assert histories.diverged.any() == (name == "diverging")
+    assert not np.array_equal(histories.hand_world[0], histories.hand_world[1])
+
+
+def test_threads_change_nothing_and_the_listener_hears_every_tick():
+    scenario = load_scenario("paper/experiment_near", [*FIRST, "timing.duration=0.3"]).scenario
+    heard = []
+    one, three = Worlds(scenario, range(5), threads=1).run(heard.append), Worlds(scenario, range(5), threads=3).run()
+    assert heard == list(range(31))
+    assert one.hand_world.tobytes() == three.hand_world.tobytes()
+    assert one.m.tobytes() == three.m.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("changes", "key"),
+    [
+        (("drive.kind=speed_loop",), "drive.kind"),
+        (("radio.delay=0.02",), "radio"),
+        (("governor.guard=true",), "governor"),
+        (("governor.kind=centralized",), "governor"),
+        (("network.delay_rounds=5",), "governor"),
+        (("disturbances.carries=[{time: 1, duration: 1, robot: 1, to: [0, 0]}]",), "disturbances.carries"),
+    ],
+)
+def test_what_worlds_do_not_offer_is_refused_by_name(changes, key):
+    with pytest.raises(InputError, match="one by one") as refused:
+        Worlds(load_scenario("paper/experiment_near", changes).scenario, (1, 2))
+    assert refused.value.key == key
+
+
+def test_the_ideal_plant_and_no_seeds_are_refused():
+    ideal, physics = (load_scenario(f"paper/{name}").scenario for name in ("simulation_near", "experiment_near"))
+    with pytest.raises(InputError, match="one by one"):
+        Worlds(ideal, (1, 2))
+    with pytest.raises(InputError, match="no seeds"):
+        Worlds(physics, ())

@@ -1,0 +1,122 @@
+"""The closed loop against bare mj_step of the same model with the same voltages."""
+
+# MuJoCo ships no type stubs for its compiled modules.
+# pyright: reportAttributeAccessIssue=false
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from statistics import median
+from time import perf_counter
+
+import mujoco
+import numpy as np
+
+from pbrg_mj.log.writer import LogWriter
+from pbrg_mj.loop.record import TickRecord
+from pbrg_mj.loop.simulation import Simulation
+from pbrg_mj.scenario.load import Loaded, load_scenario
+from performance.timing import REPEATS
+
+SCENARIO = "paper/experiment_near"
+BEAMS = ("sensors.beams.robots=all", "sensors.beams.count=72", "sensors.beams.rate_hz=10", "governor.rounds=10")
+DURATION = 8.0  # [s]; both sides see the same stretch of the run
+TURN = 50  # ticks before the other side has its turn
+
+
+@dataclass
+class Side:
+    """One of two that take turns over the same ticks."""
+
+    step: Callable[[int], object]  # runs so many ticks
+    seconds: float = 0.0
+
+    def turn(self, ticks: int) -> None:
+        """Run so many ticks and add up the time."""
+        begin = perf_counter()
+        self.step(ticks)
+        self.seconds += perf_counter() - begin
+
+
+def scenario(*overrides: str) -> Loaded:
+    """Return the scenario that all figures are about, without a reference unless an override brings one."""
+    fixed = (*BEAMS, f"timing.duration={DURATION}", "reference.solver=none")
+    return load_scenario(SCENARIO, [*fixed, *overrides])
+
+
+def closed_loop() -> dict[str, float]:
+    """Return the ratios to bare mj_step, bare and logged, and the share that the log adds."""
+    plain = scenario()
+    full = scenario("reference.solver=clarabel", "reference.period=0.01")
+    commands = _commands(plain)
+    bare = [_against_bare(_records(plain), plain, commands) for _ in range(REPEATS)]
+    logged = [_logged(full, commands) for _ in range(REPEATS)]
+    return {
+        "closed_loop_over_bare": median(ratio for ratio, _ in bare),
+        "bare_tick_us": median(seconds for _, seconds in bare) * 1e6,
+        "logged_with_reference_over_bare": median(ratio for ratio, _ in logged),
+        "log_over_tick": median(share for _, share in logged),
+    }
+
+
+def bare_ticks(model: mujoco.MjModel, loaded: Loaded, commands: np.ndarray) -> Callable[[int], None]:
+    """Return what steps the model alone, a tick's command after the other."""
+    data, given = mujoco.MjData(model), iter(commands)
+    substeps = round(loaded.scenario.timing.tick / loaded.scenario.timing.physics_step)
+
+    def step(ticks: int) -> None:
+        for command in islice(given, ticks):
+            data.ctrl[:] = command
+            mujoco.mj_step(model, data, substeps)
+
+    return step
+
+
+def _records(loaded: Loaded) -> Iterator[TickRecord]:
+    return Simulation.build(loaded.scenario).records()
+
+
+def _commands(loaded: Loaded) -> np.ndarray:
+    """Return the voltages (ticks, motors) of a run, in the order of the model's actuators."""
+    return np.array([record.command.ravel() for record in _records(loaded)])
+
+
+def _model(loaded: Loaded) -> mujoco.MjModel:
+    return mujoco.MjModel.from_xml_string(Simulation.build(loaded.scenario).model_xml)
+
+
+def _against_bare(records: Iterator[TickRecord], loaded: Loaded, commands: np.ndarray) -> tuple[float, float]:
+    """Return the ratio of the times of all ticks, and a bare tick [s]."""
+
+    def step(ticks: int) -> None:
+        for _ in islice(records, ticks):
+            pass
+
+    ours, bare = Side(step), Side(bare_ticks(_model(loaded), loaded, commands))
+    for first in range(0, len(commands), TURN):
+        ours.turn(min(TURN, len(commands) - first))
+        bare.turn(min(TURN, len(commands) - first))
+    return ours.seconds / bare.seconds, bare.seconds / len(commands)
+
+
+def _logged(loaded: Loaded, commands: np.ndarray) -> tuple[float, float]:
+    """Return the ratio to bare of a run with reference and log, and the log's time over the rest of the tick's."""
+    simulation, writing = Simulation.build(loaded.scenario), 0.0
+    with tempfile.TemporaryDirectory() as folder:
+        write = LogWriter(Path(folder) / "log.mcap", loaded, simulation.model_xml)
+
+        def logged() -> Iterator[TickRecord]:
+            nonlocal writing
+            with write:
+                for record in simulation.records():
+                    begin = perf_counter()
+                    write(record)
+                    writing += perf_counter() - begin
+                    yield record
+
+        ratio, tick = _against_bare(logged(), loaded, commands)
+    return ratio, writing / (ratio * tick * len(commands) - writing)

@@ -1,0 +1,76 @@
+"""Large teams in physics, and the governor alone for a thousand robots."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from itertools import islice
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from pbrg_mj.governor.primal_dual import run_rounds
+from pbrg_mj.loop.record import Timings
+from pbrg_mj.loop.simulation import Simulation
+from pbrg_mj.scenario.schema import Scenario
+from performance.rounds import FLOW, ring_problem
+from performance.timing import seconds
+
+COLUMNS = {5: 5, 20: 5, 50: 10, 100: 10}  # of the grid, by robots
+APART = 0.35  # [m]
+TICKS = 100
+THOUSAND = 1000
+
+
+@dataclass(frozen=True)
+class Speed:
+    """A team's speed against real time, and the mean time of each stage a tick [us]."""
+
+    robots: int
+    real_time_factor: float
+    stages_us: dict[str, float]
+
+
+def grid(robots: int) -> Scenario:
+    """Return a grid of robots before a wall; everybody talks to the next in its row and column and has beams."""
+    columns = COLUMNS[robots]
+    places = [(APART * (j % columns), APART * (j // columns)) for j in range(robots)]
+    rows = [(j, j + 1) for j in range(robots) if (j + 1) % columns]
+    pairs = rows + [(j, j + columns) for j in range(robots - columns)]
+    wall = APART * (columns - 1) + 1.5
+    plan: dict[str, Any] = {
+        "timing": {"duration": 10.0},
+        "team": {"start": places, "formation": places, "leaders": [robots]},
+        "graph": {"kind": "edges", "edges": [(a + 1, b + 1) for a, b in pairs]},
+        "world": {"walls": [{"from": (wall, -20.0), "to": (wall, 20.0), "thickness": 0.1}]},
+        "operator": {"reference": (3.0, 0.0)},
+        "governor": {"rounds": 10, "alpha": 2.0, "initial": "start"},
+        "reference": {"solver": "none"},
+    }
+    return Scenario.model_validate(plan)
+
+
+def team_speeds() -> list[Speed]:
+    """Return the speed of teams of all sizes, without log and reference, all robots with 72 beams at 10 Hz."""
+    return [_speed(robots) for robots in COLUMNS]
+
+
+def _speed(robots: int) -> Speed:
+    scenario = grid(robots)
+    records = Simulation.build(scenario).records()
+    next(records)
+    begin = perf_counter()
+    spent = [record.timings for record in islice(records, TICKS)]
+    total = perf_counter() - begin
+    stages = {field.name: float(np.mean([getattr(one, field.name) for one in spent])) for field in fields(Timings)}
+    stages["other"] = total / TICKS - sum(stages.values())
+    per_tick = {name: 1e6 * mean for name, mean in stages.items() if mean > 1e-7}
+    return Speed(robots, TICKS * scenario.timing.tick / total, per_tick)
+
+
+def governor_of_a_thousand() -> float:
+    """Return the time of one round of a thousand robots on a ring [s]."""
+    problem, estimates = ring_problem(THOUSAND)
+    few = [seconds(lambda: run_rounds(problem, estimates, FLOW, 1)) for _ in range(3)]
+    more = [seconds(lambda: run_rounds(problem, estimates, FLOW, 6)) for _ in range(3)]
+    return (min(more) - min(few)) / 5

@@ -1,0 +1,70 @@
+"""Many worlds side by side against bare mujoco.batch stepping of the same worlds."""
+
+from __future__ import annotations
+
+import os
+from statistics import median
+from time import perf_counter
+
+import mujoco
+import numpy as np
+from mujoco import batch
+
+from pbrg_mj.loop.simulation import Simulation
+from pbrg_mj.loop.worlds import Worlds
+from performance.closed_loop import scenario
+from performance.timing import REPEATS
+
+WORLDS = 64
+DURATION = 1.5  # [s]
+TURN = 10  # ticks before the other side has its turn
+
+
+def many_worlds() -> dict[str, float]:
+    """Return the throughput of worlds side by side [simulated s per s], and its ratio to bare mujoco.batch."""
+    loaded, threads = scenario(f"timing.duration={DURATION}"), os.cpu_count() or 1
+    plan = loaded.scenario
+    model = mujoco.MjModel.from_xml_string(Simulation.build(plan).model_xml)
+    substeps = round(plan.timing.tick / plan.timing.physics_step)
+    voltages = np.array([record.command.ravel() for record in Simulation.build(plan).records()])
+    ours, bare = zip(*(_turns(Worlds(plan, range(1, WORLDS + 1), threads), _Bare(model, threads, substeps, voltages))
+                       for _ in range(REPEATS)), strict=True)  # fmt: skip
+    ratios = [theirs / own for own, theirs in zip(ours, bare, strict=True)]
+    return {
+        "worlds": WORLDS,
+        "threads": threads,
+        "worlds_over_bare_batch": median(ratios),
+        "worlds_simulated_s_per_s": WORLDS * DURATION / median(ours),
+        "bare_batch_simulated_s_per_s": WORLDS * DURATION / median(bare),
+    }
+
+
+class _Bare:
+    """mujoco.batch alone, with the voltages of one world's run in all of them."""
+
+    def __init__(self, model: mujoco.MjModel, threads: int, substeps: int, voltages: np.ndarray):
+        self._batch = batch.Batch(model, WORLDS, threads, persistent=True)
+        self._ctrl, self._substeps, self._voltages = self._batch.bind("ctrl"), substeps, voltages
+
+    def tick(self, index: int) -> None:
+        self._ctrl[:] = self._voltages[index]
+        self._batch.step(nstep=self._substeps)
+
+
+def _turns(worlds: Worlds, bare: _Bare) -> tuple[float, float]:
+    """Return the seconds that the worlds and the bare batch take for all ticks, in turns."""
+    own = other = 0.0
+    began = perf_counter()
+
+    def ticked(index: int) -> None:
+        nonlocal own, other, began
+        own += perf_counter() - began
+        if index % TURN == 0:
+            begin = perf_counter()
+            for tick in range(max(index - TURN + 1, 0), index + 1):
+                bare.tick(tick)
+            other += perf_counter() - begin
+        began = perf_counter()
+
+    worlds.run(ticked)
+    return own, other

@@ -1,6 +1,8 @@
-"""Run every bundled scenario in full, with its own seed, and write the tables of docs/scenarios.md.
+"""Run bundled scenarios in full, each with its own seed, and write the tables of docs/scenarios.md.
 
-python scripts/measure_scenarios.py [--jobs N] [--logs DIR]    # DIR keeps the logs
+python scripts/measure_scenarios.py [--jobs N] [--logs DIR] [NAME ...]    # DIR keeps the logs
+
+With names only these are run, and the page keeps the rows of the others.
 """
 
 from __future__ import annotations
@@ -68,18 +70,30 @@ def static_error(run: Run) -> np.ndarray | None:
     return np.linalg.norm(shifted - point, axis=-1).mean(axis=0)
 
 
-def outcomes(found: list[Measured]) -> Iterator[str]:
-    """Yield the lines of the table of all scenarios."""
+def outcomes(found: list[Measured], before: dict[str, str]) -> Iterator[str]:
+    """Yield the lines of the table of all scenarios; of those that were not run the row that stood there `before`."""
     yield (
         "| scenario | shows | outcome | wall contact | least true margin [m] | terminal gap [m] "
         "| least gap between robots [m] | reference infeasible | largest xi [m] |"
     )
     yield "|---|---|---|---|---|---|---|---|---|"
+    rows = before | dict(measured_rows(found))
+    yield from (rows[name] for name in bundled_scenarios() if name in rows)
+
+
+def measured_rows(found: list[Measured]) -> Iterator[tuple[str, str]]:
+    """Yield each scenario's name and row of the table."""
     for one in found:
         n = one.numbers
         numbers = (n.true_margin_min_m, n.terminal_gap_m, n.robot_gap_min_m, n.reference_infeasible_share, n.xi_max_m)
         cells = (f"`{one.name}`", one.description, n.outcome, one.contact, *map(number, numbers))
-        yield "| " + " | ".join(cells) + " |"
+        yield one.name, "| " + " | ".join(cells) + " |"
+
+
+def rows_of(page: str) -> dict[str, str]:
+    """Return the rows of the page's table of all scenarios by name."""
+    table = page.partition("<!-- outcomes -->")[2].partition("<!-- end of outcomes -->")[0]
+    return {line.split("`")[1]: line for line in table.splitlines() if line.startswith("| `")}
 
 
 def floors(found: list[Measured]) -> Iterator[str]:
@@ -112,16 +126,19 @@ def between(page: str, mark: str, lines: Iterator[str]) -> str:
 
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    options.add_argument("names", nargs="*", metavar="NAME", help="scenarios to run; none: all")
     options.add_argument("--jobs", type=int, default=2, help="runs at the same time")
     options.add_argument("--logs", type=Path, help="folder that keeps the logs")
     given = options.parse_args()
     with tempfile.TemporaryDirectory() as scratch, ProcessPoolExecutor(given.jobs) as pool:
         folder = given.logs or Path(scratch)
         folder.mkdir(parents=True, exist_ok=True)
-        found = list(pool.map(measure, bundled_scenarios(), repeat(folder)))
+        found = list(pool.map(measure, given.names or bundled_scenarios(), repeat(folder)))
     page = PAGE.read_text(encoding="utf-8")
-    page = between(page, "outcomes", outcomes(found))
-    PAGE.write_text(between(page, "floors", floors(found)), encoding="utf-8")
+    page = between(page, "outcomes", outcomes(found, rows_of(page) if given.names else {}))
+    if {one.name for one in found} >= set(FLOORS):
+        page = between(page, "floors", floors(found))
+    PAGE.write_text(page, encoding="utf-8")
 
 
 if __name__ == "__main__":

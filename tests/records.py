@@ -72,11 +72,13 @@ def _record(rng: np.random.Generator, index: int, n: int, slots: int) -> TickRec
             values(n, 2), values(n, rows), "infeasible" if index % 7 == 3 else "ok", 10, rng.integers(0, 2**62, n)
         ),
         operation=Operation(values(2), *values(6).tolist()),
+        flow_passivity=Passivity(*values(4).tolist()),
         optimum=_optimum(rng, n, rows) if index % 10 == 0 else None,
         passivity=Passivity(*values(4).tolist()) if index % 10 == 0 else None,
         velocity=values(n, 2),
         command=values(n, 2),
-        timings=Timings(*rng.random(7).tolist()),
+        winding_up=rng.random(n) < 0.1,
+        timings=Timings(*rng.random(9).tolist()),
     )
 
 

@@ -90,6 +90,11 @@ def resting(plan: Scenario, steps: int = 21) -> TickSeries:
         complementarity=np.zeros(steps),
         velocity=np.zeros((steps, n, 2)),
         command=np.zeros((steps, n, 2)),
+        winding_up=np.zeros((steps, n), dtype=bool),
+        flow_primal_storage=np.zeros(steps),
+        flow_dual_storage=np.zeros(steps),
+        flow_primal_dissipation=np.zeros(steps),
+        flow_dual_dissipation=np.zeros(steps),
     )
 
 
@@ -115,4 +120,4 @@ def timings(steps: int = 21) -> TimingSeries:
     stage = np.full(steps, 0.01)
     solved = np.arange(steps) % 4 == 0
     reference = (np.where(solved, 0.02, 0.0), np.where(solved, 0.03, 0.0))
-    return TimingSeries(np.arange(steps), stage, stage, stage, stage, stage, *reference)
+    return TimingSeries(np.arange(steps), *[stage] * 6, *reference, np.zeros(steps))

@@ -16,6 +16,7 @@ from pbrg_mj.cli import checkup
 from pbrg_mj.cli.main import main
 from pbrg_mj.log import reader
 from pbrg_mj.video import gl
+from tests.needs import need_module
 from tests.runs import replaced, run, walled
 
 ROOT = Path(__file__).parents[1]
@@ -196,7 +197,7 @@ def test_export_and_plot_write_their_files(logs, capsys):
     for name in ("a.csv", "a.npz", "a.mat"):
         assert main(["export", "a.mcap", "-o", name]) == 0
         assert Path(name).stat().st_size > 0
-    pytest.importorskip("matplotlib")
+    need_module("matplotlib")
     assert main(["plot", "a.mcap", "-o", "a.svg"]) == 0
     assert capsys.readouterr() == ("", "")
 

@@ -13,19 +13,18 @@ from pbrg_mj.cli.main import main
 from pbrg_mj.log.reader import read_run
 from pbrg_mj.log.writer import LogWriter
 from tests.browser import PROGRAM, Browser
+from tests.needs import need
 from tests.records import loaded, records
 from tests.runs import resting, run, walled
 from tests.test_report_page import hostile
 
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.skipif(PROGRAM is None, reason="no Chromium here; on Debian and Ubuntu: apt-get install chromium"),
-]
+pytestmark = pytest.mark.browser
 PIXEL = 1.0
 
 
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory):
+    need(PROGRAM, "Chromium; on Debian and Ubuntu: apt-get install chromium")
     with Browser(tmp_path_factory.mktemp("browser")) as started:
         yield started
 

@@ -169,11 +169,14 @@ def test_events_name_what_happened_when():
     plan = walled()
     status, touch, r = np.full(21, "ok", dtype="<U10"), np.zeros((21, 2), dtype=bool), resting(plan).reference.copy()
     status[4:6], touch[8:11, 1], r[12:] = "infeasible", True, (0.5, 0.25)
-    told = events(run(plan, ticks={"status": status, "wall_contact": touch, "reference": r}))
+    winding = np.zeros((21, 2), dtype=bool)
+    winding[10:14, 0] = True
+    told = events(run(plan, ticks={"status": status, "wall_contact": touch, "winding_up": winding, "reference": r}))
     assert [(event.time, event.text, event.serious) for event in told] == [
         (2.0, "governor: infeasible", True),
         (3.0, "governor: ok", False),
         (4.0, "robot 2 touches a wall", True),
+        (5.0, "robot 1 winds up", False),
         (6.0, "new reference (0.5, 0.25) m", False),
     ]
 

@@ -16,6 +16,7 @@ from pbrg_mj.analysis import paper
 from pbrg_mj.analysis.metrics import metrics
 from pbrg_mj.cli import reproduce
 from pbrg_mj.cli.main import main
+from tests.needs import need_module
 from tests.runs import replaced, run
 
 ROOT = Path(__file__).parents[1]
@@ -24,7 +25,7 @@ FILES = {f"{name}.{kind}" for name in paper.RUNS for kind in ("mcap", "pdf", "pn
 
 @pytest.fixture(scope="module")
 def folders(tmp_path_factory):
-    pytest.importorskip("matplotlib")
+    need_module("matplotlib")
     top = tmp_path_factory.mktemp("reproduced")
     for name in ("first", "second"):
         assert main(["reproduce", "-o", str(top / name / "deep"), "--duration", "0.2"]) == 0
@@ -81,7 +82,7 @@ def test_a_cell_cannot_break_the_table():
     ],
 )
 def test_wrong_input_is_one_line_and_exit_code_2(monkeypatch, tmp_path, capsys, arguments, says):
-    pytest.importorskip("matplotlib")
+    need_module("matplotlib")
     monkeypatch.chdir(tmp_path)
     Path("file").write_text("")
     assert main(["reproduce", *arguments]) == 2
@@ -91,7 +92,7 @@ def test_wrong_input_is_one_line_and_exit_code_2(monkeypatch, tmp_path, capsys, 
 
 
 def test_a_violated_run_exits_with_1(monkeypatch, tmp_path):
-    pytest.importorskip("matplotlib")
+    need_module("matplotlib")
     made = metrics(run())
     monkeypatch.setattr(reproduce, "_simulate", lambda name, folder, duration: folder / f"{name}.mcap")
     outcomes = iter(("converged", "violated", "moving", "converged"))
@@ -101,7 +102,7 @@ def test_a_violated_run_exits_with_1(monkeypatch, tmp_path):
 
 def test_ctrl_c_leaves_whole_files_alone(tmp_path):
     """Pressed in the second run: the first run's files and tables of it are there, no trace of the second."""
-    pytest.importorskip("matplotlib")
+    need_module("matplotlib")
     command = [sys.executable, "-m", "pbrg_mj.cli.main", "reproduce", "-o", str(tmp_path), "--duration", "2"]
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment) as process:

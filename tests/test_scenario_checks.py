@@ -14,6 +14,14 @@ from tests.scenario_texts import THREE, swapped, three
 IDEAL = THREE + "plant: ideal\nestimator: {source: given}\n"
 
 WRONG = {
+    "run without end": (
+        three(timing="{duration: 1e300}"),
+        "x.yaml:10: timing.duration: is 1e+300 s; allowed: at most 100000000 times timing.tick, 0.01 s",
+    ),
+    "tick without end": (
+        three(timing="{physics_step: 1e-300}"),
+        "x.yaml:10: timing.tick: is 0.01 s; allowed: at most 10000 times timing.physics_step, 1e-300 s",
+    ),
     "bias list of the wrong length": (
         swapped("[-1, 0], ", ""),
         "x.yaml:6: team.formation: has 2 entries; allowed: 3, one per robot in team.start",

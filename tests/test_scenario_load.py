@@ -83,8 +83,9 @@ def test_sources_that_are_not_there(checkout: Path) -> None:
     assert complaint("paper/experiment_ner") == (
         "'paper/experiment_ner' is neither a file nor a bundled scenario; did you mean paper/experiment_near?"
     )
-    assert complaint("qqq") == ("'qqq' is neither a file nor a bundled scenario; bundled: paper/experiment_near, zoo")
-    for odd in ("", "\0", "x\ny", "a" * 5000, "/" * 5000):
+    assert complaint("qqq") == "'qqq' is neither a file nor a bundled scenario; see: pbrg list"
+    assert complaint("") == "the scenario's name is empty; allowed: a file, or a bundled name (see: pbrg list)"
+    for odd in ("\0", "x\ny", "a" * 5000, "/" * 5000):
         complaint(odd)
 
 

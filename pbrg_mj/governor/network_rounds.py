@@ -15,7 +15,7 @@ import numpy as np
 
 from pbrg_mj.governor.channel import Channel
 from pbrg_mj.governor.exchange import NOTHING, Exchange, reverse_links
-from pbrg_mj.governor.primal_dual import Estimates, Flow, active_rows, update_robot
+from pbrg_mj.governor.primal_dual import Estimates, Flow, active_rows, update_robots
 from pbrg_mj.governor.problem import Problem
 from pbrg_mj.kernel import kernel
 
@@ -57,12 +57,11 @@ def _rounds(estimates, links, network, events, private, gains):  # pragma: no co
     first, leader = network[0], network[1]
     start, bad, silent = events
     p, xi, r, a, C, d, active = private
+    own = (leader, (p, xi, r), (a, C, d, active), active_rows(active))
     waves = network[5] > 0.0
     hops = links[6]
     seen = np.zeros_like(links[2]) if waves else links[2]
-    ears = np.zeros(len(bad[0]), dtype=np.int64)
-    n = len(leader)
-    row_first, there = active_rows(active)
+    heard_first, heard = np.zeros_like(first), np.zeros(len(bad[0]), dtype=np.int64)
     for t in range(len(bad)):
         if not waves:
             _send_estimates(old, links, network, start + t, (bad[t], silent[t]))
@@ -70,14 +69,11 @@ def _rounds(estimates, links, network, events, private, gains):  # pragma: no co
         if waves:
             _send_waves(old, seen, links, network, start + t, (bad[t], silent[t]))
         _count_hops(links, network)
-        for i in range(n):
-            if hops[i] < n:
+        _list_heard(first, links[5], heard_first, heard)
+        update_robots(old, new, (heard_first, heard, seen[0], seen[1]), own, gains)
+        for i in range(len(leader)):
+            if hops[i] < len(leader):
                 _copy_row(old, new, i)
-                continue
-            heard = (_heard(first[i], first[i + 1], links[5], ears), seen[0], seen[1])
-            own_rows = there[row_first[i] : row_first[i + 1]]
-            own = (i, leader[i], p[i], xi[i], a[i], C[i], d[i], own_rows)
-            update_robot(old, new, heard, own, r, gains)
         links[4][:] += 1
         old, new = new, old
     return old
@@ -92,14 +88,15 @@ def _copy_row(old, new, i):  # pragma: no cover - compiled
 
 
 @kernel
-def _heard(begin, end, up, ears):  # pragma: no cover - compiled
-    """Return the links of one robot, begin .. end - 1, that are up."""
+def _list_heard(first, up, heard_first, heard):  # pragma: no cover - compiled
+    """List the links that are up, robot after robot: those of robot i in heard[heard_first[i]:heard_first[i + 1]]."""
     count = 0
-    for e in range(begin, end):
-        if up[e]:
-            ears[count] = e
-            count += 1
-    return ears[:count]
+    for i in range(len(first) - 1):
+        for e in range(first[i], first[i + 1]):
+            if up[e]:
+                heard[count] = e
+                count += 1
+        heard_first[i + 1] = count
 
 
 @kernel

@@ -63,15 +63,9 @@ def rounds_of(estimates, network, state, rows, gains, rounds):  # pragma: no cov
     old = (estimates[0].copy(), estimates[1].copy(), estimates[2].copy(), estimates[3].copy())
     new = (estimates[0].copy(), estimates[1].copy(), estimates[2].copy(), estimates[3].copy())
     first, neighbours, leader = network
-    p, xi, r = state
-    a, C, d, active = rows
-    row_first, there = active_rows(active)
+    own = (leader, state, rows, active_rows(rows[3]))
     for _ in range(rounds):
-        for i in range(len(leader)):
-            heard = (neighbours[first[i] : first[i + 1]], old[0], old[1])
-            own_rows = there[row_first[i] : row_first[i + 1]]
-            own = (i, leader[i], p[i], xi[i], a[i], C[i], d[i], own_rows)
-            update_robot(old, new, heard, own, r, gains)
+        update_robots(old, new, (first, neighbours, old[0], old[1]), own, gains)
         old, new = new, old
     return old
 
@@ -91,78 +85,113 @@ def active_rows(active):  # pragma: no cover - compiled
 
 
 @kernel
-def update_robot(old, new, heard, own, r, gains):  # pragma: no cover - compiled
-    """Write robot i's row of `new` from its own row of `old` and what it heard: rows `at` of `seen_z`, `seen_zeta`."""
-    i, delta, p, xi, a, C, d, rows = own
-    alpha, step, cap = gains
-    z_i, lam_i, nu_i = old[0][i], old[2][i], old[3][i]
-    z, zeta, lam, nu = new[0][i], new[1][i], new[2][i], new[3][i]
-    n = (len(z) - 2) // 4
+def update_robots(old, new, heard, own, gains):  # pragma: no cover - compiled
+    """Write every robot's row of `new` from its own row of `old`, from what it heard and from what it alone knows.
 
-    rho, off_x, off_y = _ball(z_i)
-    pull = 0.0  # sum of a lambda: the weight of grad rho
-    push_x = push_y = 0.0  # sum of C lambda
-    lam[:] = 0.0
-    for row in rows:
-        pull += a[row] * lam_i[row]
-        push_x += C[row, 0] * lam_i[row]
-        push_y += C[row, 1] * lam_i[row]
-        g = a[row] * rho + C[row, 0] * z_i[0] + C[row, 1] * z_i[1] - d[row]  # eq. 13
-        # eq. 29: the switch; the clip ends the last explicit step at lambda = 0, where the flow would stop
-        switched = lam_i[row] > 0.0 or g > 0.0
-        lam[row] = min(max(lam_i[row] + step * g, 0.0), cap) if switched else 0.0
-    weight = pull / rho if rho > 0.0 else 0.0  # 0 is a subgradient of rho at its kink
-
-    _consensus(old, (z, zeta), heard, i, step)  # eq. 25 but for the gradient
-    pulled = step * alpha * weight
-    z[0] -= step * alpha * (2.0 * delta * (z_i[0] - r[0]) + push_x) + pulled * off_x  # grad f_i + grad g_i' lambda_i
-    z[1] -= step * alpha * (2.0 * delta * (z_i[1] - r[1]) + push_y) + pulled * off_y
-    if pulled > 0.0:
-        for c in range(2, 2 + 2 * n, 2):
-            z[c] += pulled * (z_i[0] - z_i[c])
-            z[c + 1] += pulled * (z_i[1] - z_i[c + 1])
-        for c in range(2 + 2 * n, len(z)):
-            z[c] -= pulled * z_i[c]
-    for axis in range(2):  # grad h_i' nu_i acts on robot i's own blocks; eq. 30
-        at_p, at_xi = 2 + 2 * i + axis, 2 + 2 * n + 2 * i + axis
-        z[at_p] -= step * alpha * nu_i[axis]
-        z[at_xi] -= step * alpha * nu_i[2 + axis]
-        nu[axis] = nu_i[axis] + step * (z_i[at_p] - p[axis])
-        nu[2 + axis] = nu_i[2 + axis] + step * (z_i[at_xi] - xi[axis])
+    heard = (first, at, seen_z, seen_zeta): robot i heard the rows at[first[i]:first[i + 1]] of seen_z and seen_zeta.
+    The parts take whole arrays and index them: a view of one robot's row is a reference that numba counts, up and down,
+    by atomic instructions; forty of them for each robot would be most of a small team's round.
+    """
+    leader, (p, xi, r), (a, C, d, _), there = own
+    _consensus(old, new, heard, gains[1])
+    _descend(old, new, (leader, r), (a, C, d, there), gains)
+    _stay_with_the_state(old, new, (p, xi), gains)
 
 
 @kernel
-def _consensus(old, out, heard, i, step):  # pragma: no cover - compiled
+def _consensus(old, new, heard, step):  # pragma: no cover - compiled
     """Write z_i - step (sum_k L_ik z_k - sum_k L_ik zeta_k) and zeta_i - step sum_k L_ik z_k; its loops vectorise."""
-    at, seen_z, seen_zeta = heard
-    z_i, zeta_i = old[0][i], old[1][i]
-    z, zeta = out
-    z[:] = 0.0
-    zeta[:] = 0.0
-    for k in at:
-        z_k, zeta_k = seen_z[k], seen_zeta[k]
-        for c in range(len(z)):
-            zeta[c] += z_i[c] - z_k[c]
-            z[c] += zeta_i[c] - zeta_k[c]
-    for c in range(len(z)):
-        lead, lead_zeta = zeta[c], z[c]
-        z[c] = z_i[c] - step * (lead - lead_zeta)
-        zeta[c] = zeta_i[c] - step * lead
+    z, zeta, new_z, new_zeta = old[0], old[1], new[0], new[1]
+    first, at, seen_z, seen_zeta = heard
+    n, width = z.shape
+    for i in range(n):
+        if first[i + 1] - first[i] == 2:  # as on a ring: both sums at once, every number is read and written once
+            k, j = at[first[i]], at[first[i] + 1]
+            for c in range(width):
+                lead = (z[i, c] - seen_z[k, c]) + (z[i, c] - seen_z[j, c])
+                lead_zeta = (zeta[i, c] - seen_zeta[k, c]) + (zeta[i, c] - seen_zeta[j, c])
+                new_z[i, c] = z[i, c] - step * (lead - lead_zeta)
+                new_zeta[i, c] = zeta[i, c] - step * lead
+            continue
+        for c in range(width):
+            new_z[i, c] = new_zeta[i, c] = 0.0
+        for e in range(first[i], first[i + 1]):
+            k = at[e]
+            for c in range(width):
+                new_zeta[i, c] += z[i, c] - seen_z[k, c]
+                new_z[i, c] += zeta[i, c] - seen_zeta[k, c]
+        for c in range(width):
+            lead, lead_zeta = new_zeta[i, c], new_z[i, c]
+            new_z[i, c] = z[i, c] - step * (lead - lead_zeta)
+            new_zeta[i, c] = zeta[i, c] - step * lead
 
 
 @kernel
-def _ball(z):  # pragma: no cover - compiled
-    """Return rho(m, z_p, z_xi) of one robot's estimate, and sum_j (m - z_pj)."""
-    n = (len(z) - 2) // 4
+def _descend(old, new, goal, rows, gains):  # pragma: no cover - compiled
+    """Take step alpha (grad f_i + grad g_i' lambda_i) from new z_i (eq. 25); write new lambda_i (eq. 29)."""
+    z, lam, new_z, new_lam = old[0], old[2], new[0], new[2]
+    leader, r = goal
+    a, C, d, (first, there) = rows
+    alpha, step, cap = gains
+    n = len(leader)
+    new_lam[:] = 0.0
+    for i in range(n):
+        rho = off_x = off_y = 0.0  # nobody asks for them where there are no rows
+        if first[i] < first[i + 1]:
+            rho, off_x, off_y = _ball(z, i)
+        pull = 0.0  # sum of a lambda: the weight of grad rho
+        push_x = push_y = 0.0  # sum of C lambda
+        for e in range(first[i], first[i + 1]):
+            row = there[e]
+            multiplier = lam[i, row]
+            pull += a[i, row] * multiplier
+            push_x += C[i, row, 0] * multiplier
+            push_y += C[i, row, 1] * multiplier
+            g = a[i, row] * rho + C[i, row, 0] * z[i, 0] + C[i, row, 1] * z[i, 1] - d[i, row]  # eq. 13
+            # eq. 29: the switch; the clip ends the last explicit step at lambda = 0, where the flow would stop
+            switched = multiplier > 0.0 or g > 0.0
+            new_lam[i, row] = min(max(multiplier + step * g, 0.0), cap) if switched else 0.0
+        weight = pull / rho if rho > 0.0 else 0.0  # 0 is a subgradient of rho at its kink
+        pulled = step * alpha * weight
+        new_z[i, 0] -= step * alpha * (2.0 * leader[i] * (z[i, 0] - r[0]) + push_x) + pulled * off_x
+        new_z[i, 1] -= step * alpha * (2.0 * leader[i] * (z[i, 1] - r[1]) + push_y) + pulled * off_y
+        if pulled > 0.0:
+            for c in range(2, 2 + 2 * n, 2):
+                new_z[i, c] += pulled * (z[i, 0] - z[i, c])
+                new_z[i, c + 1] += pulled * (z[i, 1] - z[i, c + 1])
+            for c in range(2 + 2 * n, 2 + 4 * n):
+                new_z[i, c] -= pulled * z[i, c]
+
+
+@kernel
+def _stay_with_the_state(old, new, state, gains):  # pragma: no cover - compiled
+    """Take step alpha grad h_i' nu_i from new z_i, of which it moves robot i's own blocks; write new nu_i (eq. 30)."""
+    z, nu, new_z, new_nu = old[0], old[3], new[0], new[3]
+    p, xi = state
+    alpha, step, _ = gains
+    n = len(p)
+    for i in range(n):
+        for axis in range(2):
+            at_p, at_xi = 2 + 2 * i + axis, 2 + 2 * n + 2 * i + axis
+            new_z[i, at_p] -= step * alpha * nu[i, axis]
+            new_z[i, at_xi] -= step * alpha * nu[i, 2 + axis]
+            new_nu[i, axis] = nu[i, axis] + step * (z[i, at_p] - p[i, axis])
+            new_nu[i, 2 + axis] = nu[i, 2 + axis] + step * (z[i, at_xi] - xi[i, axis])
+
+
+@kernel
+def _ball(z, i):  # pragma: no cover - compiled
+    """Return rho(m, z_p, z_xi) of robot i's estimate, and sum_j (m - z_pj)."""
+    n = len(z)
     square_x = square_y = square_xi = square_eta = 0.0  # four sums that need not wait for each other
     off_x = off_y = 0.0
     for c in range(2, 2 + 2 * n, 2):
-        x, y = z[0] - z[c], z[1] - z[c + 1]
+        x, y = z[i, 0] - z[i, c], z[i, 1] - z[i, c + 1]
         square_x += x * x
         square_y += y * y
         off_x += x
         off_y += y
     for c in range(2 + 2 * n, 2 + 4 * n, 2):
-        square_xi += z[c] * z[c]
-        square_eta += z[c + 1] * z[c + 1]
+        square_xi += z[i, c] * z[i, c]
+        square_eta += z[i, c + 1] * z[i, c + 1]
     return math.sqrt(square_x + square_y + square_xi + square_eta), off_x, off_y

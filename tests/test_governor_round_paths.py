@@ -23,8 +23,9 @@ TEAMS = {
 }
 
 
-def team(n, edges, rng):
+def team(size_and_edges, rng):
     """A problem where every other robot has rows, and estimates; that of robot 2 has rho = 0, the kink."""
+    n, edges = size_and_edges
     network = network_of_edges(edges, (np.arange(n) % 3 == 0).astype(float))
     shape, sees = (n, 4), np.arange(n)[:, None] % 2 == 0
     rows = Rows(
@@ -71,7 +72,7 @@ def test_every_robot_takes_its_own_step(name):
     """Whatever its number of neighbours; bit for bit without rows, where no sum over the team's length is taken."""
     rng = np.random.default_rng(8)
     for _ in range(20):
-        problem, before = team(*TEAMS[name], rng)
+        problem, before = team(TEAMS[name], rng)
         after = run_rounds(problem, before, FLOW, 1)
         for i in range(problem.network.robots):
             for got, want in zip(vars(after).values(), plain_robot(problem, before, i), strict=True):
@@ -81,7 +82,7 @@ def test_every_robot_takes_its_own_step(name):
 
 def test_rows_that_vanish_leave_no_multiplier_however_many_rounds():
     rng = np.random.default_rng(9)
-    problem, before = team(*TEAMS["ring of 5"], rng)
+    problem, before = team(TEAMS["ring of 5"], rng)
     gone = dataclasses.replace(problem, rows=dataclasses.replace(problem.rows, active=np.zeros((5, 4), dtype=bool)))
     for rounds in (1, 2, 3):
         assert not run_rounds(gone, before, FLOW, rounds).lam.any()

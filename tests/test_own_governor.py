@@ -95,3 +95,29 @@ def test_a_governor_that_reuses_its_arrays_changes_no_earlier_answer(monkeypatch
 
 def reusing(scenario):
     return Reusing()
+
+
+class Scribbling(Reusing):
+    """A guest that writes into its memory, and tells a balance of it."""
+
+    def init(self, problem):
+        return np.zeros(1)
+
+    def step(self, problem, memory):
+        memory += 1.0
+        return super().step(problem, memory[0])[0], memory
+
+    def passivity(self, problem, memory, optimum):
+        return Passivity(memory[0], 0.0, 0.0, 0.0)
+
+
+def test_a_governor_that_writes_into_its_memory_is_judged_before_its_next_step(monkeypatch):
+    entry = EntryPoint("scribbling", "tests.test_own_governor:scribbling", registry.GROUP)
+    monkeypatch.setattr(registry, "entry_points", lambda group: [entry])
+    for record in Simulation.build(short("scribbling")).records():
+        if record.passivity is not None:
+            assert record.passivity.primal_storage == record.index + 1.0
+
+
+def scribbling(scenario):
+    return Scribbling()

@@ -8,14 +8,14 @@ from typing import Literal
 
 import numpy as np
 
+from pbrg_mj.governor.bounds import judged
 from pbrg_mj.governor.channel import Channel
 from pbrg_mj.governor.exchange import Exchange
 from pbrg_mj.governor.network_rounds import run_network_rounds
 from pbrg_mj.governor.optimum import Optimum
-from pbrg_mj.governor.passivity import Passivity, flow_passivity, passivity, two_rounds_passivity
+from pbrg_mj.governor.passivity import Passivity, flow_passivity, one_round_passivity, passivity, two_rounds_passivity
 from pbrg_mj.governor.primal_dual import Estimates, Flow, run_rounds
 from pbrg_mj.governor.problem import Problem, Solution, Status
-from pbrg_mj.kernel import kernel
 
 DOUBLE = 8  # bytes of one number on the wire
 HOPS = 2  # bytes of the hop count in a message that can be late or lost
@@ -78,9 +78,13 @@ class DistributedGovernor:
 
     def passivity(self, problem: Problem, memory: DistributedMemory, optimum: Optimum) -> Passivity:
         """Return the passivity balance over the round that would follow; what is on the lines is not in it."""
+        if optimum.status != "solved" or memory.diverged:
+            return Passivity.unknown()
         before = memory.estimates
+        if self.channel is None:
+            return one_round_passivity(problem, optimum, self.flow, before, self.diverged_beyond)
         after = self._run(problem, memory, 1)[0]
-        if optimum.status != "solved" or memory.diverged or not self._judged(after)[0]:
+        if not self._judged(after)[0]:
             return Passivity.unknown()
         rates = {name: (getattr(after, name) - now) / self.flow.step for name, now in vars(before).items()}
         return passivity(problem, optimum, self.flow.alpha, before, Estimates(**rates))
@@ -126,15 +130,3 @@ class DistributedGovernor:
     def _judged(self, estimates: Estimates) -> tuple[bool, bool]:
         """Return whether the estimates are within bounds, and whether some multiplier is at its cap."""
         return judged(estimates.z, estimates.lam, self.diverged_beyond, self.flow.multiplier_cap)
-
-
-@kernel
-def judged(z, lam, limit, cap):  # pragma: no cover - compiled
-    """Return whether estimates z and lambda are finite and z within `limit`, and whether some lambda is at `cap`."""
-    bounded, capped = True, False
-    for value in z.flat:
-        bounded &= math.isfinite(value) and abs(value) <= limit
-    for value in lam.flat:
-        bounded &= math.isfinite(value)
-        capped |= value >= cap
-    return bounded, capped

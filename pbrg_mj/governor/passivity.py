@@ -21,6 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pbrg_mj.governor.bounds import judged
 from pbrg_mj.governor.optimum import Optimum
 from pbrg_mj.governor.primal_dual import Estimates, Flow, round_arguments, rounds_of
 from pbrg_mj.governor.problem import Problem
@@ -53,6 +54,32 @@ def passivity(problem: Problem, optimum: Optimum, alpha: float, before: Estimate
     """
     motions = tuple((one.z, one.zeta, one.lam, one.nu) for one in (before, rates))
     return Passivity(*_balance(_rest_arguments(problem, optimum, alpha), *motions))
+
+
+def one_round_passivity(
+    problem: Problem, optimum: Optimum, flow: Flow, estimates: Estimates, limit: float
+) -> Passivity:
+    """Return `passivity` of a state and the round that follows when every message arrives within it.
+
+    Unknown where that round leaves `limit` [m] or is not finite.
+    """
+    rest = _rest_arguments(problem, optimum, flow.alpha)
+    bounded, balance = _one_round_balance(*round_arguments(problem, estimates, flow), rest, limit)
+    return Passivity(*balance) if bounded else Passivity.unknown()
+
+
+@kernel
+def _one_round_balance(estimates, network, state, rows, gains, rest_arguments, limit):  # pragma: no cover - compiled
+    z, zeta, lam, nu = rounds_of(estimates, network, state, rows, gains, 1)
+    bounded, _ = judged(z, lam, limit, gains[2])
+    step = gains[1]
+    rates = (
+        (z - estimates[0]) / step,
+        (zeta - estimates[1]) / step,
+        (lam - estimates[2]) / step,
+        (nu - estimates[3]) / step,
+    )
+    return bounded, _balance(rest_arguments, estimates, rates)
 
 
 @kernel

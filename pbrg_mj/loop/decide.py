@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from pbrg_mj.errors import InputError
+from pbrg_mj.governor.bounds import judged
 from pbrg_mj.governor.certificate import Rows
-from pbrg_mj.governor.distributed import DistributedGovernor, judged
+from pbrg_mj.governor.distributed import DistributedGovernor
 from pbrg_mj.governor.primal_dual import rounds_of
 from pbrg_mj.governor.problem import Certificate, Problem
 from pbrg_mj.governor.registry import CERTIFICATES, governor

@@ -1,0 +1,63 @@
+"""Ticks are judged some at a time: what that must not change."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pbrg_mj.log.stream import MessageStream
+from pbrg_mj.loop import simulation
+from pbrg_mj.loop.record import TickRecord
+from pbrg_mj.loop.simulation import Simulation
+from pbrg_mj.scenario.load import load_scenario
+
+PLAN = load_scenario("paper/simulation_near", ["timing.duration=1.23", "log.timings=false"]).scenario
+
+
+def messages(records: Iterator[TickRecord]) -> list[bytes]:
+    stream, said = None, []
+    for record in records:
+        stream = stream or MessageStream(PLAN, record)
+        said += [message.data for message in stream.messages(record)]
+    return said
+
+
+@pytest.mark.parametrize(("ahead", "patience"), [(1, 9.0), (7, 9.0), (1000, 9.0), (50, 0.0)])
+def test_records_do_not_depend_on_how_many_ticks_pass_before_they_are_judged(ahead, patience, monkeypatch) -> None:
+    expected = messages(Simulation.build(PLAN).records())
+    monkeypatch.setattr(simulation, "PATIENCE", patience)
+    assert messages(replace(Simulation.build(PLAN), ahead=ahead).records()) == expected
+
+
+def test_decisions_are_those_of_the_records() -> None:
+    records = list(Simulation.build(PLAN).records())
+    decisions = list(Simulation.build(PLAN).decisions())
+    assert [one.index for one in decisions] == [one.index for one in records] == list(range(124))
+    for decision, record in zip(decisions, records, strict=True):
+        np.testing.assert_array_equal(decision.command, record.command)
+        np.testing.assert_array_equal(decision.solution.m, record.solution.m)
+
+
+def test_the_first_record_comes_before_the_second_tick() -> None:
+    run = Simulation.build(PLAN)
+    next(run.records())
+    np.testing.assert_array_equal(run.parts.world.observe().pose_frame, 1)
+
+
+def test_what_a_tick_raises_comes_after_the_records_before_it(monkeypatch) -> None:
+    run, seen = Simulation.build(PLAN), []
+    advance = run.parts.world.advance
+    left = iter(range(33))
+
+    def failing(command: np.ndarray) -> None:
+        if next(left, None) is None:
+            raise ZeroDivisionError
+        advance(command)
+
+    monkeypatch.setattr(run.parts.world, "advance", failing)
+    with pytest.raises(ZeroDivisionError):
+        seen.extend(record.index for record in run.records())
+    assert seen == list(range(33))

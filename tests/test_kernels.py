@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pbrg_mj.governor.clarabel_solver import small_form
+from pbrg_mj.governor.clarabel_solver import small_form, tightest_rows
 from pbrg_mj.scenario.governing import Control
 from pbrg_mj.scenario.streams import Source, stream
 from pbrg_mj.scenario.surroundings import Wall
@@ -112,7 +112,9 @@ def test_the_small_forms_arrays():
     rng = np.random.default_rng(6)
     for _ in range(50):
         problem = random_problem(rng, graph(leaders=(0, 4)))
-        form, rows, (robot, row) = small_form(problem), problem.rows, small_form(problem).tightest
+        rows = problem.rows
+        form = small_form(problem, tightest_rows(rows))
+        robot, row = form.tightest
         groups = {}  # of one robot, one half-space: rows that differ in d alone
         for i, r in np.argwhere(rows.active):
             key = (i, r // 5)

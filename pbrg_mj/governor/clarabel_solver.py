@@ -18,6 +18,7 @@ import clarabel
 import numpy as np
 from scipy.sparse import csc_matrix
 
+from pbrg_mj.governor.certificate import Rows
 from pbrg_mj.governor.optimum import Found, Optimum
 from pbrg_mj.governor.problem import Problem
 from pbrg_mj.kernel import kernel
@@ -46,17 +47,19 @@ _FOUND: dict[str, Found] = {
 class ClarabelSolver:
     """One solver object per number of grouped rows and of leaders, its data updated in place.
 
-    A solver belongs to one run, so that nothing Clarabel keeps between solves can leak into another run's bits.
+    A solver belongs to one run, so that nothing Clarabel keeps between solves can leak into another run's bits. Rows
+    are grouped, and A is handed over, when they are others than at the solve before.
     """
 
     def __init__(self) -> None:
         self._solvers: dict[tuple[int, float], clarabel.DefaultSolver] = {}
+        self._rows: Rows | None = None
+        self._tightest = (np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64))
 
     def solve(self, problem: Problem) -> Optimum:
         """Solve `problem`; infeasible and failed are statuses, not exceptions."""
         started = perf_counter()
-        form = small_form(problem)
-        solver = self._solver(form)
+        solver, form = self._built(problem)
         built = perf_counter()
         solution = solver.solve()
         solving = perf_counter() - built
@@ -65,23 +68,37 @@ class ClarabelSolver:
         m, cost, multipliers = np.full(2, np.nan), np.nan, np.full(problem.rows.d.shape, np.nan)
         if found == "solved":
             m = np.array(solution.x[:2])
-            cost = form.leaders * float(np.sum((m - problem.reference) ** 2))
+            off_x, off_y = (m - problem.reference).tolist()
+            cost = form.leaders * (off_x * off_x + off_y * off_y)
             multipliers[:] = 0.0
             multipliers[form.tightest] = solution.z[: len(form.tightest[0])]
         return Optimum(m, found, cost, multipliers, words, built - started, solving)
 
-    def _solver(self, form: SmallForm) -> clarabel.DefaultSolver:
-        count = len(form.tightest[0])
-        key = (count, form.leaders)
-        if key in self._solvers:
-            self._solvers[key].update(q=form.q, A=form.A, b=form.b)
-            return self._solvers[key]
-        values = np.full(2, 2.0 * form.leaders)
-        P = csc_matrix((values, ([0, 1], [0, 1])), shape=(3, 3))
-        A = csc_matrix((form.A, *_pattern(count)), shape=(count + 4, 3))
-        cones = [clarabel.NonnegativeConeT(count), clarabel.SecondOrderConeT(4)]
-        self._solvers[key] = clarabel.DefaultSolver(P, form.q, A, form.b, cones, _settings())
-        return self._solvers[key]
+    def _built(self, problem: Problem) -> tuple[clarabel.DefaultSolver, SmallForm]:
+        """Return the solver with the problem's data in it, and those."""
+        known = problem.rows is self._rows
+        if not known:
+            self._rows, self._tightest = problem.rows, tightest_rows(problem.rows)
+        form = small_form(problem, self._tightest)
+        key = (len(self._tightest[0]), form.leaders)
+        solver = self._solvers.get(key)
+        if solver is None:
+            solver = self._solvers[key] = _solver(form)
+            self._rows = None  # A is rounded otherwise when handed over anew: let the next solve do that
+        elif known:
+            solver.update(q=form.q, b=form.b)
+        else:
+            solver.update(q=form.q, A=form.A, b=form.b)
+        return solver, form
+
+
+def _solver(form: SmallForm) -> clarabel.DefaultSolver:
+    count = len(form.tightest[0])
+    values = np.full(2, 2.0 * form.leaders)
+    P = csc_matrix((values, ([0, 1], [0, 1])), shape=(3, 3))
+    A = csc_matrix((form.A, *_pattern(count)), shape=(count + 4, 3))
+    cones = [clarabel.NonnegativeConeT(count), clarabel.SecondOrderConeT(4)]
+    return clarabel.DefaultSolver(P, form.q, A, form.b, cones, _settings())
 
 
 @dataclass(frozen=True)
@@ -95,13 +112,17 @@ class SmallForm:
     tightest: tuple[np.ndarray, np.ndarray]  # robot and row of each grouped row
 
 
-def small_form(problem: Problem) -> SmallForm:
+def tightest_rows(rows: Rows) -> tuple[np.ndarray, np.ndarray]:
+    """Return robot and row of the row with the smallest d in each group."""
+    return _tightest_rows(rows.a, rows.C, rows.d, rows.active)
+
+
+def small_form(problem: Problem, tightest: tuple[np.ndarray, np.ndarray]) -> SmallForm:
     """Return the data of the small form; its pattern depends on the number of grouped rows alone."""
     rows, leaders = problem.rows, float(problem.network.leader.sum())
-    robot, row = _tightest_rows(rows.a, rows.C, rows.d, rows.active)
-    A, b = _values((robot, row), (rows.a, rows.C, rows.d), problem.p, problem.xi)
-    x, y = problem.reference
-    return SmallForm(leaders, np.array([-2.0 * leaders * x, -2.0 * leaders * y, 0.0]), A, b, (robot, row))
+    A, b = _values(tightest, (rows.a, rows.C, rows.d), problem.p, problem.xi)
+    x, y = problem.reference.tolist()
+    return SmallForm(leaders, np.array([-2.0 * leaders * x, -2.0 * leaders * y, 0.0]), A, b, tightest)
 
 
 @kernel

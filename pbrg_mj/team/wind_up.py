@@ -58,30 +58,31 @@ def wind_up(rule: WindUpRule, before: WindUp | None, p: np.ndarray, xi: np.ndarr
     `p`, `xi` (n, 2) [m] are the states at this tick, `u` (n, 2) [m/s] what the robots do from here on. Row j depends on
     rows j alone.
     """
-    size = np.hypot(xi[:, 0], xi[:, 1])
     if before is None:
         nothing = np.zeros(p.shape)
+        size = np.hypot(xi[:, 0], xi[:, 1])
         return WindUp(p, size, rule.tick * u, nothing, np.zeros(len(p)), np.zeros(len(p), dtype=bool))
-    ways = (before.wanted, before.made, before.grown)
-    moved = (p - before.p, size - before.xi_size, u)
-    return WindUp(p, size, *_followed(ways, moved, (rule.keep, rule.tick, rule.length)))
+    ways = (before.p, before.xi_size, before.wanted, before.made, before.grown)
+    return WindUp(p, *_followed(ways, (p, xi, u), (rule.keep, rule.tick, rule.length)))
 
 
 @kernel
-def _followed(ways, moved, rule):  # pragma: no cover - compiled
-    """Return the ways a tick later, `wanted` with the next tick's way, and who winds up."""
-    wanted, made, grown = ways[0].copy(), ways[1].copy(), ways[2].copy()
-    step, gain, u = moved
+def _followed(ways, state, rule):  # pragma: no cover - compiled
+    """Return ||xi||, the ways a tick later, `wanted` with the next tick's way, and who winds up."""
+    p_before, size_before = ways[0], ways[1]
+    wanted, made, grown = ways[2].copy(), ways[3].copy(), ways[4].copy()
+    p, xi, u = state
     keep, tick, length = rule
-    winding = np.zeros(len(grown), dtype=np.bool_)
+    size, winding = np.empty(len(grown)), np.zeros(len(grown), dtype=np.bool_)
     for j in range(len(grown)):
+        size[j] = math.hypot(xi[j, 0], xi[j, 1])
         along = square = 0.0
         for axis in range(2):
             wanted[j, axis] *= keep
-            made[j, axis] = keep * (made[j, axis] + step[j, axis])
+            made[j, axis] = keep * (made[j, axis] + (p[j, axis] - p_before[j, axis]))
             along += wanted[j, axis] * made[j, axis]
             square += wanted[j, axis] ** 2
             wanted[j, axis] += tick * u[j, axis]
-        grown[j] = keep * (grown[j] + gain[j])
+        grown[j] = keep * (grown[j] + (size[j] - size_before[j]))
         winding[j] = grown[j] > length and square > length**2 and along < 0.5 * square
-    return wanted, made, grown, winding
+    return size, wanted, made, grown, winding

@@ -19,6 +19,7 @@ import numpy as np
 from pbrg_mj.log.writer import LogWriter
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.loop.simulation import Simulation
+from pbrg_mj.loop.tick import Decision
 from pbrg_mj.scenario.load import Loaded, load_scenario
 from performance.timing import REPEATS
 
@@ -53,7 +54,7 @@ def closed_loop() -> dict[str, float]:
     plain = scenario()
     full = scenario("reference.solver=clarabel", "reference.period=0.01")
     commands = _commands(plain)
-    bare = [_against_bare(_records(plain), plain, commands) for _ in range(REPEATS)]
+    bare = [_against_bare(_decisions(plain), plain, commands) for _ in range(REPEATS)]
     logged = [_logged(full, commands) for _ in range(REPEATS)]
     return {
         "closed_loop_over_bare": median(ratio for ratio, _ in bare),
@@ -76,24 +77,24 @@ def bare_ticks(model: mujoco.MjModel, loaded: Loaded, commands: np.ndarray) -> C
     return step
 
 
-def _records(loaded: Loaded) -> Iterator[TickRecord]:
-    return Simulation.build(loaded.scenario).records()
+def _decisions(loaded: Loaded) -> Iterator[Decision]:
+    return Simulation.build(loaded.scenario).decisions()
 
 
 def _commands(loaded: Loaded) -> np.ndarray:
     """Return the voltages (ticks, motors) of a run, in the order of the model's actuators."""
-    return np.array([record.command.ravel() for record in _records(loaded)])
+    return np.array([decision.command.ravel() for decision in _decisions(loaded)])
 
 
 def _model(loaded: Loaded) -> mujoco.MjModel:
     return mujoco.MjModel.from_xml_string(Simulation.build(loaded.scenario).model_xml)
 
 
-def _against_bare(records: Iterator[TickRecord], loaded: Loaded, commands: np.ndarray) -> tuple[float, float]:
+def _against_bare(run: Iterator[object], loaded: Loaded, commands: np.ndarray) -> tuple[float, float]:
     """Return the ratio of the times of all ticks, and a bare tick [s]."""
 
     def step(ticks: int) -> None:
-        for _ in islice(records, ticks):
+        for _ in islice(run, ticks):
             pass
 
     ours, bare = Side(step), Side(bare_ticks(_model(loaded), loaded, commands))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
+from dataclasses import replace
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
@@ -13,6 +14,7 @@ import pytest
 from pbrg_mj.errors import InputError
 from pbrg_mj.governor import registry
 from pbrg_mj.governor.certificate import row_values
+from pbrg_mj.governor.guest import Guest
 from pbrg_mj.governor.passivity import Passivity
 from pbrg_mj.governor.problem import Solution
 from pbrg_mj.loop.simulation import Simulation
@@ -121,3 +123,33 @@ def test_a_governor_that_writes_into_its_memory_is_judged_before_its_next_step(m
 
 def scribbling(scenario):
     return Scribbling()
+
+
+class Answering(Reusing):
+    """A guest with an answer of any kind."""
+
+    def __init__(self, **arrays):
+        super().__init__()
+        self.arrays = arrays
+
+    def step(self, problem, memory):
+        solution, memory = super().step(problem, memory)
+        return replace(solution, **self.arrays), memory
+
+
+def answer(**arrays):
+    run = Simulation.build(short("none"))
+    decision = next(run.decisions())
+    return Guest(Answering(**arrays)).step(decision.problem, decision.memory or 0)[0]
+
+
+def test_whole_numbers_and_lists_are_taken_for_what_they_say():
+    solution = answer(m=np.arange(10).reshape(5, 2), bytes_sent=[1, 2, 3, 4, 5])
+    assert (solution.m.dtype, solution.bytes_sent.dtype) == (np.float64, np.int64)
+    np.testing.assert_array_equal(solution.m.ravel(), np.arange(10.0))
+
+
+@pytest.mark.parametrize(("name", "shape"), [("m", (2, 5)), ("multipliers", (5, 1)), ("lost", (5, 1))])
+def test_arrays_of_another_shape_are_named(name, shape):
+    with pytest.raises(ValueError, match=rf"the governor's {name} has shape .*, not \(5"):
+        answer(**{name: np.zeros(shape)})

@@ -15,7 +15,7 @@ import numpy as np
 
 from pbrg_mj.governor.channel import Channel
 from pbrg_mj.governor.exchange import NOTHING, Exchange, reverse_links
-from pbrg_mj.governor.primal_dual import Estimates, Flow, active_rows, update_robot
+from pbrg_mj.governor.primal_dual import Estimates, Flow, active_rows, update_robots
 from pbrg_mj.governor.problem import Problem
 from pbrg_mj.kernel import kernel
 
@@ -70,7 +70,7 @@ def _rounds(estimates, links, network, events, private, gains):  # pragma: no co
             _send_waves(old, seen, links, network, start + t, (bad[t], silent[t]))
         _count_hops(links, network)
         _list_heard(first, links[5], heard_first, heard)
-        update_robot(old, new, (heard_first, heard, seen[0], seen[1]), own, gains)
+        update_robots(old, new, (heard_first, heard, seen[0], seen[1]), own, gains)
         for i in range(len(leader)):
             if hops[i] < len(leader):
                 _copy_row(old, new, i)

@@ -65,7 +65,7 @@ def rounds_of(estimates, network, state, rows, gains, rounds):  # pragma: no cov
     first, neighbours, leader = network
     own = (leader, state, rows, active_rows(rows[3]))
     for _ in range(rounds):
-        update_robot(old, new, (first, neighbours, old[0], old[1]), own, gains)
+        update_robots(old, new, (first, neighbours, old[0], old[1]), own, gains)
         old, new = new, old
     return old
 
@@ -85,7 +85,7 @@ def active_rows(active):  # pragma: no cover - compiled
 
 
 @kernel
-def update_robot(old, new, heard, own, gains):  # pragma: no cover - compiled
+def update_robots(old, new, heard, own, gains):  # pragma: no cover - compiled
     """Write every robot's row of `new` from its own row of `old`, from what it heard and from what it alone knows.
 
     heard = (first, at, seen_z, seen_zeta): robot i heard the rows at[first[i]:first[i + 1]] of seen_z and seen_zeta.

@@ -111,7 +111,13 @@ TIMING: tuple[Field, ...] = (
     Field("certify", "timings.certify", (), "s", "wall clock: the truth and the certificates of operation"),
     Field("reference_build", "timings.reference_build", (), "s", "wall clock: building the reference"),
     Field("reference_solve", "timings.reference_solve", (), "s", "wall clock: solving it"),
-    Field("reference_balance", "timings.reference_balance", (), "s", "wall clock: reading it, the passivity balance about it"),
+    Field(
+        "reference_balance",
+        "timings.reference_balance",
+        (),
+        "s",
+        "wall clock: reading it, passivity balance about it",
+    ),
 )
 
 MESSAGES: dict[str, tuple[Field, ...]] = {"Tick": TICK, "Optimum": OPTIMUM, "Timing": TIMING}

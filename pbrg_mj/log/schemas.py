@@ -70,25 +70,27 @@ def varint(value: int) -> bytes:
 def encoder(name: str, dims: Dims) -> Callable[[Any], bytes]:
     """Return a function from a TickRecord to the serialised message `name`.
 
-    The function raises ValueError when an array does not have the shape of the table.
+    Arrays must be of the table's kinds, as a record's are. The function raises ValueError when one does not have the
+    shape of the table.
     """
     fields = MESSAGES[name]
     values = attrgetter(*(field.source for field in fields))
-    arrays = [(place, field) for place, field in enumerate(fields) if field.shape]
-    layout = [(field.extent(dims), DTYPE[field.kind]) for _, field in arrays]
     packers = [_packer(field) for field in fields]
     heads = [_head(number, field, dims) for number, field in enumerate(fields, start=1)]
     blank = [piece for head in heads for piece in (head, b"")]
+    sizes = [field.count(dims) * DTYPE[field.kind].itemsize for field in fields]
+    expected = sum(map(len, heads)) + sum(sizes)  # but for texts, whose items have no size of their own
+    texts = [2 * place + 1 for place, field in enumerate(fields) if field.kind == "text"]
 
     def encode(record: Any) -> bytes:
-        found = list(values(record))
-        # One comparison of everything, for records are right; only then field by field.
-        if [(found[place].shape, found[place].dtype) for place, _ in arrays] != layout:
-            for (place, field), (extent, dtype) in zip(arrays, layout, strict=True):
-                found[place] = _as_array(found[place], field, extent, dtype)
-        pieces = blank.copy()
+        found, pieces = values(record), blank.copy()
         pieces[1::2] = [pack(value) for pack, value in zip(packers, found, strict=True)]
-        return b"".join(pieces)
+        data = b"".join(pieces)
+        # One comparison of everything, for records are right; only then field by field.
+        if len(data) != expected + sum(len(pieces[place]) for place in texts):
+            for field, value in zip(fields, found, strict=True):
+                _check(field, value, dims)
+        return data
 
     return encode
 
@@ -113,11 +115,9 @@ def _pack_text(value: str) -> bytes:
     return varint(len(data)) + data
 
 
-def _as_array(value: Any, field: Field, extent: tuple[int, ...], dtype: np.dtype) -> np.ndarray:
-    array = np.asarray(value, dtype)
-    if array.shape != extent:
-        raise ValueError(f"{field.name}: shape {array.shape}, not {extent}")
-    return array
+def _check(field: Field, value: Any, dims: Dims) -> None:
+    if field.shape and np.shape(value) != field.extent(dims):
+        raise ValueError(f"{field.name}: shape {np.shape(value)}, not {field.extent(dims)}")
 
 
 def decode(name: str, data: bytes, dims: Dims) -> tuple[Any, ...]:

@@ -1,8 +1,8 @@
-"""What a range sensor makes of the true ranges, one effect after the other."""
+"""What range sensors make of the true ranges, one effect after the other."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -10,58 +10,67 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.sensing.noise import SensorNoise
 
 
-@dataclass(frozen=True)
-class Draws:
-    """The random numbers of one scan, the same ones whatever the parameters: each parameter changes what it says."""
-
-    additive: np.ndarray  # (beams,) standard normal
-    dropped: np.ndarray  # (beams,) uniform in [0, 1), as those below
-    ratio: np.ndarray  # (beams,) standard normal
-    strayed: np.ndarray
-    stray: np.ndarray  # where between the limits an outlier lies
-
-
-def draw(beams: int, random: np.random.Generator) -> Draws:
-    """Draw for one scan of so many beams."""
-    return Draws(
-        additive=random.standard_normal(beams),
-        dropped=random.random(beams),
-        ratio=random.standard_normal(beams),
-        strayed=random.random(beams),
-        stray=random.random(beams),
-    )
-
-
 def noisy_scan(raw: np.ndarray, noise: SensorNoise, random: np.random.Generator) -> np.ndarray:
-    """Return one scan (beams,) [m] as the sensor reports it: NaN where a beam returned nothing.
+    """Return one scan (beams,) [m] of raw ranges (beams,); see `noisy_scans`."""
+    return noisy_scans(raw[None], noise, [random])[0]
+
+
+def noisy_scans(raw: np.ndarray, noise: SensorNoise, randoms: Iterable[np.random.Generator]) -> np.ndarray:
+    """Return scans (b, beams) [m] as the sensors report them: NaN where a beam returned nothing.
 
     In this order: additive and multiplicative Gaussian noise, quantisation, range limits, outliers, dropout. A raw -1
     (no hit) and a raw range at the maximum (the sensor's cutoff) give no point: none was seen. Outliers come from
-    anywhere between the limits, whatever the beam hit, in the sensor's steps.
+    anywhere between the limits, whatever the beam hit, in the sensor's steps. `randoms` are taken row after row.
     """
-    draws = draw(len(raw), random)
-    gauss, chance = (draws.additive, draws.ratio), (draws.dropped, draws.strayed, draws.stray)
+    shares = (noise.dropout, noise.outliers)
     limits = (noise.range_min, noise.range_max, float(noise.quantum))
-    return _reported(raw, gauss, (noise.range_std, noise.range_ratio), chance, (noise.dropout, noise.outliers), limits)
+    return _reported(raw, _drawn(raw.shape, noise, randoms), (noise.range_std, noise.range_ratio), shares, limits)
+
+
+def _drawn(
+    shape: tuple[int, int], noise: SensorNoise, randoms: Iterable[np.random.Generator]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return the random numbers of scans (b, beams): standard normal, uniform in [0, 1), normal, uniform (b, 2 beams).
+
+    In this order, whatever the parameters, so that each parameter changes only what it says; but what nothing depends
+    on at the end is not drawn.
+    """
+    beams = shape[1]
+    additive, dropped, ratio = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+    strayed = np.zeros((shape[0], 2 * beams))  # whether it is an outlier, and where between the limits that lies
+    strays = noise.outliers > 0
+    ratios = strays or noise.range_ratio > 0
+    drops = ratios or noise.dropout > 0
+    for row, random in enumerate(randoms):
+        random.standard_normal(out=additive[row])
+        if drops:
+            random.random(out=dropped[row])
+        if ratios:
+            random.standard_normal(out=ratio[row])
+        if strays:
+            random.random(out=strayed[row])
+    return additive, dropped, ratio, strayed
 
 
 @kernel
-def _reported(raw, gauss, spread, chance, shares, limits):  # pragma: no cover - compiled
-    additive, ratio = gauss
-    dropped, strayed, stray = chance
+def _reported(raw, drawn, spread, shares, limits):  # pragma: no cover - compiled
+    additive, dropped, ratio, strayed = drawn
     low, high, quantum = limits
-    ranges = np.full(len(raw), np.nan)
-    for k in range(len(raw)):
-        if dropped[k] < shares[0]:
-            continue
-        if strayed[k] < shares[1]:
-            seen = quantised(low + (high - low) * stray[k], quantum)
-        elif low <= raw[k] < high:
-            seen = quantised(raw[k] + spread[0] * additive[k] + spread[1] * raw[k] * ratio[k], quantum)
-        else:
-            continue
-        if low <= seen < high:
-            ranges[k] = seen
+    beams = raw.shape[1]
+    ranges = np.full(raw.shape, np.nan)
+    for row in range(len(raw)):
+        for k in range(beams):
+            if dropped[row, k] < shares[0]:
+                continue
+            true = raw[row, k]
+            if strayed[row, k] < shares[1]:
+                seen = quantised(low + (high - low) * strayed[row, beams + k], quantum)
+            elif low <= true < high:
+                seen = quantised(true + spread[0] * additive[row, k] + spread[1] * true * ratio[row, k], quantum)
+            else:
+                continue
+            if low <= seen < high:
+                ranges[row, k] = seen
     return ranges
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pbrg_mj.sensing.beam_model import noisy_scan
+from pbrg_mj.sensing.beam_model import noisy_scans
 from pbrg_mj.sensing.noise import SensorNoise
 from pbrg_mj.sensing.readings import Readings
 from pbrg_mj.world.interface import Observation
@@ -33,18 +33,16 @@ def _poses(observation: Observation, noise: SensorNoise) -> np.ndarray:
     if observation.pose_frame < 0:
         return np.full_like(true, np.nan)
     std = np.array([noise.position_std, noise.position_std, noise.heading_std])
-    draws = np.empty_like(true)
+    draws, streams = np.empty_like(true), noise.camera_streams
     for robot in range(len(true)):
-        noise.camera_streams.at(robot, observation.pose_frame).standard_normal(out=draws[robot])
+        streams.at(robot, observation.pose_frame).standard_normal(out=draws[robot])
     return true + std * draws
 
 
 def _ranges(observation: Observation, noise: SensorNoise) -> np.ndarray:
     """Return (beam robots, beams) noisy ranges [m], NaN where a beam returned nothing."""
     raw = observation.ranges
-    ranges = np.full_like(raw, np.nan)
     if observation.scan_frame < 0:
-        return ranges
-    for row, robot in enumerate(noise.beam_robots):
-        ranges[row] = noisy_scan(raw[row], noise, noise.beam_streams.at(robot, observation.scan_frame))
-    return ranges
+        return np.full_like(raw, np.nan)
+    streams = noise.beam_streams
+    return noisy_scans(raw, noise, (streams.at(robot, observation.scan_frame) for robot in noise.beam_robots))

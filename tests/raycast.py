@@ -1,5 +1,5 @@
 """The ray-caster, where tests look for it."""
 
-from scripts.accuracy.raycast import Scene, cast, moved_pose
+from scripts.accuracy.raycast import PLATE, TUB, WHEEL, WHEELS, WHEELS_TOP, Scene, cast, moved_pose, robot, wheels
 
-__all__ = ["Scene", "cast", "moved_pose"]
+__all__ = ["PLATE", "TUB", "WHEEL", "WHEELS", "WHEELS_TOP", "Scene", "cast", "moved_pose", "robot", "wheels"]

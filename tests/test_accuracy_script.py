@@ -17,8 +17,12 @@ def test_the_crowd_is_always_in_view_apart_and_moves_at_a_robots_speed() -> None
     import crowds
 
     for seed in range(5):
-        walk = np.array(list(crowds.crowd(np.random.default_rng(seed), 100, 0.1)))
-        assert walk.shape == (100, 4, 2)
+        poses = np.array(list(crowds.crowd(np.random.default_rng(seed), 100, 0.1)))
+        assert poses.shape == (100, 4, 3)
+        walk, heading = poses[:, :, :2], poses[:-1, :, 2]
+        step = np.diff(walk, axis=0)
+        across = step[:, :, 1] * np.cos(heading) - step[:, :, 0] * np.sin(heading)
+        assert np.mean(np.abs(across) < 1e-12) > 0.9  # all but those that take another way
         speed = np.linalg.norm(np.diff(walk, axis=0), axis=2) / 0.1
         assert speed.max() < 0.3 + 1e-9 and np.mean(speed > 0.049) > 0.9
         for places in walk:
@@ -71,3 +75,12 @@ def test_the_judge_sees_a_planted_wall() -> None:
     assert 0.5 < found["single_nees"] < 5 and found["single_offset_rms_m"] < 0.003
     assert found["fused_angle_rms_deg"] < found["single_angle_rms_deg"]
     assert places.band(200) == pytest.approx((1.732, 2.287), abs=1e-3)
+
+
+@pytest.mark.parametrize("sensor", ["robotarium", "lidar"])
+def test_robots_seen_at_the_wheels_height_are_no_walls(sensor: str) -> None:
+    """Seed 1 of the lidar has a robot and a stretch of the wall in one line on both sides of what own wheels hide."""
+    import crowds
+    from rig import LOW
+
+    assert [crowds.false_walls(sensor, seed, LOW) for seed in (1, 2, 3)] == [0, 0, 0]

@@ -20,6 +20,7 @@ def happen(kind: str, *entries: str) -> str:
     return three(disturbances="{" + kind + ": [" + ", ".join("{" + entry + "}" for entry in entries) + "]}")
 
 
+HEIGHTS = "a number at least 0.02 and at most 0.04 or a number at least 0.045 and at most 0.053"
 NOTHING = "which the ideal plant knows nothing of; allowed: with `plant: physics`"
 # Robots 1 to 3 look along 0, 90 and 180 degrees: their bodies stand at (-0.04, 0), (1, -0.04), (2.04, 0).
 WRONG = {
@@ -134,6 +135,18 @@ WRONG = {
         three(sensors="{beams: {preset: tof_ring, range_min: 3.5}}"),
         "sensors.beams: has range_min 3.5 m; allowed: less than range_max, 3.0 m",
     ),
+    "beams below the axles": (
+        three(sensors="{beams: {height: 0.0195}}"),
+        f"sensors.beams.height: is 0.0195; allowed: {HEIGHTS}",
+    ),
+    "beams between tub and plate": (
+        three(sensors="{beams: {height: 0.0425}}"),
+        f"sensors.beams.height: is 0.0425; allowed: {HEIGHTS}",
+    ),
+    "beams above the plate": (
+        three(sensors="{beams: {height: 0.054}}"),
+        f"sensors.beams.height: is 0.054; allowed: {HEIGHTS}",
+    ),
     "sweep of more than a turn": (
         three(sensors="{beams: {sweep_deg: 361}}"),
         "sensors.beams.sweep_deg: is 361; allowed: a number greater than 0 and at most 360",
@@ -197,6 +210,8 @@ FITTING = {
     "put down where it was": happen("carries", "robot: 2, time: 1, to: [1, 0], heading_deg: 90"),
     "again as soon as it is down": happen("carries", f"{CARRY}, duration: 2", "robot: 1, time: 3, to: [6, 6]"),
     "box just off the body": three(world="{boxes: [{center: [1, 0.2001], size: [1, 0.2]}]}").replace("90", "270"),
+    "beams as low as axles": three(sensors="{beams: {height: 0.02}}"),
+    "beams as high as wheels": three(sensors="{beams: {height: 0.04, range_min: 0}}"),
     "one beam and a sweep": three(sensors="{beams: {count: 1, sweep_deg: 10}}"),
     "a moving box that will come": three(
         world="{moving_boxes: [{size: [1, 1], stops: [{time: 1, center: [9, 9]}, {time: 2, center: [1, 0]}]}]}"

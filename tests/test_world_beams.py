@@ -1,10 +1,17 @@
 from itertools import pairwise
 
+import mujoco
 import numpy as np
 import pytest
 
+from pbrg_mj.perception import own_wheels
+from pbrg_mj.perception.own_wheels import blocked_beams
+from pbrg_mj.scenario.sensors import Beams
+from pbrg_mj.world.models import load_spec
 from pbrg_mj.world.mujoco_world import MujocoWorld
 from pbrg_mj.world.robot import load_robot_model
+from tests import raycast
+from tests.raycast import Scene, cast
 from tests.worlds import scenario, wall
 
 ROBOT = load_robot_model()
@@ -89,3 +96,58 @@ def test_beams_see_the_plates_of_other_robots_and_never_their_wheels(heading: fl
     points = seen.body_pose[0, :2] + seen.ranges[0, hit, None] * np.column_stack([np.cos(angle), np.sin(angle)])
     assert hit.sum() > 20
     np.testing.assert_allclose(np.linalg.norm(points - seen.body_pose[1, :2], axis=1), ROBOT.body_radius, atol=1e-6)
+
+
+@pytest.mark.parametrize("height", [0.025, 0.03, 0.037])
+@pytest.mark.parametrize("heading", [0.0, 20.0, 55.0, 90.0])
+def test_low_beams_see_tubs_and_wheels(height: float, heading: float):
+    """Rays against circles and rectangles; the wheels' spokes are level with their axles, lower than the beams."""
+    seen = MujocoWorld(
+        scenario(2, beams={"count": 720, "height": height}, team={"heading_deg": [0.0, heading]})
+    ).observe()
+    shapes = [raycast.robot(pose, height) for pose in seen.body_pose]
+    own = [raycast.wheels(pose, height) for pose in seen.body_pose]
+    for me, other in ((0, 1), (1, 0)):
+        want = np.nan_to_num(cast(shapes[other] + own[me], seen.body_pose[me], 720), nan=-1.0)
+        np.testing.assert_allclose(seen.ranges[me], want, atol=1e-6)
+    bare = cast(Scene((), shapes[1].discs) + own[0], seen.body_pose[0], 720)
+    on_wheels = (seen.ranges[0] > 0) & ~(np.abs(seen.ranges[0] - bare) < 1e-6)
+    assert on_wheels.sum() >= 4
+
+
+@pytest.mark.parametrize("layout", [{"count": 720}, {"count": 72}, {"count": 90, "start_deg": 7.0, "sweep_deg": 200.0}])
+@pytest.mark.parametrize("height", [0.02, 0.03, 0.0395, 0.045, 0.049])
+def test_low_beams_are_blind_where_their_own_wheels_are(height: float, layout: dict):
+    blocked = blocked_beams(Beams(height=height, **layout))
+    world = MujocoWorld(scenario(beams={"rate_hz": 100.0, "height": height, **layout}))
+    for k in range(40):  # wheels turn, the body pitches
+        seen = world.observe().ranges[0]
+        wheels = (seen > 0) & (seen < ROBOT.body_radius)
+        assert not (wheels & ~blocked).any()
+        assert (blocked & ~wheels).sum() <= 4  # one that just passes, at each end of each wheel
+        assert wheels.any() == blocked.any() == (height < 0.04)
+        world.advance(np.array([[6.0, 5.0]] if k < 20 else [[-6.0, -5.0]]))
+
+
+def test_the_numbers_of_wheels_are_those_of_the_model():
+    model = load_spec("robot").compile()
+    rim = next(
+        geom
+        for geom in map(model.geom, range(model.ngeom))
+        if geom.bodyid[0] == model.body("wheel_left").id and geom.type[0] == mujoco.mjtGeom.mjGEOM_CYLINDER
+    )
+    left = float(model.body("wheel_left").pos[1])
+    assert own_wheels.RADIUS == raycast.WHEEL == rim.size[0]
+    assert (own_wheels.INNER, raycast.WHEELS[0][1]) == pytest.approx(
+        (left - rim.size[1], left + rim.size[1]), abs=1e-12
+    )
+    assert (model.geom("tub").size[0], model.geom("bumper").size[0]) == (raycast.TUB, raycast.PLATE)
+    axle = model.body("robot").pos[2]
+    assert axle + model.body("wheel_left").pos[2] + rim.size[0] == raycast.WHEELS_TOP
+    assert axle + model.site("beams").pos[2] == Beams().height
+
+
+@pytest.mark.parametrize(("height", "radius"), [(0.02, 0.043), (0.04, 0.043), (0.045, 0.06), (0.053, 0.06)])
+def test_beams_of_any_height_meet_other_robots(height: float, radius: float):
+    seen = MujocoWorld(scenario(2, beams={"robots": (1,), "count": 4, "height": height})).observe().ranges
+    assert seen[0, 0] == pytest.approx(0.5 - radius, abs=1e-6)

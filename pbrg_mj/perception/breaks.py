@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.hits import R, apart
 
@@ -42,13 +40,12 @@ def _first(points, rules, order, count):  # pragma: no cover - compiled
 def _broken(points, rules, order, i, after):  # pragma: no cover - compiled
     """Tell whether the i-th point and the one after it are apart.
 
-    Lone outliers taken out in between do not count if they are nearer: then they hide the surface. A beam that went
-    farther, like one that returned nothing, did not meet it.
+    Lone outliers taken out in between do not count if they are nearer: then they hide the surface, as does the robot
+    itself. A beam that went farther, like one that returned nothing, did not meet it.
     """
     a, z = order[i], order[after]
     nearer = 0
     for k in range(1, (z - a) % len(points)):
-        r = points[(a + k) % len(points), R]
-        if math.isfinite(r) and r < max(points[a, R], points[z, R]):
+        if points[(a + k) % len(points), R] < max(points[a, R], points[z, R]):
             nearer += 1
     return apart(points, rules, a, z, nearer)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.hits import DX, DY, R
+from pbrg_mj.perception.hits import BLOCKED, DX, DY, R
 from pbrg_mj.perception.line_fit import LEAST_COSINE, weight_of
 
 SURE = 4.0  # standard deviations beyond which a beam is clearly farther than the wall
@@ -18,7 +18,7 @@ def passes(points, rules, fit, b):  # pragma: no cover - compiled
     """Tell whether beam b is known to pass where the wall, continued, would be.
 
     It returned something clearly farther away, or nothing although the wall would be well within range. `fit` (7,) is
-    theta, c, var theta, cov, var c, low, high. A beam that something nearer stopped knows nothing.
+    theta, c, var theta, cov, var c, low, high. A beam that something nearer or the robot itself stopped knows nothing.
     """
     if not rules.closed and (b < 0 or b >= len(points)):
         return False
@@ -28,7 +28,7 @@ def passes(points, rules, fit, b):  # pragma: no cover - compiled
     if cosine < LEAST_COSINE or c > cosine * WELL_WITHIN * rules.range_max:
         return False
     if not math.isfinite(points[b, R]):
-        return True
+        return points[b, R] != BLOCKED
     s = _along(points, fit, b)
     variance = 1.0 / weight_of(rules, cosine, c) + s * s * fit[2] - 2.0 * s * fit[3] + fit[4]
     return points[b, R] * cosine - c > max(rules.split_distance, SURE * math.sqrt(variance))

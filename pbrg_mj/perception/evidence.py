@@ -1,4 +1,7 @@
-"""What single beams say about a wall: where it ends, and whether it is still there."""
+"""What single beams say about a wall: where it ends, and whether it is still there.
+
+A range is NaN without an echo, and -inf (hits.BLOCKED) where the robot itself is in the way: nearer than any wall.
+"""
 
 from __future__ import annotations
 
@@ -68,7 +71,7 @@ def contradicted(view, track, rules):
     on, past, echoes = 0, 0, 0
     for k in range(len(view.ranges)):
         r = view.ranges[k]
-        if not math.isnan(r):
+        if math.isfinite(r):
             echoes += 1
         s, distance = beam_on_line(track["angle"], track["offset"], view.beams[k])
         if distance > IN_RANGE * rules.range_max - BEHIND or s < track["low"] + MARGIN or s > track["high"] - MARGIN:

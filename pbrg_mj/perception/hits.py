@@ -1,7 +1,8 @@
 """The points of one scan, without lone outliers.
 
 Compiled functions of this room take `points` (B, 6), one row a beam: x, y, range, direction x, y, variance of the range
-as measured. Points are named by the number of their beam; a list of beams in use, counter-clockwise, is an `order`.
+as measured; a beam without a point has the range NaN, or BLOCKED. Points are named by the number of their beam; a list
+of beams in use, counter-clockwise, is an `order`.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import math
 from pbrg_mj.kernel import kernel
 
 X, Y, R, DX, DY, VARIANCE = range(6)  # columns of `points`
+BLOCKED = -math.inf  # range of a beam that ends at its own robot: nearer than any wall, it says nothing of walls
 
 MAX_LOST = 1  # beams between two points of one surface that did not meet it
 GRAZING = math.sin(math.radians(10.0))  # sine of the flattest angle at which a beam is taken to meet a wall

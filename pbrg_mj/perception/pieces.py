@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.hits import X, Y, chord_error, chord_normal
+from pbrg_mj.perception.hits import BLOCKED, R, X, Y, chord_error, chord_normal
 
 MIN_TURN, MAX_TURN = math.radians(5.0), math.radians(40.0)  # between the pieces of one curved surface
 
@@ -68,6 +68,37 @@ def _cut(points, rules, order, low, high):  # pragma: no cover - compiled
         if error > worst:
             worst, cut = error, i
     return cut
+
+
+@kernel
+def without_stub(points, rules, order, piece):  # pragma: no cover - compiled
+    """Return where a piece starts and stops without a stub on the far side of beams that the robot itself stops.
+
+    Whether it goes on behind them nobody sees. It does if both sides show half of a wall's least length, more than
+    another robot shows; a shorter side may be such a robot.
+    """
+    start, stop = piece[0], piece[1]
+    for i in range(start + 1, stop):
+        if _hidden(points, order[i - 1], order[i]):
+            if _length(points, order[start], order[i - 1]) < 0.5 * rules.min_length:
+                start = i
+            elif _length(points, order[i], order[stop - 1]) < 0.5 * rules.min_length:
+                return start, i
+    return start, stop
+
+
+@kernel
+def _hidden(points, b, after):  # pragma: no cover - compiled
+    """Tell whether the robot itself stops a beam between two."""
+    hidden = False
+    for k in range(1, (after - b) % len(points)):
+        hidden = hidden or points[(b + k) % len(points), R] == BLOCKED
+    return hidden
+
+
+@kernel
+def _length(points, b, after):  # pragma: no cover - compiled
+    return math.hypot(points[after, X] - points[b, X], points[after, Y] - points[b, Y])
 
 
 @kernel

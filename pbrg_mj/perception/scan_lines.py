@@ -16,7 +16,7 @@ from pbrg_mj.perception.breaks import clusters_into
 from pbrg_mj.perception.ends import is_free
 from pbrg_mj.perception.hits import points_into, without_spikes
 from pbrg_mj.perception.joins import gather, join_walls, rank_by_length
-from pbrg_mj.perception.pieces import is_curved, pieces_into
+from pbrg_mj.perception.pieces import is_curved, pieces_into, without_stub
 from pbrg_mj.perception.rules import LineRules
 from pbrg_mj.perception.strays import add_strays
 from pbrg_mj.perception.wall_fits import fit_wall
@@ -146,9 +146,9 @@ def _fit_walls(rules, order, found, work):  # pragma: no cover - compiled
     for i in range(pieces):
         if is_curved(points, order, work.pieces, pieces, ring, i):
             continue
-        size = work.pieces[i, 1] - work.pieces[i, 0]
-        members = work.members[:size]
-        members[:] = order[work.pieces[i, 0] : work.pieces[i, 1]]
+        start, stop = without_stub(points, rules, order, work.pieces[i])
+        members = work.members[: stop - start]
+        members[:] = order[start:stop]
         count = fit_wall(points, rules, members, work.fits[i])
         if count > 0:
             work.ends[i, 0], work.ends[i, 1] = members[0], members[count - 1]

@@ -10,6 +10,7 @@ import numpy as np
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.follow import follow
 from pbrg_mj.perception.frames import Clock, PoseModel, stand
+from pbrg_mj.perception.hits import BLOCKED
 from pbrg_mj.perception.rules import LineRules
 from pbrg_mj.perception.scan_lines import LineBuffer, Workspace, scan_lines_into
 from pbrg_mj.perception.separate import Stance
@@ -41,6 +42,7 @@ class Makings(NamedTuple):
     """All that perception goes by."""
 
     directions: np.ndarray  # (beams, 2) unit vectors of the beams in the body frame
+    blocked: np.ndarray  # (beams,) bool: the robot's own wheels are in the way
     rules: LineRules
     track_rules: TrackRules
     pose: PoseModel
@@ -51,6 +53,7 @@ class Makings(NamedTuple):
 class Room(NamedTuple):
     """Scratch memory for one scan; nothing in it outlives one."""
 
+    ranges: np.ndarray  # (beams,) [m]
     work: Workspace
     lines: LineBuffer
 
@@ -64,14 +67,23 @@ def perceive_scans(scans, makings, room, known):
         if math.isnan(estimate[0] + estimate[1] + estimate[2]):
             continue  # a robot that does not know where it is cannot place a wall
         pose = stand(estimate, scans.clock, known.stands[robot], makings.pose)
-        lines = _lines(scans.ranges[row], makings, room)
+        ranges = _beyond_wheels(scans.ranges[row], makings.blocked, room.ranges)
+        lines = _lines(ranges, makings, room)
         tracks = known.tracks[robot]
-        follow(tracks, view(lines, scans.ranges[row], makings.directions, pose), makings.track_rules)
+        follow(tracks, view(lines, ranges, makings.directions, pose), makings.track_rules)
         stance = _stance(pose, makings.teams[robot], makings.hand_offset)
         G, h, active = known.G[robot], known.h[robot], known.active[robot]
         active[:] = fill(tracks, stance, makings.track_rules, G, h)
         for k in range(len(h)):
             h[k] += G[k, 0] * pose.x + G[k, 1] * pose.y
+
+
+@kernel
+def _beyond_wheels(read, blocked, ranges):
+    """Write the ranges read to `ranges`, BLOCKED where they can only be the robot's own wheels, and return it."""
+    for k in range(len(read)):
+        ranges[k] = BLOCKED if blocked[k] else read[k]
+    return ranges
 
 
 @kernel

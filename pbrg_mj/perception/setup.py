@@ -9,6 +9,7 @@ import numpy as np
 from pbrg_mj.errors import InputError
 from pbrg_mj.perception.frames import pose_model
 from pbrg_mj.perception.half_spaces import HalfSpaces
+from pbrg_mj.perception.own_wheels import blocked_beams
 from pbrg_mj.perception.polygons import hull
 from pbrg_mj.perception.rules import LineRules, line_rules
 from pbrg_mj.perception.scan_lines import line_buffer, workspace
@@ -52,6 +53,7 @@ def perception_setup(scenario: Scenario, clearance: float, hand_offset: float = 
     formation, beams = np.array(scenario.team.formation, dtype=float), scenario.sensors.beams
     makings = Makings(
         directions=unit_vectors(beam_angles(beams)),
+        blocked=blocked_beams(beams),
         rules=rules,
         track_rules=track_rules(scenario, rules.agree, clearance),
         pose=pose_model(scenario),
@@ -65,7 +67,7 @@ def perception_setup(scenario: Scenario, clearance: float, hand_offset: float = 
         makings=makings,
         binds=_binds(robots, estimator.scope),
         given=given_half_spaces(estimator, robots) if estimator.source == "given" else None,
-        room=Room(workspace(beams.count), line_buffer(beams.count)),
+        room=Room(np.zeros(beams.count), workspace(beams.count), line_buffer(beams.count)),
     )
 
 

@@ -44,6 +44,12 @@ PRESETS: dict[str, dict[str, float | int]] = {
 """What a preset sets. Keys given beside it win."""
 
 
+Low = Annotated[float, Field(ge=0.02, le=0.04)]
+High = Annotated[float, Field(ge=0.045, le=0.053)]
+"""Heights that beams may start from [m]: where a robot has tub and wheels, and where it has its plate, 1 mm from what
+is open above and below. Lower than the wheels' axles, beams would meet the floor whenever a robot speeds up."""
+
+
 class Beams(Section):
     """Range beams from the body's centre, counter-clockwise."""
 
@@ -52,6 +58,9 @@ class Beams(Section):
     )
     robots: Literal["all"] | tuple[RobotNumber, ...] = Field(default="all", description="robots that carry beams")
     count: Annotated[int, Field(ge=1, le=1080)] = Field(default=72, description="beams per robot")
+    height: Low | High = Field(
+        default=0.049, description="above the floor [m]; up to 0.04 they see tubs and wheels, the own too, above plates"
+    )
     range_min: NonNegative = Field(default=0.07, description="shortest range reported [m]")
     range_max: Positive = Field(default=4.0, description="longest range reported [m]")
     rate_hz: Positive = Field(default=10.0, description="scans per second [Hz]")

@@ -17,6 +17,7 @@ import numpy as np
 from pbrg_mj.scenario.beam_layout import beam_angles
 from pbrg_mj.scenario.checks import whole_number
 from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.scenario.sensors import Beams
 from pbrg_mj.world.gear_friction import set_friction
 from pbrg_mj.world.geometry import body_pose
 from pbrg_mj.world.models import load_spec
@@ -90,7 +91,7 @@ def _robot_spec(scenario: Scenario, j: int, beams: bool) -> mujoco.MjSpec:
     step, sensors = scenario.timing.physics_step, scenario.sensors
     _add_camera_sensors(child, Sampler(sensors.camera.rate_hz, step, sensors.camera.delay))
     if beams:
-        _add_beams(child, beam_angles(sensors.beams), Sampler(sensors.beams.rate_hz, step))
+        _add_beams(child, sensors.beams, Sampler(sensors.beams.rate_hz, step))
     return child
 
 
@@ -100,10 +101,11 @@ def _add_camera_sensors(child: mujoco.MjSpec, sampler: Sampler) -> None:
         child.add_sensor(name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname="centre", **_sampled(sampler))
 
 
-def _add_beams(child: mujoco.MjSpec, angles: np.ndarray, sampler: Sampler) -> None:
-    """Add beams at `angles` [rad], counter-clockwise from straight ahead. A beam leaves along its site's z axis."""
+def _add_beams(child: mujoco.MjSpec, beams: Beams, sampler: Sampler) -> None:
+    """Add the beams, all from the site of that name, put at their height. A beam leaves along its own site's z axis."""
     origin = child.site("beams").pos
-    for k, angle in enumerate(angles.tolist()):
+    origin[2] = beams.height - child.body("robot").pos[2]
+    for k, angle in enumerate(beam_angles(beams).tolist()):
         name = f"beam{k}"
         child.body("robot").add_site(name=name, pos=origin, quat=_along(angle), size=[0.001] * 3, group=4)
         child.add_sensor(

@@ -15,10 +15,11 @@ import crowds
 import numpy as np
 import places
 from page import written
-from rig import SENSORS, scenario
+from rig import LOW, PLATES, SENSORS, scenario
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "perception.md"
 CHUNK = 25
+LOW_RANGE = 1.0  # [m] of the walls for low beams
 
 
 def measure(sensor: str, seeds: int, pool: ProcessPoolExecutor) -> dict:
@@ -38,14 +39,39 @@ def measure(sensor: str, seeds: int, pool: ProcessPoolExecutor) -> dict:
         "false_walls": sum(pool.map(partial(crowds.false_walls, sensor), range(seeds), chunksize=CHUNK)),
         "false_scans": seeds * crowds.SCANS,
         "rows": [rows_bound(sensor, 5, spacing, seeds, pool) for spacing in crowds.SPACINGS],
+        "low": low_beams(sensor, seeds, pool),
+    }
+
+
+def low_beams(sensor: str, seeds: int, pool: ProcessPoolExecutor) -> dict:
+    """Return what the same sensor does at the wheels' height: walls 1 m away, false walls, close rows."""
+    cells = [places.Cell(sensor, LOW_RANGE, i, height=LOW) for i in places.INCIDENCES]
+    rows = [np.array(list(pool.map(partial(places.place, cell), range(seeds), chunksize=CHUNK))) for cell in cells]
+    judged = np.concatenate([r[:, :, places.OUTSIDE].ravel() for r in rows])
+    judged = judged[np.isfinite(judged)]
+    single, fused = (places.pooled(dict(enumerate(map(places.figures, rows))), name) for name in ("single", "fused"))
+    false = pool.map(partial(crowds.false_walls, sensor, height=LOW), range(seeds), chunksize=CHUNK)
+    return {
+        "recall": [places.figures(r)["recall"] for r in rows],
+        "consistency": {"single": single, "fused": fused},
+        "outside": float(judged.mean()),
+        "judged": len(judged),
+        "false_walls": sum(false),
+        "rows": rows_bound(sensor, 5, crowds.SPACINGS[0], seeds, pool, LOW),
     }
 
 
 def rows_bound(
-    sensor: str, min_points: int, spacing: tuple[float, float], seeds: int, pool: ProcessPoolExecutor
+    sensor: str,
+    min_points: int,
+    spacing: tuple[float, float],
+    seeds: int,
+    pool: ProcessPoolExecutor,
+    height: float = PLATES,
 ) -> int:
     """Return how many of `seeds` rows of robots are taken for walls."""
-    return sum(pool.map(partial(crowds.row_binds, sensor, min_points, spacing), range(seeds), chunksize=CHUNK))
+    binds = partial(crowds.row_binds, sensor, min_points, spacing, height=height)
+    return sum(pool.map(binds, range(seeds), chunksize=CHUNK))
 
 
 def fewer_points(seeds: int, pool: ProcessPoolExecutor) -> dict:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from raycast import Scene
-from rig import Rig, scenario
+from raycast import PLATE, Scene, robot
+from rig import PLATES, Rig, scenario
 from scipy.stats import chi2
 
-ROBOTS, RADIUS, GAP = 4, 0.06, 0.02  # robots, their radius and the least gap between things [m]
+ROBOTS, RADIUS, GAP = 4, PLATE, 0.02  # robots, their radius and the least gap between things [m]
 NEAREST, FARTHEST, WALL = 0.16, 1.8, 2.0  # of centres from the robot that scans; of the wall [m]
 SPEEDS = (0.05, 0.3)  # [m/s]
 SCANS = 50  # per seed
@@ -18,12 +18,12 @@ ALIKE_ANGLE, ALIKE_OFFSET = 0.2, 0.2  # [rad], [m] beyond which a track is not t
 SPACINGS = ((0.13, 0.3), (0.3, 0.5))  # between robots abreast [m]
 
 
-def false_walls(sensor: str, seed: int) -> int:
+def false_walls(sensor: str, seed: int, height: float = PLATES) -> int:
     """Tracks that count as walls and are not the wall, over SCANS scans of it and of robots that move before it."""
-    rig, random = Rig(scenario(sensor, seed)), np.random.default_rng([seed, 7])
+    rig, random = Rig(scenario(sensor, seed, height)), np.random.default_rng([seed, 7])
     pose, count = np.array([0.0, 0.0, random.uniform(-np.pi, np.pi)]), 0
-    for places in crowd(random, SCANS, rig.period):
-        rig.scan(Scene(((WALL, -4.0, WALL, 4.0),), _discs(places)), pose)
+    for poses in crowd(random, SCANS, rig.period):
+        rig.scan(_robots(poses, height, Scene(((WALL, -4.0, WALL, 4.0),))), pose)
         count += sum(not _is_wall(rig, track) for track in rig.tracks if track["confirmed"])
     return count
 
@@ -33,19 +33,20 @@ def _is_wall(rig: Rig, track: np.void) -> bool:
     return abs(turn) < ALIKE_ANGLE and abs(off) < ALIKE_OFFSET and square < GATE
 
 
-def _discs(places: np.ndarray) -> tuple[tuple[float, float, float], ...]:
-    return tuple((float(x), float(y), RADIUS) for x, y in places)
+def _robots(poses: np.ndarray, height: float, before: Scene) -> Scene:
+    return sum((robot(pose, height) for pose in poses), before)
 
 
 def crowd(random: np.random.Generator, scans: int, period: float) -> Iterator[np.ndarray]:
-    """Places (ROBOTS, 2) scan after scan: always all in view, apart and before the wall.
+    """Poses (ROBOTS, 3) scan after scan: always all in view, apart and before the wall.
 
-    A robot keeps its speed and way until it would get in another's way, or out of sight; then it takes others.
+    A robot heads where it goes. It keeps its speed and way until it would get in another's way, or out of sight; then
+    it takes others.
     """
     places = _start(random)
     ways = np.array([_way(random) for _ in range(ROBOTS)])
     for _ in range(scans):
-        yield places.copy()
+        yield np.column_stack([places, np.arctan2(ways[:, 1], ways[:, 0])])
         for i in range(ROBOTS):
             for _try in range(20):
                 moved = places.copy()
@@ -85,15 +86,19 @@ def visible(places: np.ndarray) -> bool:
     return True
 
 
-def row_binds(sensor: str, min_points: int, spacing: tuple[float, float], seed: int) -> bool:
-    """Whether robots abreast, at rest for SCANS scans, are ever taken for a wall."""
-    rig = Rig(scenario(sensor, seed, min_points=min_points))
+def row_binds(sensor: str, min_points: int, spacing: tuple[float, float], seed: int, height: float = PLATES) -> bool:
+    """Whether robots in a row, at rest for SCANS scans, are ever taken for a wall.
+
+    They are in line ahead, so that low beams see the flats of their wheels along one line.
+    """
+    rig = Rig(scenario(sensor, seed, height, min_points=min_points))
     random = np.random.default_rng([seed, 11])
     middle, turn = np.array([random.uniform(0.4, 1.6), random.uniform(-0.3, 0.3)]), random.uniform(-0.5, 0.5)
     step = random.uniform(*spacing) * np.array([-np.sin(turn), np.cos(turn)])
     places = middle + (np.arange(ROBOTS) - (ROBOTS - 1) / 2)[:, None] * step
+    poses = np.column_stack([places, np.full(ROBOTS, np.arctan2(step[1], step[0]))])
     pose, bound = np.array([0.0, 0.0, random.uniform(-np.pi, np.pi)]), False
     for _ in range(SCANS):
-        rig.scan(Scene((), _discs(places)), pose)
+        rig.scan(_robots(poses, height, Scene()), pose)
         bound = bound or rig.binds()
     return bound

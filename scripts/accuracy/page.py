@@ -19,7 +19,8 @@ def written(page: str, found: dict) -> str:
     before, begin, _ = page.partition(BEGIN)
     if not begin:
         raise ValueError(f"the page has no line {BEGIN!r}")
-    return before + BEGIN + "".join(f"\n{part.strip()}\n" for part in (_what(found), _whole(found), _places(found)))
+    parts = (_what(found), _whole(found), _low(found), _places(found))
+    return before + BEGIN + "".join(f"\n{part.strip()}\n" for part in parts)
 
 
 def _what(found: dict) -> str:
@@ -42,6 +43,9 @@ the schema's default sensor (5 mm).
   angle and offset are right within their covariance (one honest track in a million is not).
 - *Rows*: {of} times, four robots abreast rest for 50 scans; how often they are taken for a wall, spaced {near} and
   {wide}.
+- *Low beams*: the same at 30 mm, where robots are a tub between two wheels and each robot's own wheels stop 42 deg to
+  either side: a wall whose middle is 1 m away, at random on the blind sides or not; false walls before the same wall
+  with the same four robots, each headed where it goes; close rows in line ahead, whose wheels' flats lie in one line.
 - *NEES*: the normalised error squared of (angle, offset), 2 on average when the covariance is right. The mean of {of}
   honest ones is from {low:.2f} to {high:.2f} in 95 % of cells; *pooled* is the mean of all cells with its own band.
 - *Bias* is known to RMS / sqrt({of}), so the largest of many such figures may be 2.5 times that by chance.
@@ -82,6 +86,19 @@ def _whole(found: dict) -> str:
         single, fused = (_consistent(f["consistency"][name]) for name in ("single", "fused"))
         counts = (f["judged"], f["false_walls"], f["false_scans"], *f["rows"])
         rows.append((sensor, f"{f['outside']:.2%}", *map(str, counts), *single, *fused))
+    return f"{head}\n|{'---|' * 11}\n{_table(rows)}"
+
+
+def _low(found: dict) -> str:
+    head = "| low beams | recall at 1 m, 0 deg | 30 deg | 60 deg | outside | judged | false walls | in scans "
+    head += "| rows, close | NEES pooled, one scan | ten scans |"
+    rows = []
+    for sensor, f in found["sensors"].items():
+        low = f["low"]
+        counts = (low["judged"], low["false_walls"], f["false_scans"], low["rows"])
+        consistent = (_consistent(low["consistency"][name])[1] for name in ("single", "fused"))
+        recall = (f"{share:.1%}" for share in low["recall"])
+        rows.append((sensor, *recall, f"{low['outside']:.2%}", *map(str, counts), *consistent))
     return f"{head}\n|{'---|' * 11}\n{_table(rows)}"
 
 

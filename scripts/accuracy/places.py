@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 from raycast import Scene
-from rig import CLEARANCE, HAND, Rig, scenario
+from rig import CLEARANCE, HAND, PLATES, Rig, scenario
 from scipy.stats import chi2
 
 RANGES, INCIDENCES = (0.5, 1.0, 1.5, 2.0, 2.5), (0, 30, 60)  # [m] to the wall's middle, [deg] from its normal
@@ -22,6 +22,7 @@ class Cell(NamedTuple):
     distance: float
     incidence: int
     min_points: int = 5
+    height: float = PLATES  # of the beams [m]
 
     @property
     def number(self) -> int:
@@ -33,7 +34,7 @@ class Cell(NamedTuple):
 
 def place(cell: Cell, seed: int) -> np.ndarray:
     """Rows (SCANS, 5): angle error [rad], offset error [m], squared normalised error, outside, binds."""
-    rig = Rig(scenario(cell.sensor, cell.number * SEEDS + seed, min_points=cell.min_points))
+    rig = Rig(scenario(cell.sensor, cell.number * SEEDS + seed, cell.height, min_points=cell.min_points))
     angle, random = np.deg2rad(cell.incidence), np.random.default_rng([seed, cell.number])
     normal, tangent = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
     a, b = (np.array([cell.distance, 0.0]) + s * WALL / 2 * tangent for s in (-1, 1))

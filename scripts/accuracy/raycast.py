@@ -1,8 +1,13 @@
 """An analytic ray-caster over segments and discs: the oracle behind perception's tests and accuracy figures."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
+
+PLATE, TUB, WHEEL = 0.06, 0.043, 0.02  # radii of models/robot.xml [m]
+WHEELS = ((0.045, 0.055), (-0.045, -0.055))  # faces of its wheels to the left of its centre, inner and outer [m]
+WHEELS_TOP = 0.04  # above the floor [m]
 
 
 @dataclass(frozen=True)
@@ -11,6 +16,10 @@ class Scene:
 
     segments: tuple[tuple[float, float, float, float], ...] = ()
     discs: tuple[tuple[float, float, float], ...] = ()
+
+    def __add__(self, other: "Scene") -> "Scene":
+        """Both scenes in one."""
+        return Scene(self.segments + other.segments, self.discs + other.discs)
 
     def moved(self, x: float, y: float, angle: float) -> "Scene":
         """The scene turned by `angle` [rad] about the origin, then shifted."""
@@ -25,6 +34,22 @@ class Scene:
         )
 
 
+def robot(pose: np.ndarray, height: float) -> Scene:
+    """What beams at a height [m] meet of a robot at `pose` (3,): its plate, or its tub and wheels."""
+    if height > WHEELS_TOP:
+        return Scene((), ((0.0, 0.0, PLATE),)).moved(*pose)
+    return Scene((), ((0.0, 0.0, TUB),)).moved(*pose) + wheels(pose, height)
+
+
+def wheels(pose: np.ndarray, height: float) -> Scene:
+    """The wheels of a robot, without their spokes: rectangles as long as a wheel is at that height. All of its own."""
+    if height > WHEELS_TOP:
+        return Scene()
+    half = float(np.sqrt(WHEEL**2 - (height - WHEEL) ** 2))
+    corners = (((-half, a), (half, a), (half, b), (-half, b), (-half, a)) for a, b in WHEELS)
+    return Scene(tuple((*a, *b) for ring in corners for a, b in pairwise(ring))).moved(*pose)
+
+
 def moved_pose(pose: np.ndarray, x: float, y: float, angle: float) -> np.ndarray:
     """A pose (3,) moved like `Scene.moved`."""
     c, s = np.cos(angle), np.sin(angle)
@@ -36,20 +61,21 @@ def cast(scene: Scene, pose: np.ndarray, beams: int, range_max: float = 4.0) -> 
     angle = pose[2] + 2 * np.pi * np.arange(beams) / beams
     direction = np.column_stack([np.cos(angle), np.sin(angle)])
     nearest = np.full(beams, np.inf)
-    for segment in scene.segments:
-        nearest = np.minimum(nearest, _segment(np.array(segment), pose[:2], direction))
+    if scene.segments:
+        nearest = _segments(np.array(scene.segments), pose[:2], direction).min(axis=0)
     for disc in scene.discs:
         nearest = np.minimum(nearest, _disc(np.array(disc), pose[:2], direction))
     return np.where(nearest < range_max, nearest, np.nan)
 
 
-def _segment(segment: np.ndarray, origin: np.ndarray, direction: np.ndarray) -> np.ndarray:
-    start, along = segment[:2] - origin, segment[2:] - segment[:2]
-    cross = direction[:, 0] * along[1] - direction[:, 1] * along[0]
+def _segments(segments: np.ndarray, origin: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    """Return the distances (S, beams) [m] of segments (S, 4), inf for a miss."""
+    (x, y), (dx, dy) = (segments[:, :2] - origin).T[..., None], (segments[:, 2:] - segments[:, :2]).T[..., None]
+    cross = direction[:, 0] * dy - direction[:, 1] * dx
     parallel = np.abs(cross) < 1e-15
     safe = np.where(parallel, 1.0, cross)
-    distance = (start[0] * along[1] - start[1] * along[0]) / safe
-    where = (start[0] * direction[:, 1] - start[1] * direction[:, 0]) / safe
+    distance = (x * dy - y * dx) / safe
+    where = (x * direction[:, 1] - y * direction[:, 0]) / safe
     hit = ~parallel & (distance > 0) & (where >= 0) & (where <= 1)
     return np.where(hit, distance, np.inf)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from raycast import Scene, cast
+from raycast import Scene, cast, wheels
 
 from pbrg_mj.perception.memory import PerceptionMemory
 from pbrg_mj.perception.perceive import initial, perceive
@@ -18,13 +18,16 @@ SENSORS = ("ideal", "none", "robotarium", "tof_ring", "lidar")  # presets
 CLEARANCE, HAND = 0.1, 0.04  # [m]
 
 
-def scenario(sensor: str, seed: int = 0, **estimator: object) -> Scenario:
+PLATES, LOW = 0.049, 0.03  # heights of beams [m]: half the plates', and where wheels are still 35 mm long
+
+
+def scenario(sensor: str, seed: int = 0, height: float = PLATES, **estimator: object) -> Scenario:
     """A robot by itself with one of SENSORS; every sensor has noise of its own, whatever the seed."""
     given = {
         "seed": seed * len(SENSORS) + SENSORS.index(sensor),
         "team": {"start": [(0, 0)], "formation": [(0, 0)], "leaders": [1]},
         "operator": {"reference": (0, 0)},
-        "sensors": {"beams": {"preset": sensor}},
+        "sensors": {"beams": {"preset": sensor, "height": height}},
         "estimator": estimator,
     }
     return Scenario.model_validate(given)
@@ -35,17 +38,20 @@ class Rig:
 
     def __init__(self, given: Scenario) -> None:
         self.setup, self.noise = perception_setup(given, CLEARANCE, HAND), sensor_noise(given)
-        self.beams, self.period = given.sensors.beams.count, 1 / given.sensors.beams.rate_hz
+        beams = given.sensors.beams
+        self.beams, self.period, self.height = beams.count, 1 / beams.rate_hz, beams.height
         self.memory: PerceptionMemory = initial(self.setup)
         self.frame = 0
 
     def scan(self, scene: Scene, pose: np.ndarray) -> None:
-        raw = np.nan_to_num(cast(scene, pose, self.beams, self.noise.range_max), nan=-1.0)
+        """Scan a scene from a true pose (3,); low beams see the own wheels too."""
+        seen = scene + wheels(pose, self.height)
+        raw = np.nan_to_num(cast(seen, pose, self.beams, self.noise.range_max), nan=-1.0)
         ranges = noisy_scan(raw, self.noise, stream(self.noise.seed, Source.BEAMS, 0, self.frame))
         draw = stream(self.noise.seed, Source.CAMERA, 0, self.frame).standard_normal(3)
         pose = pose + draw * [self.noise.position_std, self.noise.position_std, self.noise.heading_std]
-        seen = Readings(pose[None], ranges[None], True, 0, 0)
-        _, self.memory = perceive(seen, self.frame * self.period, self.memory, self.setup)
+        readings = Readings(pose[None], ranges[None], True, 0, 0)
+        _, self.memory = perceive(readings, self.frame * self.period, self.memory, self.setup)
         self.frame += 1
 
     @property

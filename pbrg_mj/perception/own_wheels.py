@@ -1,0 +1,27 @@
+"""Which beams a robot's own wheels stop: those that start below the wheels' tops and go out to the sides."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pbrg_mj.scenario.beam_layout import beam_angles
+from pbrg_mj.scenario.sensors import Beams
+
+# The wheels of models/robot.xml; a test holds the two together.
+RADIUS = 0.02  # [m]
+INNER = 0.045  # of a wheel's inner face from the body's centre, where beams start [m]
+MARGIN = 1e-4  # [m] along a wheel: nothing hangs on the last bit
+
+
+def blocked_beams(beams: Beams) -> np.ndarray:
+    """Return (count,) bool: the beam can only meet a wheel of its own robot, whatever it reads.
+
+    At a height z a wheel is a chord of 2 sqrt(R^2 - (z - R)^2), abreast of the beams' start.
+    """
+    if beams.height > 2 * RADIUS:
+        return np.zeros(beams.count, dtype=bool)
+    angle, above = beam_angles(beams), beams.height - RADIUS
+    reach = math.sqrt(max(RADIUS**2 - above**2, 0.0)) + MARGIN
+    return INNER * np.abs(np.cos(angle)) <= reach * np.abs(np.sin(angle))

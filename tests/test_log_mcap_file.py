@@ -9,10 +9,17 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import Writer
 
+from pbrg_mj.log import mcap_file
 from pbrg_mj.log.mcap_file import McapFile
 
 NEVER = 2**62  # mcap's Writer ends no chunk by itself
 CALLS = 120
+
+
+@pytest.fixture(autouse=True)
+def _same_compression(monkeypatch: pytest.MonkeyPatch) -> None:
+    """mcap's Writer compresses at zstd's own level, whatever one wants."""
+    monkeypatch.setattr(mcap_file, "LEVEL", 3)
 
 
 def theirs(output: BytesIO) -> Writer:

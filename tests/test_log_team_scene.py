@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -30,9 +31,10 @@ def drawn_afresh(record: TickRecord, optimum: np.ndarray, boxes: tuple[MovingBox
     lines, balls, moving = (message.entities.add(frame_id="world", id=name) for name in team_scene.NAMES)
     for entity in message.entities:
         stamp(entity, time_ns)
-    for robot, hand in enumerate(record.hand_world):
-        ends = line_ends(record.half_spaces, robot, hand)
-        points = [(*end, team_scene.LINE_HEIGHT) for end in ends]
+    counts, ends = line_ends(record.half_spaces, record.hand_world)
+    rest = iter(ends)
+    for robot, count in enumerate(counts):
+        points = [(*end, team_scene.LINE_HEIGHT) for end in islice(rest, count)]
         drawing.segments(lines, points, team_scene.LINE_WIDTH, drawing.robot_color(robot))
     wanted = [(m, team_scene.BALL, drawing.robot_color(robot)) for robot, m in enumerate(record.solution.m)]
     wanted += [
@@ -86,22 +88,24 @@ def test_lines_are_where_the_half_spaces_end() -> None:
     G = np.stack([np.cos(turn), np.sin(turn)], axis=2)
     active = np.array([[True, False, True], [False, False, False]])
     half_spaces = HalfSpaces(G, rng.normal(size=(2, 3)), active, np.ones((2, 3, 2), dtype=bool))
-    hand = rng.normal(size=2)
-    ends = np.array(line_ends(half_spaces, 0, hand)).reshape(2, 2, 2)  # of each active half-space, by end, by axis
-    for slot, pair in zip((0, 2), ends, strict=True):
+    hands = rng.normal(size=(2, 2))
+    hand = hands[0]
+    counts, ends = line_ends(half_spaces, hands)
+    assert counts == [4, 0]
+    for slot, pair in zip((0, 2), np.array(ends).reshape(2, 2, 2), strict=True):  # by end, by axis
         np.testing.assert_allclose(pair @ G[0, slot], half_spaces.h[0, slot], atol=1e-14)
         nearest = hand + (half_spaces.h[0, slot] - G[0, slot] @ hand) * G[0, slot]
         np.testing.assert_allclose(pair.mean(axis=0), nearest, atol=1e-14)
         np.testing.assert_allclose(np.linalg.norm(pair[1] - pair[0]), 2 * team_scene.LINE_REACH)
-    assert line_ends(half_spaces, 1, hand) == []
 
 
 @pytest.mark.parametrize("odd", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("what", ["hand", "G", "h"])
 def test_lines_that_are_not_finite_are_left_out(what: str, odd: float) -> None:
-    values = {"hand": np.ones(2), "G": np.full((1, 2, 2), 0.5), "h": np.ones((1, 2))}
+    values = {"hand": np.ones((1, 2)), "G": np.full((1, 2, 2), 0.5), "h": np.ones((1, 2))}
     everyone = np.ones((1, 2, 1), dtype=bool)
     values[what].flat[-1] = odd
     for active, expected in (((True, True), 0), ((True, False), 0 if what == "hand" else 2)):
         half_spaces = HalfSpaces(values["G"], values["h"], np.array([active]), everyone)
-        assert len(line_ends(half_spaces, 0, values["hand"])) == expected
+        counts, ends = line_ends(half_spaces, values["hand"])
+        assert counts == [expected] == [len(ends)]

@@ -1,4 +1,4 @@
-"""Writing MCAP files: byte for byte what mcap's own Writer writes, with messages several times faster.
+"""Writing MCAP files: byte for byte what mcap's own Writer writes, but compressed less, and several times faster.
 
 All but messages and their index is written by mcap's own records. https://mcap.dev/spec
 """
@@ -8,6 +8,7 @@ from __future__ import annotations
 import zlib
 from typing import BinaryIO
 
+import zstandard
 from mcap.records import (
     Attachment,
     AttachmentIndex,
@@ -24,6 +25,8 @@ from pbrg_mj.log.container import MAGIC
 from pbrg_mj.log.mcap_summary import McapSummary, encoded
 from pbrg_mj.log.open_chunk import OpenChunk
 
+LEVEL = -1  # of compression: half the time of zstd's own choice, for a file 5 % larger
+
 
 class McapFile:
     """Writes an MCAP file, with every checksum and index, to `file`, which is empty and which the caller closes.
@@ -34,6 +37,7 @@ class McapFile:
     def __init__(self, file: BinaryIO):
         self._file = file
         self._size = self._crc = 0  # of all that is written so far
+        self._compressor = zstandard.ZstdCompressor(level=LEVEL)
         self._chunk = OpenChunk()
         self._summary = McapSummary()
         self._write(MAGIC)
@@ -83,7 +87,7 @@ class McapFile:
         counts = self._chunk.counts()
         if not counts:  # schemas and channels wait for the first message
             return
-        chunk = self._chunk.compressed()
+        chunk = self._chunk.compressed(self._compressor)
         start, length = self._write(encoded(chunk))
         index = ChunkIndex(
             message_start_time=chunk.message_start_time,
@@ -96,9 +100,11 @@ class McapFile:
             compressed_size=len(chunk.data),
             uncompressed_size=chunk.uncompressed_size,
         )
-        for channel, record in self._chunk.index():
-            index.message_index_offsets[channel], length = self._write(record)
-            index.message_index_length += length
+        records = dict(self._chunk.index())
+        offset, index.message_index_length = self._write(b"".join(records.values()))
+        for channel, record in records.items():
+            index.message_index_offsets[channel] = offset
+            offset += len(record)
         self._summary.chunks.append(index)
         self._summary.count(counts)
         self._chunk = OpenChunk()

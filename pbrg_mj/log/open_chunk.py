@@ -39,12 +39,12 @@ class OpenChunk:
         self._data += MESSAGE.pack(MESSAGE_OPCODE, length, channel_id, sequence, log_time, publish_time)
         self._data += data
 
-    def compressed(self) -> Chunk:
+    def compressed(self, compressor: zstandard.ZstdCompressor) -> Chunk:
         """Return the records as a file holds them; there must be a message among them."""
         times = [places[::2] for places in self._places.values()]
         return Chunk(
             compression="zstd",
-            data=zstandard.compress(self._data),
+            data=compressor.compress(self._data),
             message_start_time=min(map(min, times)),
             message_end_time=max(map(max, times)),
             uncompressed_crc=zlib.crc32(self._data),

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 NANOSECONDS = 1_000_000_000  # in a second
 
 
-@dataclass(frozen=True)
-class Payload:
+class Payload(NamedTuple):
     """Serialised data on a channel. Both times are simulated time."""
 
     topic: str
     data: bytes
-    index: int  # of the tick: MCAP's sequence number
+    tick: int  # its number: MCAP's sequence number
     log_time: int  # [ns]
     publish_time: int  # [ns]
 

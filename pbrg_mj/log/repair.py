@@ -123,15 +123,15 @@ class _Salvage:
     def _chunk(self, body: bytes) -> None:
         """Copy a chunk, all of it or nothing."""
         named, messages = self._contents(decompress(parse(Chunk, body)))
-        if any(message.index <= self.reached for _, message in messages):
+        if any(message.tick <= self.reached for _, message in messages):
             raise Damage("a chunk repeats earlier ticks")
         self._register([*named, *self.index] if not self.channels else named)
         for channel, one in messages:
             number, _ = self.channels[channel]
-            self.writer.add_message(number, one.log_time, one.data, one.publish_time, one.index)
+            self.writer.add_message(number, one.log_time, one.data, one.publish_time, one.tick)
             if one.topic == channels.TICK:
-                self._tick(one.index)
-        self.reached = max((message.index for _, message in messages), default=self.reached)
+                self._tick(one.tick)
+        self.reached = max((message.tick for _, message in messages), default=self.reached)
         self.writer.flush()
         self.found.chunks += 1
 

@@ -6,14 +6,15 @@ in time needs no other.
 
 from __future__ import annotations
 
+import math
 from itertools import chain, compress
-from math import isfinite
 from typing import Any
 
 import numpy as np
 from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
+from pbrg_mj.kernel import kernel
 from pbrg_mj.log import drawing
 from pbrg_mj.log.payload import stamp
 from pbrg_mj.loop.record import TickRecord
@@ -58,15 +59,15 @@ class TeamScene:
 
     def draw(self, record: TickRecord, optimum: np.ndarray, time_ns: int) -> bytes:
         """Return a tick's SceneUpdate; `optimum` (2,) [m] is the latest m*. What is not finite is left out."""
-        lines = [line_ends(record.half_spaces, robot, hand) for robot, hand in enumerate(record.hand_world)]
+        counts, ends = line_ends(record.half_spaces, record.hand_world)
         balls = [*record.solution.m.tolist(), record.problem.reference.tolist(), optimum.tolist()]
-        visible = [isfinite(x) and isfinite(y) for x, y in balls]
-        seen = ([len(ends) for ends in lines], visible)
+        visible = [math.isfinite(x) and math.isfinite(y) for x, y in balls]
+        seen = (counts, visible)
         if seen != self._seen:
             self._start(*seen)
             self._seen = seen
         centres = [box_centre(box, record.time).tolist() for box in self._boxes]
-        for place, (x, y) in zip(self._movable, chain(*lines, compress(balls, visible), centres), strict=True):
+        for place, (x, y) in zip(self._movable, chain(ends, compress(balls, visible), centres), strict=True):
             place.x, place.y = x, y
         for entity in self._message.entities:
             stamp(entity, time_ns)
@@ -88,19 +89,34 @@ class TeamScene:
         self._movable += [solid.pose.position for solid in (*points.spheres, *moving.cubes)]
 
 
-def line_ends(half_spaces: HalfSpaces, robot: int, hand: np.ndarray) -> list[tuple[float, float]]:
-    """Return the ends (2 S, 2) [m] of the lines G q = h of a robot's half-spaces, near its hand point (2,) [m]."""
-    active = half_spaces.active[robot]
-    G, h = half_spaces.G[robot, active], half_spaces.h[robot, active]
-    x, y = hand.tolist()
-    if not all(map(isfinite, (x, y, *G.ravel().tolist(), *h.tolist()))):
-        return []
-    ends = []
-    for (gx, gy), gap in zip(G.tolist(), (h - G @ hand).tolist(), strict=True):
-        foot_x, foot_y = x + gap * gx, y + gap * gy
-        along_x, along_y = -LINE_REACH * gy, LINE_REACH * gx
-        ends += [(foot_x - along_x, foot_y - along_y), (foot_x + along_x, foot_y + along_y)]
-    return ends
+def line_ends(half_spaces: HalfSpaces, hand_world: np.ndarray) -> tuple[list[int], list[list[float]]]:
+    """Return how many ends the robots' lines G q = h have, robot after robot, and the ends x, y [m] of all of them.
+
+    Lines reach to either side of the point nearest to the robot's hand point, `hand_world` (n, 2) [m]. A robot has
+    none when any of its numbers is not finite.
+    """
+    counts, ends = _line_ends(half_spaces.G, half_spaces.h, half_spaces.active, hand_world)
+    return counts.tolist(), ends.tolist()
+
+
+@kernel
+def _line_ends(G, h, active, hand):  # pragma: no cover - compiled
+    counts, ends, total = np.zeros(len(h), dtype=np.int64), np.empty((2 * h.size, 2)), 0
+    for j in range(len(h)):
+        x, y = hand[j, 0], hand[j, 1]
+        sound, first = math.isfinite(x) and math.isfinite(y), total
+        for k in range(h.shape[1]):
+            if active[j, k]:
+                gx, gy, gap = G[j, k, 0], G[j, k, 1], h[j, k] - (G[j, k, 0] * x + G[j, k, 1] * y)
+                sound = sound and math.isfinite(gx) and math.isfinite(gy) and math.isfinite(h[j, k])
+                for side in (-1.0, 1.0):
+                    ends[total, 0] = x + gap * gx - side * LINE_REACH * gy
+                    ends[total, 1] = y + gap * gy + side * LINE_REACH * gx
+                    total += 1
+        if not sound:
+            total = first
+        counts[j] = total - first
+    return counts, ends[:total].copy()
 
 
 class Points:

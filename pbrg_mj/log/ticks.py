@@ -28,7 +28,7 @@ class LoggedTicks:
         self.head: Head = self._embedded.head(self.damage)
         self.facts = self._embedded.metadata[channels.RUN_METADATA]
         rest = chain([first] if first else [], messages)
-        self._groups = groupby(rest, key=lambda message: message.index)
+        self._groups = groupby(rest, key=lambda message: message.tick)
 
     def __iter__(self) -> Iterator[list[Payload]]:
         """Return the iterator itself: the messages pass by once."""

@@ -153,7 +153,7 @@ def _compare_tick(
 
 def _differences(kind: type[Message], logged: Payload, replayed: Payload) -> list[Difference]:
     found = list(differences(kind, logged.data, replayed.data))
-    for name, unit in (("index", 1), ("log_time", NANOSECONDS), ("publish_time", NANOSECONDS)):
+    for name, unit in (("tick", 1), ("log_time", NANOSECONDS), ("publish_time", NANOSECONDS)):
         ours, theirs = getattr(logged, name), getattr(replayed, name)
         if ours != theirs:
             found.append(Difference(f"the message's {name}", str(ours), str(theirs), abs(ours - theirs) / unit))

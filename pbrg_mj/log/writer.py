@@ -103,7 +103,7 @@ class LogWriter:
         size = 0
         for message in self._stream.messages(record):
             channel = self._channels[message.topic]
-            self._writer.add_message(channel, message.log_time, message.data, message.publish_time, message.index)
+            self._writer.add_message(channel, message.log_time, message.data, message.publish_time, message.tick)
             size += len(message.data) if message.topic != channels.TIMING else 0
         return size
 

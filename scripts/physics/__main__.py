@@ -33,6 +33,7 @@ def measure() -> dict:
             for kind in ("voltage", "speed_loop")
             for friction in (0.0, 1.0)
         },
+        "drawn_radius_m": driving.drawn_radius(),
         "deadband": {kind: driving.deadband(kind) for kind in ("voltage", "speed_loop")},
         "slip": driving.slip(),
         "floors": driving.floors(),

@@ -17,8 +17,17 @@ SPEED, RADIUS, LENGTH = 0.2, 0.3, 1.0  # [m/s], [m], [m]
 SHAPES = {"line": LENGTH, "circle": 2 * np.pi * RADIUS}  # lengths of the paths [m]
 
 
+TAU = ROBOT.driven_inertia * ROBOT.no_load_speed / ROBOT.stall_torque  # time constant of a motor that drives [s]
+STARTED = 5 * TAU  # [s]
+START_LOSS = np.array([SPEED * TAU, 0.0])  # [m] what motors of that time constant fall behind from rest, along +x
+
+
 def tracking(shape: str, kind: str, friction: float) -> dict:
-    """Drive the hand point by velocity alone, without position feedback, as the pre-stabiliser's integrator asks."""
+    """Drive the hand point by velocity alone, without position feedback, as the pre-stabiliser's integrator asks.
+
+    Errors are the largest of the run: from where the hand point should be at that time (`worst`), from the path
+    wherever on it (`across`), and from where it should be less what the motors lose at the start (`beyond_start`).
+    """
     scenario = plan(drive={"kind": kind, "friction": friction})
     world, drive = MujocoWorld(scenario), drive_of(scenario, ROBOT)
     length = SHAPES[shape]
@@ -31,8 +40,28 @@ def tracking(shape: str, kind: str, friction: float) -> dict:
         wanted.append(TICK * velocity[0])
         seen.append(world.truth().hand_world[0])
     path, seen = np.cumsum(wanted, axis=0), np.array(seen)
-    worst = float(np.linalg.norm(seen - path, axis=1).max())
-    return {"wanted_m": path, "seen_m": seen, "worst_m": worst, "worst_share": worst / length}
+    late = TICK * np.arange(1, len(path) + 1) > STARTED
+    errors = {
+        "worst": np.linalg.norm(seen - path, axis=1),
+        "across": across(shape, seen),
+        "beyond_start": np.linalg.norm(seen - path + START_LOSS, axis=1)[late],
+    }
+    found = {"wanted_m": path, "seen_m": seen, "behind_m": (path - seen)[late][0]}
+    for name, error in errors.items():
+        found |= {f"{name}_m": float(error.max()), f"{name}_share": float(error.max()) / length}
+    return found
+
+
+def across(shape: str, q: np.ndarray) -> np.ndarray:
+    """Return how far hand points (N, 2) are from the path [m]: the line y = 0, or the circle about (0, RADIUS)."""
+    return np.abs(q[:, 1] if shape == "line" else np.linalg.norm(q - [0.0, RADIUS], axis=1) - RADIUS)
+
+
+def drawn_radius() -> float:
+    """Return the radius [m] of the circle that the open loop draws without friction, once started (least squares)."""
+    q = tracking("circle", "voltage", 0.0)["seen_m"][round(STARTED / TICK) :]
+    x, y, power = np.linalg.lstsq(np.column_stack([2 * q, np.ones(len(q))]), (q**2).sum(axis=1), rcond=None)[0]
+    return float(np.sqrt(power + x**2 + y**2))
 
 
 def deadband(kind: str) -> dict:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from bench import ROBOT
+from driving import RADIUS, SPEED, START_LOSS, TAU
 from numbers_table import numbers_table
 
 from pbrg_mj.world.gear_friction import wheel_load
@@ -88,34 +89,65 @@ def _broken_away(found: dict) -> tuple[str, ...]:
 
 
 def _tracking(found: dict) -> str:
-    def cell(shape: str, kind: str, friction: float) -> str:
-        run = found["tracking"][shape, kind, friction]
-        return f"{1000 * run['worst_m']:.1f} mm, {100 * run['worst_share']:.2g} %"
+    runs = found["tracking"]
+
+    def cells(shape: str, friction: float) -> list[str]:
+        return [_error(runs[shape, kind, friction], name) for kind in KINDS for name in ("worst", "across")]
 
     rows = (
-        (shape, f"{'with' if friction else 'no'} friction", *(cell(shape, kind, friction) for kind in KINDS))
+        (shape, f"{'with' if friction else 'no'} friction", *cells(shape, friction))
         for shape in ("line", "circle")
         for friction in (0.0, 1.0)
     )
-    lag = ROBOT.driven_inertia * ROBOT.no_load_speed / ROBOT.stall_torque
-    lost = ROBOT.no_load_speed * ROBOT.coulomb_torque / ROBOT.stall_torque / (0.2 / ROBOT.wheel_radius)
+    line, circle = (runs[shape, "voltage", 0.0] for shape in ("line", "circle"))
+    lost = ROBOT.no_load_speed * ROBOT.coulomb_torque / ROBOT.stall_torque / (SPEED / ROBOT.wheel_radius)
     return f"""
 ## Tracking
 
-The hand point is driven at 0.2 m/s from rest along a line of 1 m and round a circle of radius 0.3 m (1.9 m), by
-velocity alone, without position feedback: is it the integrator that the pre-stabiliser believes in? Largest distance
-from where it should be at that time, and its share of the path:
+The hand point is driven at {SPEED:g} m/s from rest along a line of 1 m and round a circle of radius {RADIUS:g} m
+(1.9 m), by velocity alone, without position feedback: is it the integrator that the pre-stabiliser believes in? Largest
+distance from where it should be *at that time*, and *from the path* (the line y = 0, the circle) wherever it should be
+on it, each with its share of the path's length:
 
-| path | motors | `voltage` | `speed_loop` |
-|---|---|---|---|
+| path | motors | `voltage`, at that time | from the path | `speed_loop`, at that time | from the path |
+|---|---|---|---|---|---|
 {_table(rows)}
-With the speed loop and without friction the bound of 1 % of the path holds. Open loop it cannot: the motor reaches its
-speed with a time constant of {lag:.2f} s, so the hand point lags by {lag:.2f} s times 0.2 m/s = {200 * lag:.0f} mm for
-good, and friction takes {100 * lost:.0f} % of a speed of 0.2 m/s. What remains with the loop is the wheels' rolling
-radius: they sink 0.1 mm into the floor, a quarter of a percent of speed.
+With the speed loop the bound of 1 % of the path holds in both senses, with friction and without. What remains are the
+loop's own time constant of 10 ms and the wheels' rolling radius: they sink 0.1 mm into the floor, a quarter of a
+percent of speed.
+
+Open loop without friction holds the bound on the line if only the path counts. At that time, and on the circle in both
+senses, it misses it, all by what the start takes: a motor that drives has a time constant of tau = {TAU:.3f} s, so a
+hand point that is asked for v from rest falls back by tau v along the way it starts, for good. In a steady turn the
+wheels' speeds are steady as well, and no more is lost: the circle is drawn whole but shifted against the start's
+direction. It does not shrink to R / sqrt(1 + (v tau / R)^2), as if the velocity lagged in the world.
+
+| open loop, no friction | closed form | line | circle |
+|---|---|---|---|
+| behind along the start's direction after 5 tau | tau v = {1000 * START_LOSS[0]:.1f} mm | {_mm(line["behind_m"][0])} \
+| {_mm(circle["behind_m"][0])} |
+| radius drawn | {1000 * RADIUS:g} mm less a quarter of a percent = {997.5 * RADIUS:.1f} mm | - | \
+{_mm(found["drawn_radius_m"])} |
+| largest distance from where it should be less tau v, after 5 tau | 0 | {_error(line, "beyond_start")} \
+| {_error(circle, "beyond_start")} |
+
+So what is not the start's loss is a quarter of a percent of the path. With friction the open loop keeps no path but a
+straight one: friction takes {100 * lost:.0f} % of a speed of {SPEED:g} m/s.
 
 ![A hand point driven round a circle: with the speed loop on the wanted circle, open loop without friction 2 cm behind,
 open loop with friction on a smaller circle](img/physics_tracking.png)"""
+
+
+def _share(share: float) -> str:
+    return f"{100 * share:.2g} %" if share > 1e-6 else "0 %"
+
+
+def _mm(length: float) -> str:
+    return f"{1000 * length:.1f} mm"
+
+
+def _error(run: dict, name: str) -> str:
+    return f"{_mm(run[f'{name}_m'])}, {_share(run[f'{name}_share'])}"
 
 
 def _drives(found: dict) -> str:

@@ -105,8 +105,7 @@ class McapFile:
         for channel, record in records.items():
             index.message_index_offsets[channel] = offset
             offset += len(record)
-        self._summary.chunks.append(index)
-        self._summary.count(counts)
+        self._summary.add_chunk(index, counts)
         self._chunk = OpenChunk()
 
     def _write(self, data: bytes) -> tuple[int, int]:

@@ -23,59 +23,58 @@ from mcap.records import (
 
 @dataclass
 class McapSummary:
-    """Grows with the file."""
+    """Grows with the file; by two hundred bytes a chunk, whose index is kept as the file will hold it."""
 
     schemas: list[Schema] = field(default_factory=list)
     channels: list[Channel] = field(default_factory=list)
-    chunks: list[ChunkIndex] = field(default_factory=list)
     attachments: list[AttachmentIndex] = field(default_factory=list)
     metadata: list[MetadataIndex] = field(default_factory=list)
-    message_counts: dict[int, int] = field(default_factory=dict)  # by channel
+    _chunk_indices: bytearray = field(default_factory=bytearray)
+    _chunk_count: int = 0
+    _times: tuple[int, int] | None = None  # of the earliest and the latest message
+    _message_counts: dict[int, int] = field(default_factory=dict)  # by channel
 
-    def count(self, messages: dict[int, int]) -> None:
-        """Take so many more messages of each channel into account."""
+    def add_chunk(self, index: ChunkIndex, messages: dict[int, int]) -> None:
+        """Take a chunk into account, with so many messages of each channel."""
+        self._chunk_indices += encoded(index)
+        self._chunk_count += 1
+        first, last = self._times or (index.message_start_time, index.message_end_time)
+        self._times = min(first, index.message_start_time), max(last, index.message_end_time)
         for channel, number in messages.items():
-            self.message_counts[channel] = self.message_counts.get(channel, 0) + number
+            self._message_counts[channel] = self._message_counts.get(channel, 0) + number
 
     def encoded(self, start: int) -> bytes:
         """Return the summary and the footer of a file in which they begin at byte `start`."""
-        summary = RecordBuilder()
-        offsets = self._write_groups(summary, start)
-        footer = Footer(summary_start=start, summary_offset_start=start + summary.count, summary_crc=0)
-        for offset in offsets:
-            offset.write(summary)
-        data = summary.end()
+        data, offsets = bytearray(), []
+        for opcode, group in self._groups():
+            offsets.append(SummaryOffset(opcode, start + len(data), len(group)))
+            data += group
+        footer = Footer(summary_start=start, summary_offset_start=start + len(data), summary_crc=0)
+        data += _all_encoded(offsets)
         footer.summary_crc = zlib.crc32(encoded(footer)[:-4], zlib.crc32(data))  # of all but itself
-        return data + encoded(footer)
+        return bytes(data) + encoded(footer)
 
-    def _write_groups(self, summary: RecordBuilder, start: int) -> list[SummaryOffset]:
-        """Write the records, group by group; return where the groups are in the file."""
-        groups: tuple[tuple[int, Sequence[McapRecord]], ...] = (
-            (Opcode.SCHEMA, self.schemas),
-            (Opcode.CHANNEL, self.channels),
-            (Opcode.STATISTICS, [self._statistics()]),
-            (Opcode.CHUNK_INDEX, self.chunks),
-            (Opcode.ATTACHMENT_INDEX, self.attachments),
-            (Opcode.METADATA_INDEX, self.metadata),
+    def _groups(self) -> tuple[tuple[int, bytes | bytearray], ...]:
+        return (
+            (Opcode.SCHEMA, _all_encoded(self.schemas)),
+            (Opcode.CHANNEL, _all_encoded(self.channels)),
+            (Opcode.STATISTICS, encoded(self._statistics())),
+            (Opcode.CHUNK_INDEX, self._chunk_indices),
+            (Opcode.ATTACHMENT_INDEX, _all_encoded(self.attachments)),
+            (Opcode.METADATA_INDEX, _all_encoded(self.metadata)),
         )
-        offsets = []
-        for opcode, records in groups:
-            before = summary.count
-            for record in records:
-                record.write(summary)
-            offsets.append(SummaryOffset(opcode, start + before, summary.count - before))
-        return offsets
 
     def _statistics(self) -> Statistics:
+        first, last = self._times or (0, 0)
         return Statistics(
             attachment_count=len(self.attachments),
             channel_count=len(self.channels),
-            channel_message_counts=self.message_counts,
-            chunk_count=len(self.chunks),
-            message_count=sum(self.message_counts.values()),
+            channel_message_counts=self._message_counts,
+            chunk_count=self._chunk_count,
+            message_count=sum(self._message_counts.values()),
             metadata_count=len(self.metadata),
-            message_start_time=min((chunk.message_start_time for chunk in self.chunks), default=0),
-            message_end_time=max((chunk.message_end_time for chunk in self.chunks), default=0),
+            message_start_time=first,
+            message_end_time=last,
             schema_count=len(self.schemas),
         )
 
@@ -85,3 +84,7 @@ def encoded(record: McapRecord) -> bytes:
     builder = RecordBuilder()
     record.write(builder)
     return builder.end()
+
+
+def _all_encoded(records: Sequence[McapRecord]) -> bytes:
+    return b"".join(map(encoded, records))

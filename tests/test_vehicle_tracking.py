@@ -15,14 +15,18 @@ TAU = ROBOT.driven_inertia * ROBOT.no_load_speed / ROBOT.stall_torque  # of a mo
 SUNKEN = 0.0025  # share by which the rolling radius is short
 
 
-def driven(kind: str, friction: float, length: float, circle: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Return where the commanded velocity leads from rest (ticks, 2) and where the hand point is [m]."""
+def driven(kind: str, friction: float, length: float, circle: bool, stop: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Return where the commanded velocity leads from rest (ticks, 2) and where the hand point is [m].
+
+    For `stop` seconds after the path's end the command is 0.
+    """
     plan = scenario(drive={"kind": kind, "friction": friction})
     world, drive = MujocoWorld(plan), drive_of(plan, ROBOT)
     goal, wanted, seen = np.zeros(2), [], []
-    for k in range(round(length / SPEED / TICK)):
+    ticks = round(length / SPEED / TICK)
+    for k in range(ticks + round(stop / TICK)):
         angle = (k + 0.5) * TICK * SPEED / RADIUS if circle else 0.0
-        velocity = SPEED * np.array([[np.cos(angle), np.sin(angle)]])
+        velocity = (SPEED if k < ticks else 0.0) * np.array([[np.cos(angle), np.sin(angle)]])
         world.advance(drive.command(velocity, world.truth().body_pose))
         goal = goal + TICK * velocity[0]
         wanted.append(goal)
@@ -62,6 +66,14 @@ def test_open_loop_without_friction_is_off_by_what_the_start_takes_and_by_little
     assert (wanted - seen)[0, 0] == pytest.approx(SPEED * TAU, rel=0.03)
     assert farthest(seen - (wanted - lost)) < 0.01 * length
     assert farthest(seen - wanted) > 0.01 * length  # the start's loss alone is more than that
+
+
+@pytest.mark.parametrize("kind", ["voltage", "speed_loop"])
+@pytest.mark.parametrize(("circle", "length"), [(False, 1.0), (True, 2 * np.pi * RADIUS)])
+def test_from_rest_to_rest_either_drive_ends_within_half_a_percent_of_its_path(kind, circle, length):
+    wanted, seen = driven(kind, 0.0, length, circle, stop=2.0)
+    assert farthest((seen - wanted)[-1:]) < 0.005 * length
+    assert farthest(np.diff(seen[-2:], axis=0)) < 1e-7
 
 
 def test_the_circle_of_the_open_loop_is_shifted_and_not_shrunk():

@@ -15,10 +15,9 @@ from pbrg_mj.world.mujoco_world import MujocoWorld
 
 SPEED, RADIUS, LENGTH = 0.2, 0.3, 1.0  # [m/s], [m], [m]
 SHAPES = {"line": LENGTH, "circle": 2 * np.pi * RADIUS}  # lengths of the paths [m]
-
-
 TAU = ROBOT.driven_inertia * ROBOT.no_load_speed / ROBOT.stall_torque  # time constant of a motor that drives [s]
 STARTED = 5 * TAU  # [s]
+STOPPED = 2.0  # after the path's end [s]
 START_LOSS = np.array([SPEED * TAU, 0.0])  # [m] what motors of that time constant fall behind from rest, along +x
 
 
@@ -27,6 +26,7 @@ def tracking(shape: str, kind: str, friction: float) -> dict:
 
     Errors are the largest of the run: from where the hand point should be at that time (`worst`), from the path
     wherever on it (`across`), and from where it should be less what the motors lose at the start (`beyond_start`).
+    `rest` is how far from the path's end it comes to rest when it is told to stop there.
     """
     scenario = plan(drive={"kind": kind, "friction": friction})
     world, drive = MujocoWorld(scenario), drive_of(scenario, ROBOT)
@@ -39,12 +39,15 @@ def tracking(shape: str, kind: str, friction: float) -> dict:
         world.advance(drive.command(velocity, world.truth().body_pose))
         wanted.append(TICK * velocity[0])
         seen.append(world.truth().hand_world[0])
+    for _ in range(round(STOPPED / TICK)):
+        world.advance(np.zeros((1, 2)))
     path, seen = np.cumsum(wanted, axis=0), np.array(seen)
     late = TICK * np.arange(1, len(path) + 1) > STARTED
     errors = {
         "worst": np.linalg.norm(seen - path, axis=1),
         "across": across(shape, seen),
         "beyond_start": np.linalg.norm(seen - path + START_LOSS, axis=1)[late],
+        "rest": np.linalg.norm(world.truth().hand_world - path[-1], axis=1),
     }
     found = {"wanted_m": path, "seen_m": seen, "behind_m": (path - seen)[late][0]}
     for name, error in errors.items():

@@ -15,7 +15,7 @@ from pbrg_mj.video.motion import Motion, between, held, latest
 from pbrg_mj.video.pen import Pen
 
 # Heights above the floor [m]: what lies on what.
-SHADOW, SIDE, TRAIL, GOAL, EDGE, BOUNDARY, MARK, BEAM = 0.0022, 0.003, 0.004, 0.0045, 0.005, 0.006, 0.007, 0.049
+SHADOW, SIDE, TRAIL, GOAL, EDGE, BOUNDARY, MARK = 0.0022, 0.003, 0.004, 0.0045, 0.005, 0.006, 0.007
 ON_TOP = 0.08
 APART = 0.0004  # between marks of the same kind that would flicker through each other [m]
 SHADOW_COLOUR = (0.0, 0.0, 0.0, 0.22)
@@ -129,7 +129,7 @@ class Overlay:
             if k < 0:
                 continue
             x, y, heading = between(self._motion.time, self._motion.pose[:, robot], float(scans.time[k]))
-            start, ranges = np.array([x, y, BEAM]), scans.ranges[k]
+            start, ranges = np.array([x, y, self._run.scenario.sensors.beams.height]), scans.ranges[k]
             angles = heading + scans.angles
             ends = start + ranges[:, None] * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(len(angles))])
             colour = self._colour[robot]

@@ -8,6 +8,7 @@ https://protobuf.dev/programming-guides/encoding/
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 from operator import attrgetter
 from struct import Struct
 from typing import Any
@@ -32,7 +33,7 @@ DTYPE: dict[Kind, np.dtype] = {
     "bool": np.dtype("?"),
     "text": np.dtype("U"),
 }
-SCALAR = {"double": Struct("<d"), "int": Struct("<q")}
+CODE = {"double": "d", "int": "q"}  # of struct
 REPEATED, SINGULAR = FieldDescriptorProto.LABEL_REPEATED, FieldDescriptorProto.LABEL_OPTIONAL
 FIXED64, LENGTH_DELIMITED = 1, 2  # wire types
 
@@ -71,28 +72,41 @@ def encoder(name: str, dims: Dims) -> Callable[[Any], bytes]:
     """Return a function from a TickRecord to the serialised message `name`.
 
     Arrays must be of the table's kinds, as a record's are. The function raises ValueError when one does not have the
-    shape of the table.
+    shape of the table. A message's fields may come in any order: arrays stand first, then numbers, which are packed in
+    one go, then texts.
     """
-    fields = MESSAGES[name]
-    values = attrgetter(*(field.source for field in fields))
-    packers = [_packer(field) for field in fields]
-    heads = [_head(number, field, dims) for number, field in enumerate(fields, start=1)]
-    blank = [piece for head in heads for piece in (head, b"")]
-    sizes = [field.count(dims) * DTYPE[field.kind].itemsize for field in fields]
-    expected = sum(map(len, heads)) + sum(sizes)  # but for texts, whose items have no size of their own
-    texts = [2 * place + 1 for place, field in enumerate(fields) if field.kind == "text"]
+    numbered = list(enumerate(MESSAGES[name], start=1))
+    arrays = [(number, field) for number, field in numbered if field.shape]
+    texts = [(number, field) for number, field in numbered if field.kind == "text"]
+    numbers = [one for one in numbered if one not in arrays and one not in texts]
+    values = attrgetter(*(field.source for _, field in (*arrays, *numbers, *texts)))
+    array_heads, number_heads, text_heads = (
+        [_head(number, field, dims) for number, field in some] for some in (arrays, numbers, texts)
+    )
+    blank_arrays = [piece for head in array_heads for piece in (head, b"")]
+    blank_numbers = [piece for head in number_heads for piece in (head, 0)]
+    codes = [f"{len(head)}s{CODE[field.kind]}" for head, (_, field) in zip(number_heads, numbers, strict=True)]
+    pack = Struct("<" + "".join(codes)).pack
+    expected = sum(map(len, array_heads)) + sum(_size(field, dims) for _, field in arrays)
+    first, last = len(arrays), len(arrays) + len(numbers)
 
     def encode(record: Any) -> bytes:
-        found, pieces = values(record), blank.copy()
-        pieces[1::2] = [pack(value) for pack, value in zip(packers, found, strict=True)]
+        found, pieces, packed = values(record), blank_arrays.copy(), blank_numbers.copy()
+        pieces[1::2] = [array.tobytes() for array in found[:first]]
         data = b"".join(pieces)
         # One comparison of everything, for records are right; only then field by field.
-        if len(data) != expected + sum(len(pieces[place]) for place in texts):
-            for field, value in zip(fields, found, strict=True):
+        if len(data) != expected:
+            for (_, field), value in zip(arrays, found[:first], strict=True):
                 _check(field, value, dims)
-        return data
+        packed[1::2] = found[first:last]
+        said = [head + _pack_text(text) for head, text in zip(text_heads, found[last:], strict=True)]
+        return b"".join([data, pack(*packed), *said])
 
     return encode
+
+
+def _size(field: Field, dims: Dims) -> int:
+    return field.count(dims) * DTYPE[field.kind].itemsize
 
 
 def _head(number: int, field: Field, dims: Dims) -> bytes:
@@ -101,22 +115,17 @@ def _head(number: int, field: Field, dims: Dims) -> bytes:
         return varint(number << 3 | LENGTH_DELIMITED)
     if not field.shape:
         return varint(number << 3 | FIXED64)
-    return varint(number << 3 | LENGTH_DELIMITED) + varint(field.count(dims) * DTYPE[field.kind].itemsize)
+    return varint(number << 3 | LENGTH_DELIMITED) + varint(_size(field, dims))
 
 
-def _packer(field: Field) -> Callable[[Any], bytes]:
-    if field.kind == "text":
-        return _pack_text
-    return np.ndarray.tobytes if field.shape else SCALAR[field.kind].pack
-
-
+@lru_cache(maxsize=100)
 def _pack_text(value: str) -> bytes:
     data = value.encode()
     return varint(len(data)) + data
 
 
 def _check(field: Field, value: Any, dims: Dims) -> None:
-    if field.shape and np.shape(value) != field.extent(dims):
+    if np.shape(value) != field.extent(dims):
         raise ValueError(f"{field.name}: shape {np.shape(value)}, not {field.extent(dims)}")
 
 

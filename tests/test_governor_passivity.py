@@ -12,7 +12,13 @@ from pbrg_mj.governor.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.cvxpy_solver import CvxpySolver
 from pbrg_mj.governor.distributed import DistributedGovernor
 from pbrg_mj.governor.optimum import Optimum
-from pbrg_mj.governor.passivity import equilibrium, flow_passivity, passivity, two_rounds_passivity
+from pbrg_mj.governor.passivity import (
+    equilibrium,
+    flow_passivity,
+    one_round_passivity,
+    passivity,
+    two_rounds_passivity,
+)
 from pbrg_mj.governor.primal_dual import Estimates, Flow, run_rounds
 from tests.channels import channel
 from tests.problems import FORMATION, GRAPHS, graph, half_spaces, problem, random_problem
@@ -196,3 +202,16 @@ def test_two_rounds_at_once_are_two_rounds():
         )
     estimates.z[2, 3] = np.inf
     assert np.isnan(two_rounds_passivity(static, flow, estimates).primal_storage)
+
+
+def test_one_round_at_once_is_the_round_and_its_balance():
+    rng, flow = np.random.default_rng(18), Flow(2.0, STEP, 0.8)
+    for _ in range(20):
+        static, optimum = planted(rng, graph(leaders=(0, 3)))
+        estimates = random_estimates(rng, static.rows)
+        want = passivity(static, optimum, flow.alpha, estimates, change(static, estimates, flow))
+        assert one_round_passivity(static, optimum, flow, estimates, 100.0) == want
+        largest = np.abs(run_rounds(static, estimates, flow, 1).z).max()
+        assert one_round_passivity(static, optimum, flow, estimates, largest) == want
+        beyond = one_round_passivity(static, optimum, flow, estimates, np.nextafter(largest, 0.0))
+        assert np.isnan(beyond.primal_storage)

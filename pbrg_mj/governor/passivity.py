@@ -12,6 +12,8 @@ The supplies cancel in S + alpha U, which therefore never grows. Two second moti
 - `passivity`: the rest at the optimum (z*, zeta*, lambda*, nu*), as in the paper. Needs an optimum.
 - `flow_passivity`: the same motion a round later (differences are velocities, S + alpha U the flow's own speed). Needs
   nothing, not even that there is an optimum; known as incremental passivity.
+
+The kernels index whole arrays instead of taking rows and sums of columns, as `primal_dual.update_robots` tells.
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ import numpy as np
 
 from pbrg_mj.governor.bounds import judged
 from pbrg_mj.governor.optimum import Optimum
-from pbrg_mj.governor.primal_dual import Estimates, Flow, round_arguments, rounds_of
+from pbrg_mj.governor.primal_dual import Estimates, Flow, active_rows, round_arguments, update_robots
 from pbrg_mj.governor.problem import Problem
 from pbrg_mj.kernel import kernel
 
@@ -63,23 +65,38 @@ def one_round_passivity(
 
     Unknown where that round leaves `limit` [m] or is not finite.
     """
-    rest = _rest_arguments(problem, optimum, flow.alpha)
-    bounded, balance = _one_round_balance(*round_arguments(problem, estimates, flow), rest, limit)
+    found = (optimum.m, optimum.multipliers, problem.network.laplacian_pinv)
+    bounded, balance = _one_round_balance(*round_arguments(problem, estimates, flow), found, limit)
     return Passivity(*balance) if bounded else Passivity.unknown()
 
 
 @kernel
-def _one_round_balance(estimates, network, state, rows, gains, rest_arguments, limit):  # pragma: no cover - compiled
-    z, zeta, lam, nu = rounds_of(estimates, network, state, rows, gains, 1)
-    bounded, _ = judged(z, lam, limit, gains[2])
-    step = gains[1]
-    rates = (
-        (z - estimates[0]) / step,
-        (zeta - estimates[1]) / step,
-        (lam - estimates[2]) / step,
-        (nu - estimates[3]) / step,
-    )
-    return bounded, _balance(rest_arguments, estimates, rates)
+def _one_round_balance(estimates, network, state, rows, gains, found, limit):  # pragma: no cover - compiled
+    leader, (p, xi, r), (a, C, _, active), (m, lam, pinv) = network[2], state, rows, found
+    after = _next_round(estimates, network, (leader, state, rows, active_rows(active)), gains)
+    bounded, _ = judged(after[0], after[2], limit, gains[2])
+    _to_rate(after[0], estimates[0], gains[1])
+    _to_rate(after[1], estimates[1], gains[1])
+    _to_rate(after[2], estimates[2], gains[1])
+    _to_rate(after[3], estimates[3], gains[1])
+    return bounded, _balance(((m, p, xi), lam, (a, C), (leader, r), pinv, gains[0]), estimates, after)
+
+
+@kernel
+def _next_round(estimates, network, own, gains):  # pragma: no cover - compiled
+    """Return the estimates a round later when every message arrives within it, arrays of their own."""
+    z, zeta, lam, nu = estimates
+    new = (np.empty(z.shape), np.empty(z.shape), np.empty(lam.shape), np.empty(nu.shape))
+    update_robots(estimates, new, (network[0], network[1], z, zeta), own, gains)
+    return new
+
+
+@kernel
+def _to_rate(after, before, step):  # pragma: no cover - compiled
+    """Turn an array a round later into the rate of its change."""
+    for i in range(after.shape[0]):
+        for c in range(after.shape[1]):
+            after[i, c] = (after[i, c] - before[i, c]) / step
 
 
 @kernel
@@ -87,18 +104,23 @@ def _balance(rest_arguments, before, rates):  # pragma: no cover - compiled
     lam, rows, alpha = rest_arguments[1], rest_arguments[2], rest_arguments[5]
     z_1, zeta_1, lam_1, nu_1 = before
     z_rate, zeta_rate, lam_rate, nu_rate = rates
-    zeta_mean = np.zeros(zeta_1.shape[1])
-    for i in range(len(zeta_1)):
-        zeta_mean += zeta_1[i] / len(zeta_1)
-    z, zeta, nu = _equilibrium(*rest_arguments, zeta_mean)
-    rest, now = _dual_force(z, lam, nu, rows), _dual_force(z_1, lam_1, nu_1, rows)
-    supply = _supply(z, z_1, rest, now)
+    z, zeta, nu, rest = _equilibrium(*rest_arguments, _mean_row(zeta_1))
+    supply = _supply(z, z_1, rest, _dual_force(z_1, lam_1, nu_1, rows))
     stored_z, growth_z = _difference(z, z_1, z_rate)
     stored_zeta, growth_zeta = _difference(zeta, zeta_1, zeta_rate)
     stored_lam, growth_lam = _difference(lam, lam_1, lam_rate)
     stored_nu, growth_nu = _difference(nu, nu_1, nu_rate)
     primal, dual = -alpha * supply - growth_z - growth_zeta, supply - growth_lam - growth_nu
     return stored_z + stored_zeta, stored_lam + stored_nu, primal, dual
+
+
+@kernel
+def _mean_row(array):  # pragma: no cover - compiled
+    mean = np.zeros(array.shape[1])
+    for i in range(array.shape[0]):
+        for c in range(array.shape[1]):
+            mean[c] += array[i, c] / array.shape[0]
+    return mean
 
 
 @kernel
@@ -144,8 +166,9 @@ def _known(balance: tuple[float, float, float, float]) -> Passivity:
 
 @kernel
 def _two_rounds_balance(estimates, network, state, rows, gains):  # pragma: no cover - compiled
-    first = rounds_of(estimates, network, state, rows, gains, 1)
-    second = rounds_of(first, network, state, rows, gains, 1)
+    own = (network[2], state, rows, active_rows(rows[3]))
+    first = _next_round(estimates, network, own, gains)
+    second = _next_round(first, network, own, gains)
     return _flow_balance((estimates, first, second), (rows[0], rows[1]), gains[0], gains[1])
 
 
@@ -180,7 +203,7 @@ def equilibrium(problem: Problem, optimum: Optimum, alpha: float, zeta_mean: np.
     z_i = (m*, p, xi) for all robots; nu balances grad g' lambda in each robot's own blocks; L zeta balances what is
     left. The mean of zeta, (4n + 2,), is conserved by the flow and therefore given.
     """
-    z, zeta, nu = _equilibrium(*_rest_arguments(problem, optimum, alpha), zeta_mean)
+    z, zeta, nu, _ = _equilibrium(*_rest_arguments(problem, optimum, alpha), zeta_mean)
     return Estimates(z, zeta, optimum.multipliers, nu)
 
 
@@ -193,29 +216,41 @@ def _rest_arguments(problem: Problem, optimum: Optimum, alpha: float) -> tuple:
 
 @kernel
 def _equilibrium(state, lam, rows, aims, pinv, alpha, zeta_mean):  # pragma: no cover - compiled
-    z, nu, force = _at_rest(state, lam, rows, aims)
-    return z, pinv @ (alpha * force) + zeta_mean, nu
+    """Return z, zeta, nu, and grad g_i' lambda_i + grad h_i' nu_i of every robot, (n, 4n + 2)."""
+    z, nu, force = _at_rest(state, lam, rows)
+    pushed, m, (leader, r) = alpha * force, state[0], aims
+    for i in range(len(leader)):
+        for axis in range(2):
+            pushed[i, axis] = alpha * (force[i, axis] + 2.0 * leader[i] * (m[axis] - r[axis]))
+    zeta = pinv @ pushed
+    for i in range(zeta.shape[0]):
+        for c in range(zeta.shape[1]):
+            zeta[i, c] += zeta_mean[c]
+    return z, zeta, nu, force
 
 
 @kernel
-def _at_rest(state, lam, rows, aims):  # pragma: no cover - compiled
-    """Return z, nu, and grad f_i + grad g_i' lambda_i + grad h_i' nu_i of every robot, (n, 4n + 2)."""
+def _at_rest(state, lam, rows):  # pragma: no cover - compiled
+    """Return z, nu, and the force of all rows and of nu, which cancels it in z_p and z_xi as a sum over the robots."""
     m, p, xi = state
-    leader, r = aims
     n = len(p)
     z, nu = np.empty((n, 4 * n + 2)), np.zeros((n, 4))
-    z[:, 0], z[:, 1] = m[0], m[1]
-    for j in range(n):
+    for i in range(n):
         for axis in range(2):
-            z[:, 2 + 2 * j + axis], z[:, 2 + 2 * n + 2 * j + axis] = p[j, axis], xi[j, axis]
+            z[i, axis] = m[axis]
+            for j in range(n):
+                z[i, 2 + 2 * j + axis], z[i, 2 + 2 * n + 2 * j + axis] = p[j, axis], xi[j, axis]
     force = _dual_force(z, lam, nu, rows)
     for j in range(n):
-        for axis in range(2):  # of all rows; nu must cancel it in z_p and z_xi
+        for axis in range(2):
             at_p, at_xi = 2 + 2 * j + axis, 2 + 2 * n + 2 * j + axis
-            nu[j, axis], nu[j, 2 + axis] = -force[:, at_p].sum(), -force[:, at_xi].sum()
-            force[j, at_p] += nu[j, axis]
-            force[j, at_xi] += nu[j, 2 + axis]
-            force[j, axis] += 2.0 * leader[j] * (m[axis] - r[axis])
+            sum_p = sum_xi = 0.0
+            for i in range(n):
+                sum_p += force[i, at_p]
+                sum_xi += force[i, at_xi]
+            nu[j, axis], nu[j, 2 + axis] = -sum_p, -sum_xi
+            force[j, at_p] -= sum_p
+            force[j, at_xi] -= sum_xi
     return z, nu, force
 
 
@@ -228,21 +263,24 @@ def dual_force(problem: Problem, estimates: Estimates) -> np.ndarray:
 @kernel
 def _dual_force(z, lam, nu, rows):  # pragma: no cover - compiled
     a, C = rows
-    n, force = len(z), np.zeros(z.shape)
+    n, force = len(z), np.empty(z.shape)
     for i in range(n):
-        pull, z_i = 0.0, z[i]
+        pull = push_x = push_y = square = 0.0
         for row in range(a.shape[1]):
             pull += a[i, row] * lam[i, row]
-            force[i, 0] += C[i, row, 0] * lam[i, row]
-            force[i, 1] += C[i, row, 1] * lam[i, row]
-        ball = z_i.copy()  # (., z_p - 1 (x) m, z_xi)
-        for c in range(2, 2 + 2 * n):
-            ball[c] -= z_i[c % 2]
-        rho = np.sqrt(np.sum(ball[2:] ** 2))
+            push_x += C[i, row, 0] * lam[i, row]
+            push_y += C[i, row, 1] * lam[i, row]
+        for c in range(2, 2 + 4 * n):
+            force[i, c] = z[i, c] - z[i, c % 2] if c < 2 + 2 * n else z[i, c]  # (z_p - 1 (x) m, z_xi)
+            square += force[i, c] * force[i, c]
+        rho = math.sqrt(square)
         weight = pull / rho if rho > 0.0 else 0.0
-        for c in range(2, len(z_i)):
-            force[i, c] = weight * ball[c]
-            force[i, c % 2] -= weight * ball[c] if c < 2 + 2 * n else 0.0
+        for c in range(2, 2 + 4 * n):
+            force[i, c] *= weight
+        for c in range(2, 2 + 2 * n, 2):
+            push_x -= force[i, c]
+            push_y -= force[i, c + 1]
+        force[i, 0], force[i, 1] = push_x, push_y
         for axis in range(2):
             force[i, 2 + 2 * i + axis] += nu[i, axis]
             force[i, 2 + 2 * n + 2 * i + axis] += nu[i, 2 + axis]

@@ -81,7 +81,7 @@ def test_a_robot_depends_on_itself_alone():
         others[:, 2] = 0.0
         for k in range(40):
             memory = wind_up(RULE, memory, p[k] + others[k], xi[k] + others[k], u[k] + others[k])
-            found.append((memory.winding[2], *memory.made[2], *memory.wanted[2], memory.grown[2]))
+            found.append((memory.winding[2], *memory.ways[2]))
         results.append(found)
     assert results[0] == results[1]
     assert any(row[0] for row in results[0])

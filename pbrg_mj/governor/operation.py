@@ -30,55 +30,53 @@ def operation(problem: Problem, solution: Solution, before: Operation | None) ->
     Stationarity, worst row (its positive part) and complementarity are the residuals of the KKT conditions, eq. 24,
     of the whole network's problem in m at the network's multipliers.
     """
-    rows, leader, nothing = problem.rows, problem.network.leader, (np.zeros(2), 0.0)
-    m, *judged = _judged(
-        (leader, problem.reference, solution.m, solution.multipliers),
+    rows = problem.rows
+    m, storage, held, *judged = _judged(
+        (problem.network.leader, problem.reference, solution.m, solution.multipliers),
         (problem.p, problem.xi),
         (rows.a, rows.C, rows.d, rows.active),
-        nothing if before is None else (before.applied_m, before.storage),
+        (np.zeros(2), 0.0) if before is None else (before.applied_m, before.storage),
     )
-    storage, held, worst, spread, stationarity, complementarity = judged
-    return Operation(
-        applied_m=m,
-        storage=storage,
-        storage_change=0.0 if before is None else held,
-        worst_row=worst,
-        consensus_spread=spread,
-        stationarity=stationarity,
-        complementarity=complementarity,
-    )
+    return Operation(m, storage, 0.0 if before is None else held, *judged)
 
 
 @kernel
 def _judged(answer, state, rows, before):  # pragma: no cover - compiled
+    """Return the fields of Operation, in their order."""
     leader, r, known_m, lam = answer
     p, xi = state
     n, leaders, m = len(p), leader.sum(), np.zeros(2)
     for i in range(n):
-        m += leader[i] * known_m[i] / leaders
+        m[0] += leader[i] * known_m[i, 0] / leaders
+        m[1] += leader[i] * known_m[i, 1] / leaders
     storage, held = _storage(m, p, xi), _storage(before[0], p, xi) - before[1]
     rho = math.sqrt(2.0 * storage)
-    worst, complementarity, pull, gradient = _judged_rows(m, rho, lam, rows)
+    worst, complementarity, pull, push_x, push_y = _judged_rows(m, rho, lam, rows)
     weight = pull / rho if rho > 0.0 else 0.0
-    for axis in range(2):
-        gradient[axis] += 2.0 * leaders * (m[axis] - r[axis]) + weight * (n * m[axis] - p[:, axis].sum())
-    return m, storage, held, worst, _spread(known_m), math.hypot(gradient[0], gradient[1]), complementarity
+    sum_x = sum_y = 0.0
+    for j in range(n):
+        sum_x += p[j, 0]
+        sum_y += p[j, 1]
+    x = push_x + (2.0 * leaders * (m[0] - r[0]) + weight * (n * m[0] - sum_x))
+    y = push_y + (2.0 * leaders * (m[1] - r[1]) + weight * (n * m[1] - sum_y))
+    return m, storage, held, worst, _spread(known_m), math.hypot(x, y), complementarity
 
 
 @kernel
 def _judged_rows(m, rho, lam, rows):  # pragma: no cover - compiled
     """Return the largest row, the largest |lambda g|, sum of a lambda and sum of C lambda."""
     a, C, d, active = rows
-    worst, largest, pull, push = -np.inf, 0.0, 0.0, np.zeros(2)
+    worst, largest = -np.inf, 0.0
+    pull = push_x = push_y = 0.0
     for i in range(a.shape[0]):
         for row in range(a.shape[1]):
             pull += a[i, row] * lam[i, row]
-            push[0] += lam[i, row] * C[i, row, 0]
-            push[1] += lam[i, row] * C[i, row, 1]
+            push_x += lam[i, row] * C[i, row, 0]
+            push_y += lam[i, row] * C[i, row, 1]
             if active[i, row]:
                 g = a[i, row] * rho + C[i, row, 0] * m[0] + C[i, row, 1] * m[1] - d[i, row]
                 worst, largest = max(worst, g), max(largest, abs(lam[i, row] * g))
-    return worst, largest, pull, push
+    return worst, largest, pull, push_x, push_y
 
 
 @kernel

@@ -45,10 +45,8 @@ class WindUp:
     """What every robot remembers of the ways behind it, and who is winding up."""
 
     p: np.ndarray  # (n, 2) at this tick [m]
-    xi_size: np.ndarray  # (n,) ||xi|| at this tick [m]
-    wanted: np.ndarray  # (n, 2) [m], the way of the coming tick included
-    made: np.ndarray  # (n, 2) [m]
-    grown: np.ndarray  # (n,) [m]
+    xi: np.ndarray  # (n, 2) at this tick [m]
+    ways: np.ndarray  # (n, 5) wanted x, y, the way of the coming tick included; made x, y; grown [m]
     winding: np.ndarray  # (n,) bool
 
 
@@ -59,30 +57,27 @@ def wind_up(rule: WindUpRule, before: WindUp | None, p: np.ndarray, xi: np.ndarr
     rows j alone.
     """
     if before is None:
-        nothing = np.zeros(p.shape)
-        size = np.hypot(xi[:, 0], xi[:, 1])
-        return WindUp(p, size, rule.tick * u, nothing, np.zeros(len(p)), np.zeros(len(p), dtype=bool))
-    ways = (before.p, before.xi_size, before.wanted, before.made, before.grown)
-    return WindUp(p, *_followed(ways, (p, xi, u), (rule.keep, rule.tick, rule.length)))
+        return WindUp(p, xi, np.hstack([rule.tick * u, np.zeros((len(p), 3))]), np.zeros(len(p), dtype=bool))
+    memory = (before.p, before.xi, before.ways)
+    return WindUp(p, xi, *_followed(memory, (p, xi, u), (rule.keep, rule.tick, rule.length)))
 
 
 @kernel
-def _followed(ways, state, rule):  # pragma: no cover - compiled
-    """Return ||xi||, the ways a tick later, `wanted` with the next tick's way, and who winds up."""
-    p_before, size_before = ways[0], ways[1]
-    wanted, made, grown = ways[2].copy(), ways[3].copy(), ways[4].copy()
+def _followed(memory, state, rule):  # pragma: no cover - compiled
+    """Return the ways a tick later, `wanted` with the next tick's way, and who winds up."""
+    p_before, xi_before, before = memory
     p, xi, u = state
     keep, tick, length = rule
-    size, winding = np.empty(len(grown)), np.zeros(len(grown), dtype=np.bool_)
-    for j in range(len(grown)):
-        size[j] = math.hypot(xi[j, 0], xi[j, 1])
+    ways, winding = np.empty(before.shape), np.empty(len(before), dtype=np.bool_)
+    for j in range(len(before)):
         along = square = 0.0
         for axis in range(2):
-            wanted[j, axis] *= keep
-            made[j, axis] = keep * (made[j, axis] + (p[j, axis] - p_before[j, axis]))
-            along += wanted[j, axis] * made[j, axis]
-            square += wanted[j, axis] ** 2
-            wanted[j, axis] += tick * u[j, axis]
-        grown[j] = keep * (grown[j] + (size[j] - size_before[j]))
-        winding[j] = grown[j] > length and square > length**2 and along < 0.5 * square
-    return size, wanted, made, grown, winding
+            wanted = keep * before[j, axis]
+            made = keep * (before[j, 2 + axis] + (p[j, axis] - p_before[j, axis]))
+            along += wanted * made
+            square += wanted**2
+            ways[j, axis], ways[j, 2 + axis] = wanted + tick * u[j, axis], made
+        gained = math.hypot(xi[j, 0], xi[j, 1]) - math.hypot(xi_before[j, 0], xi_before[j, 1])
+        grown = ways[j, 4] = keep * (before[j, 4] + gained)
+        winding[j] = grown > length and square > length**2 and along < 0.5 * square
+    return ways, winding

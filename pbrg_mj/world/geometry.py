@@ -59,15 +59,21 @@ def wall_margin(hand_world: np.ndarray, walls: Rectangles, clearance: float) -> 
 @kernel
 def wall_margins(points, walls, clearance):  # pragma: no cover - compiled
     """Return what `wall_margin` does; `walls` are the arrays of Rectangles."""
-    centre, axis, half_size = walls
     margins = np.empty(len(points))
     for k in range(len(points)):
-        nearest = np.inf
-        for w in range(len(centre)):
-            x, y = points[k, 0] - centre[w, 0], points[k, 1] - centre[w, 1]
-            along = abs(x * axis[w, 0] + y * axis[w, 1]) - half_size[w, 0]
-            across = abs(y * axis[w, 0] - x * axis[w, 1]) - half_size[w, 1]
-            outside = math.sqrt(max(along, 0.0) ** 2 + max(across, 0.0) ** 2)
-            nearest = min(nearest, outside + min(max(along, across), 0.0))
-        margins[k] = nearest - clearance
+        margins[k] = margin(points[k, 0], points[k, 1], walls, clearance)
     return margins
+
+
+@kernel
+def margin(point_x, point_y, walls, clearance):  # pragma: no cover - compiled
+    """Return the margin of one point."""
+    centre, axis, half_size = walls
+    nearest = np.inf
+    for w in range(len(centre)):
+        x, y = point_x - centre[w, 0], point_y - centre[w, 1]
+        along = abs(x * axis[w, 0] + y * axis[w, 1]) - half_size[w, 0]
+        across = abs(y * axis[w, 0] - x * axis[w, 1]) - half_size[w, 1]
+        outside = math.sqrt(max(along, 0.0) ** 2 + max(across, 0.0) ** 2)
+        nearest = min(nearest, outside + min(max(along, across), 0.0))
+    return nearest - clearance

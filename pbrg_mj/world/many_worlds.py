@@ -103,6 +103,9 @@ def check_side_by_side(scenario: Scenario) -> None:
 def _true_states(bound, at, around, out):  # pragma: no cover - compiled
     xpos, xmat, site_xpos, qvel, sensordata, history = bound
     walls, clearance = around
+    hand_world, margins, touched = out
+    n = len(at[0])
+    poses, wheel_speed = np.empty((n, 3)), np.empty((n, 2))  # nobody asks for them
     for w in range(len(xpos)):
         state = (xpos[w], xmat[w], site_xpos[w], qvel[w], sensordata[w], history[w])
-        _, out[0][w], _, out[1][w], out[2][w] = true_state(state, at, walls, clearance)
+        true_state(state, at, walls, clearance, (poses, hand_world[w], wheel_speed, margins[w], touched[w]))

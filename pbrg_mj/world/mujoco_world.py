@@ -18,7 +18,7 @@ from pbrg_mj.world.carries import Carries
 from pbrg_mj.world.complaints import listen
 from pbrg_mj.world.compose import compose, model_xml, start_pose
 from pbrg_mj.world.disturbances import Disturbances
-from pbrg_mj.world.geometry import wall_margins, wall_rectangles
+from pbrg_mj.world.geometry import margin, wall_rectangles
 from pbrg_mj.world.interface import Observation, Truth
 from pbrg_mj.world.model_index import index_model
 from pbrg_mj.world.obstacles import box_centre
@@ -50,7 +50,13 @@ class MujocoWorld:
         self._index = index_model(self.model, scenario.robots, scenario.beam_robots, sensors.beams.count)
         self._camera = Sampler(sensors.camera.rate_hz, timing.physics_step, sensors.camera.delay)
         self._beams = Sampler(sensors.beams.rate_hz, timing.physics_step)
-        self._walls = wall_rectangles(scenario.world.obstacles)
+        data, index, walls = self.data, self._index, wall_rectangles(scenario.world.obstacles)
+        self._to_look_at = (  # arrays of `data` are views of MuJoCo's memory, always the same
+            (data.xpos, data.xmat, data.site_xpos, data.qvel, data.sensordata, data.history),
+            (index.body, index.hand, index.wheel_speed, index.wall_contacts, index.earlier_contacts),
+            (walls.centre, walls.axis, walls.half_size),
+            self.robot.clearance,
+        )
         self._moving_boxes = scenario.world.moving_boxes
         self._patches = Patches(scenario, self.robot, self.model) if scenario.world.patches else None
         drive = scenario.drive
@@ -85,11 +91,10 @@ class MujocoWorld:
 
     def truth(self) -> Truth:
         """Return poses, wheel speeds and wall contacts as they are."""
-        data, index, walls = self.data, self._index, self._walls
-        state = (data.xpos, data.xmat, data.site_xpos, data.qvel, data.sensordata, data.history)
-        at = (index.body, index.hand, index.wheel_speed, index.wall_contacts, index.earlier_contacts)
-        rectangles = (walls.centre, walls.axis, walls.half_size)
-        return Truth(*true_state(state, at, rectangles, self.robot.clearance))
+        n = len(self._index.body)
+        out = (np.empty((n, 3)), np.empty((n, 2)), np.empty((n, 2)), np.empty(n), np.empty(n, dtype=bool))
+        true_state(*self._to_look_at, out)
+        return Truth(*out)
 
     def advance(self, command: np.ndarray) -> None:
         """Send `command` (n, 2) left, right [V], or [rad/s] with the speed loop, and let one tick pass.
@@ -148,30 +153,38 @@ class MujocoWorld:
 
 
 @kernel
-def true_state(state, at, walls, clearance):  # pragma: no cover - compiled
-    """Return poses, hand points, wheel speeds, margins and contacts of all robots, as `Truth` orders them."""
+def true_state(state, at, walls, clearance, out):  # pragma: no cover - compiled
+    """Write poses, hand points, wheel speeds, margins and contacts of all robots, in the arrays of `Truth`.
+
+    The caller makes the arrays: numpy does that faster than compiled code hands new ones out.
+    """
     xpos, xmat, site_xpos, qvel, sensordata, history = state
     body, hand, wheel, contacts, earlier = at
-    n = len(body)
-    hand_world, wheel_speed, touched = np.empty((n, 2)), np.empty((n, 2)), np.zeros(n, dtype=np.bool_)
-    for j in range(n):
+    poses, hand_world, wheel_speed, margins, touched = out
+    _write_poses(xpos, xmat, body, poses)
+    for j in range(len(body)):
         hand_world[j, 0], hand_world[j, 1] = site_xpos[hand[j], 0], site_xpos[hand[j], 1]
         wheel_speed[j, 0], wheel_speed[j, 1] = qvel[wheel[j, 0]], qvel[wheel[j, 1]]
+        margins[j] = margin(hand_world[j, 0], hand_world[j, 1], walls, clearance)
         touched[j] = sensordata[contacts[j]] > 0.0  # at this step, or at those within the tick before
         for k in range(earlier.shape[1]):
             touched[j] |= history[earlier[j, k]] > 0.0
-    margins = wall_margins(hand_world, walls, clearance)
-    return body_poses(xpos, xmat, body), hand_world, wheel_speed, margins, touched
 
 
 @kernel
 def body_poses(xpos, xmat, body):  # pragma: no cover - compiled
     """Return the poses (n, 3) x, y, heading of bodies (n,), from all bodies' places and matrices."""
     poses = np.empty((len(body), 3))
-    for j, k in enumerate(body):
+    _write_poses(xpos, xmat, body, poses)
+    return poses
+
+
+@kernel
+def _write_poses(xpos, xmat, body, poses):  # pragma: no cover - compiled
+    for j in range(len(body)):
+        k = body[j]
         poses[j, 0], poses[j, 1] = xpos[k, 0], xpos[k, 1]
         poses[j, 2] = math.atan2(xmat[k, 3], xmat[k, 0])  # of the body's x axis
-    return poses
 
 
 @kernel

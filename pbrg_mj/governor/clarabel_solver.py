@@ -65,13 +65,13 @@ class ClarabelSolver:
         solving = perf_counter() - built
         words = str(solution.status)
         found = _FOUND.get(words, "failed")
-        m, cost, multipliers = np.full(2, np.nan), np.nan, np.full(problem.rows.d.shape, np.nan)
-        if found == "solved":
-            m = np.array(solution.x[:2])
-            off_x, off_y = (m - problem.reference).tolist()
-            cost = form.leaders * (off_x * off_x + off_y * off_y)
-            multipliers[:] = 0.0
-            multipliers[form.tightest] = solution.z[: len(form.tightest[0])]
+        if found != "solved":
+            nothing = np.full(problem.rows.d.shape, np.nan)
+            return Optimum(np.full(2, np.nan), found, np.nan, nothing, words, built - started, solving)
+        m, multipliers = np.array(solution.x[:2]), np.zeros(problem.rows.d.shape)
+        off_x, off_y = (m - problem.reference).tolist()
+        cost = form.leaders * (off_x * off_x + off_y * off_y)
+        multipliers[form.tightest] = solution.z[: len(form.tightest[0])]
         return Optimum(m, found, cost, multipliers, words, built - started, solving)
 
     def _built(self, problem: Problem) -> tuple[clarabel.DefaultSolver, SmallForm]:
@@ -119,7 +119,7 @@ def tightest_rows(rows: Rows) -> tuple[np.ndarray, np.ndarray]:
 
 def small_form(problem: Problem, tightest: tuple[np.ndarray, np.ndarray]) -> SmallForm:
     """Return the data of the small form; its pattern depends on the number of grouped rows alone."""
-    rows, leaders = problem.rows, float(problem.network.leader.sum())
+    rows, leaders = problem.rows, problem.network.leaders
     A, b = _values(tightest, (rows.a, rows.C, rows.d), problem.p, problem.xi)
     x, y = problem.reference.tolist()
     return SmallForm(leaders, np.array([-2.0 * leaders * x, -2.0 * leaders * y, 0.0]), A, b, tightest)

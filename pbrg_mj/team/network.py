@@ -26,6 +26,11 @@ class Network:
         return len(self.leader)
 
     @cached_property
+    def leaders(self) -> float:
+        """Number of leaders."""
+        return float(self.leader.sum())
+
+    @cached_property
     def degree(self) -> np.ndarray:
         """Number of neighbours of each robot, (n,)."""
         return np.diff(self.first)

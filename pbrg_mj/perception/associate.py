@@ -20,59 +20,74 @@ NEW, UPDATE, EXTEND, STRANGE = 0, 1, 2, 3
 
 
 @kernel
-def associate(tracks, view):
-    """Return a role (L,) for every line of a scan, and the track (L,) it belongs to (-1 for NEW).
+def associate(tracks, lines):  # pragma: no cover - compiled
+    """Write the role of every line (L,) of a scan, and the track it belongs to (-1 for NEW).
 
     Nearest pairs first (Mahalanobis), one line a track: it UPDATEs it. A further line of the same track EXTENDs it.
     STRANGE is a line too near a track to be another wall and too far to be this one.
     """
-    lines = len(view.angle)
-    role, which = np.zeros(lines, np.int64), np.full(lines, -1)
-    cost = np.full((lines, len(tracks)), math.inf)
-    for line in range(lines):
+    cost = np.full((len(lines), len(tracks)), math.inf)
+    for k in range(len(lines)):
+        line = lines[k]
         for i in range(len(tracks)):
-            if tracks[i]["live"] and _overlaps(tracks[i], view, line):
-                cost[line, i] = distance(tracks[i], view, line)
-                if cost[line, i] > GATE and role[line] == NEW and _is_near(tracks[i], view, line):
-                    role[line], which[line] = STRANGE, i
-    taken = np.zeros(len(tracks), np.bool_)
-    for _ in range(lines):
-        line, i = divmod(int(np.argmin(cost)), len(tracks))
-        if cost[line, i] > GATE:
+            if tracks[i]["live"] and _overlaps(tracks[i], line):
+                cost[k, i] = distance(tracks[i], line)
+                if cost[k, i] > GATE and line["role"] == NEW and _is_near(tracks[i], line):
+                    line["role"], line["track"] = STRANGE, i
+    for _ in range(len(lines)):
+        k, i = _cheapest(cost)
+        if k < 0:
             break
-        role[line], which[line] = EXTEND if taken[i] else UPDATE, i
-        taken[i] = True
-        cost[line] = math.inf
-    return role, which
+        lines[k]["role"], lines[k]["track"] = EXTEND if _is_taken(lines, i) else UPDATE, i
+        for other in range(len(tracks)):
+            cost[k, other] = math.inf
 
 
 @kernel
-def distance(track, view, line):
+def _cheapest(cost):  # pragma: no cover - compiled
+    """Return the line and the track of the least cost (L, M) within the gate, the first of equals, or -1, -1."""
+    line, track, least = -1, -1, math.inf
+    for k in range(cost.shape[0]):
+        for i in range(cost.shape[1]):
+            if cost[k, i] <= GATE and cost[k, i] < least:
+                line, track, least = k, i, cost[k, i]
+    return line, track
+
+
+@kernel
+def _is_taken(lines, track):  # pragma: no cover - compiled
+    taken = False
+    for k in range(len(lines)):
+        taken = taken or (lines[k]["role"] == UPDATE and lines[k]["track"] == track)
+    return taken
+
+
+@kernel
+def distance(track, line):
     """Return the squared Mahalanobis distance of a line from a track."""
-    a = wrapped(view.angle[line] - track["angle"])
+    a = wrapped(line["angle"] - track["angle"])
     if abs(a) > 0.5:
         return math.inf
-    c = view.offset[line] - track["offset"]
-    r = view.covariance[line]
-    saa, sac, scc = track["p_aa"] + r[0, 0], track["p_ac"] + r[0, 1], track["p_cc"] + r[1, 1]
+    c = line["offset"] - track["offset"]
+    saa, sac, scc = track["p_aa"] + line["c_aa"], track["p_ac"] + line["c_ac"], track["p_cc"] + line["c_cc"]
     return (scc * a * a - 2 * sac * a * c + saa * c * c) / (saa * scc - sac * sac)
 
 
 @kernel
-def _is_near(track, view, line):
-    turn = wrapped(view.angle[line] - track["angle"])
-    middle = 0.5 * (view.low[line] + view.high[line])
-    return abs(turn) < NEAR_ANGLE and abs(view.offset[line] - track["offset"] + turn * middle) < NEAR_OFFSET
+def _is_near(track, line):
+    turn = wrapped(line["angle"] - track["angle"])
+    middle = 0.5 * (line["low"] + line["high"])
+    return abs(turn) < NEAR_ANGLE and abs(line["offset"] - track["offset"] + turn * middle) < NEAR_OFFSET
 
 
 @kernel
-def _overlaps(track, view, line):
+def _overlaps(track, line):
     """Return whether the stretches of track and line touch, but for a gap that may be hidden."""
-    if view.low[line] > track["high"]:
-        ended = track["high_bound"] < math.inf or view.free_low[line]
-        return view.low[line] - track["high"] < (FREE_GAP if ended else HIDDEN_GAP)
-    ended = track["low_bound"] > -math.inf or view.free_high[line]
-    return track["low"] - view.high[line] < (FREE_GAP if ended else HIDDEN_GAP)
+    if line["low"] > track["high"]:
+        ended = track["high_bound"] < math.inf or line["free_low"]
+        return line["low"] - track["high"] < (FREE_GAP if ended else HIDDEN_GAP)
+    ended = track["low_bound"] > -math.inf or line["free_high"]
+    return track["low"] - line["high"] < (FREE_GAP if ended else HIDDEN_GAP)
 
 
 @kernel

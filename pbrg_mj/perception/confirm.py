@@ -11,7 +11,7 @@ import math
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.angles import wrapped
-from pbrg_mj.perception.evidence import end_bound
+from pbrg_mj.perception.evidence import end_bounds
 
 LONG = 1.0  # [m] stretches this long are walls when seen twice, and twice as long in the very first scan at once
 WIDE = 6.0  # and those of so many times their distance without an end in sight: a near wall shows only a short stretch
@@ -24,16 +24,16 @@ TORN = 6  # a moved end counts 2, a scan without one -1: lost beams may feign on
 
 
 @kernel
-def note_place(track, view, line):
+def note_place(track, line, now):
     """Add a sighting to the sums that give the track's speed along its normal."""
-    angle, c = view.angle[line], view.covariance[line]
-    x, y = track["ref_x"] - view.x, track["ref_y"] - view.y
+    angle = line["angle"]
+    x, y = track["ref_x"] - now.x, track["ref_y"] - now.y
     cos, sin = math.cos(angle), math.sin(angle)
     s = y * cos - x * sin
     ahead = math.cos(wrapped(angle - track["ref_angle"]))
-    e = (view.offset[line] - x * cos - y * sin) / max(ahead, 0.5)
-    w = 1 / (c[1, 1] - 2 * s * c[0, 1] + s * s * c[0, 0])
-    tau = view.time - track["first"]
+    e = (line["offset"] - x * cos - y * sin) / max(ahead, 0.5)
+    w = 1 / (line["c_cc"] - 2 * s * line["c_ac"] + s * s * line["c_aa"])
+    tau = now.time - track["first"]
     track["w0"] += w
     track["w1"] += w * tau
     track["w2"] += w * tau * tau
@@ -42,59 +42,57 @@ def note_place(track, view, line):
 
 
 @kernel
-def restart(track, view, line, rules):
+def restart(track, line, scan, now, rules):
     """Take a sighting's stretch for the track's, and count its age and motion from here."""
-    track["low"], track["high"] = view.low[line], view.high[line]
-    track["low_bound"] = end_bound(view, line, -1, rules) if view.free_low[line] else -math.inf
-    track["high_bound"] = end_bound(view, line, 1, rules) if view.free_high[line] else math.inf
-    angle, middle = view.angle[line], 0.5 * (view.low[line] + view.high[line])
+    track["low"], track["high"] = line["low"], line["high"]
+    track["low_bound"], track["high_bound"] = end_bounds(line, scan, rules)
+    angle, middle = line["angle"], 0.5 * (line["low"] + line["high"])
     track["ref_angle"] = angle
-    track["ref_x"] = view.x + view.offset[line] * math.cos(angle) - middle * math.sin(angle)
-    track["ref_y"] = view.y + view.offset[line] * math.sin(angle) + middle * math.cos(angle)
+    track["ref_x"] = now.x + line["offset"] * math.cos(angle) - middle * math.sin(angle)
+    track["ref_y"] = now.y + line["offset"] * math.sin(angle) + middle * math.cos(angle)
     track["w0"] = track["w1"] = track["w2"] = track["e0"] = track["e1"] = track["blur"] = 0.0
-    track["first"] = view.time
-    _note_blur(track, view, line, (track["low_bound"], track["high_bound"]))
+    track["first"] = now.time
+    _note_blur(track, line, (track["low_bound"], track["high_bound"]))
 
 
 @kernel
-def extend(track, view, line, rules):
+def extend(track, line, scan, now, rules):
     """Take a sighting's ends into account, or find that an end has moved and begin the track's stretch anew."""
-    low_bound = end_bound(view, line, -1, rules) if view.free_low[line] else -math.inf
-    high_bound = end_bound(view, line, 1, rules) if view.free_high[line] else math.inf
-    slack = TOLERANCE + SIGMAS * math.sqrt(view.position_var)
-    far = SIGMAS * math.sqrt(view.heading_var) * view.offset[line]
-    over = max(view.high[line] - track["high_bound"], track["low_bound"] - view.low[line])
+    low_bound, high_bound = end_bounds(line, scan, rules)
+    slack = TOLERANCE + SIGMAS * math.sqrt(now.position_var)
+    far = SIGMAS * math.sqrt(now.heading_var) * line["offset"]
+    over = max(line["high"] - track["high_bound"], track["low_bound"] - line["low"])
     short = max(track["high"] - high_bound, low_bound - track["low"])
     if max(over, short) > slack + far:
         track["torn"] += 2
         if track["torn"] >= TORN or not track["confirmed"]:
-            restart(track, view, line, rules)
+            restart(track, line, scan, now, rules)
             track["torn"] = track["confirmed"] = 0
             track["hits"] = 1
         return
     track["torn"] = max(track["torn"] - 1, 0)
-    _note_blur(track, view, line, (low_bound, high_bound))
+    _note_blur(track, line, (low_bound, high_bound))
     track["low_bound"] = max(track["low_bound"], low_bound)
     track["high_bound"] = min(track["high_bound"], high_bound)
-    widen(track, view, line)
+    widen(track, line)
 
 
 @kernel
-def widen(track, view, line):
+def widen(track, line):
     """Let a track reach as far as a sighting of it."""
-    track["low"] = min(track["low"], view.low[line])
-    track["high"] = max(track["high"], view.high[line])
+    track["low"] = min(track["low"], line["low"])
+    track["high"] = max(track["high"], line["high"])
 
 
 @kernel
-def confirm(track, view, line, rules):
+def confirm(track, line, now, rules):
     """Make a track a wall if it cannot be anything else."""
     if track["confirmed"]:
         return
-    length = view.high[line] - view.low[line]
-    ended = view.free_low[line] or view.free_high[line]
-    wide = not ended and length >= WIDE * view.offset[line]
-    large = length >= LONG or wide if track["hits"] > 1 else view.elapsed == 0 and (length >= 2 * LONG or wide)
+    length = line["high"] - line["low"]
+    ended = line["free_low"] or line["free_high"]
+    wide = not ended and length >= WIDE * line["offset"]
+    large = length >= LONG or wide if track["hits"] > 1 else now.elapsed == 0 and (length >= 2 * LONG or wide)
     track["confirmed"] = 1 if large or (rests_across(track) and _rests_along(track, rules)) else 0
 
 
@@ -120,7 +118,7 @@ def _rests_along(track, rules):
 
 
 @kernel
-def _note_blur(track, view, line, bounds):
+def _note_blur(track, line, bounds):
     """Keep the widest gap so far between the last beam on the thing and the first past it, at the better end."""
-    here = min(view.low[line] - bounds[0], bounds[1] - view.high[line])
+    here = min(line["low"] - bounds[0], bounds[1] - line["high"])
     track["blur"] = max(track["blur"], min(here, WIDEST))

@@ -18,38 +18,50 @@ SHARE = 0.6  # of them must
 
 
 @kernel
-def beam_on_line(angle, offset, direction):
-    """Return the coordinate along the line and the range where a beam meets it from the front, else inf."""
-    cos, sin = math.cos(angle), math.sin(angle)
-    along = direction[0] * cos + direction[1] * sin
+def beam_on_line(cos, sin, offset, beams, k):  # pragma: no cover - compiled
+    """Return the coordinate along the line and the range where beam k meets it from the front, else inf.
+
+    The line's normal is (cos, sin), the beams (B, 2) are unit vectors.
+    """
+    along = beams[k, 0] * cos + beams[k, 1] * sin
     if along < LEAST_COSINE or offset <= 0:
         return 0.0, math.inf
     distance = offset / along
-    return distance * (direction[1] * cos - direction[0] * sin), distance
+    return distance * (beams[k, 1] * cos - beams[k, 0] * sin), distance
 
 
 @kernel
-def end_bound(view, line, end, rules):
-    """Return a coordinate beyond which the wall of sighting `line` does not go, at its high (end = 1) or low (-1) end.
+def end_bounds(line, scan, rules):  # pragma: no cover - compiled
+    """Return coordinates before and beyond which the wall of a sighting does not go; infinite for ends not free."""
+    low = end_bound(line, scan, -1, rules) if line["free_low"] else -math.inf
+    high = end_bound(line, scan, 1, rules) if line["free_high"] else math.inf
+    return low, high
+
+
+@kernel
+def end_bound(line, scan, end, rules):  # pragma: no cover - compiled
+    """Return a coordinate beyond which the wall of a sighting does not go, at its high (end = 1) or low (-1) end.
 
     It is where the first echo from behind came through, or where so many neighbours got no echo that they cannot all
-    have been lost; the end itself when there is none. inf or -inf when the wall leaves the range first.
+    have been lost; the end itself when there is none. inf or -inf when the wall leaves the range first. The scan is
+    (ranges (B,), beams (B, 2)).
     """
-    angle, offset = view.angle[line], view.offset[line]
-    edge = end * (view.high[line] if end > 0 else view.low[line])
+    ranges, directions = scan
+    cos, sin, offset = math.cos(line["angle"]), math.sin(line["angle"]), line["offset"]
+    edge = end * (line["high"] if end > 0 else line["low"])
     best, silent = math.inf, 0
-    beams = len(view.ranges)
+    beams = len(ranges)
     at, start = -1, math.inf
     for k in range(beams):  # the first beam beyond the end
-        s, distance = beam_on_line(angle, offset, view.beams[k])
+        s, distance = beam_on_line(cos, sin, offset, directions, k)
         if distance < math.inf and end * s > edge + 1e-9 and end * s < start:
             at, start = k, end * s
-    for step in range(beams if at >= 0 else 0):
-        k = (at + end * step) % beams
-        s, distance = beam_on_line(angle, offset, view.beams[k])
+    k = at
+    for _ in range(beams if at >= 0 else 0):
+        s, distance = beam_on_line(cos, sin, offset, directions, k)
         if distance > IN_RANGE * rules.range_max or end * s < start:
             break
-        r = view.ranges[k]
+        r = ranges[k]
         if math.isnan(r):
             silent += 1
         elif r < distance - BEHIND:
@@ -59,22 +71,26 @@ def end_bound(view, line, end, rules):
         if silent >= rules.silent or r > distance + BEHIND:
             best = end * s
             break
+        k = (k + end) % beams
     return end * best
 
 
 @kernel
-def contradicted(view, track, rules):
+def contradicted(track, scan, rules):  # pragma: no cover - compiled
     """Return whether a scan shows that a wall is no longer where it was: beams that should meet it went past.
 
     Beams stopped before it say nothing. A scan without any echo says nothing: the sensor may be blind.
     """
+    ranges, beams = scan
+    cos, sin, offset = math.cos(track["angle"]), math.sin(track["angle"]), track["offset"]
+    low, high = track["low"] + MARGIN, track["high"] - MARGIN
     on, past, echoes = 0, 0, 0
-    for k in range(len(view.ranges)):
-        r = view.ranges[k]
+    for k in range(len(ranges)):
+        r = ranges[k]
         if math.isfinite(r):
             echoes += 1
-        s, distance = beam_on_line(track["angle"], track["offset"], view.beams[k])
-        if distance > IN_RANGE * rules.range_max - BEHIND or s < track["low"] + MARGIN or s > track["high"] - MARGIN:
+        s, distance = beam_on_line(cos, sin, offset, beams, k)
+        if distance > IN_RANGE * rules.range_max - BEHIND or s < low or s > high:
             continue
         if math.isnan(r) or r > distance + BEHIND:
             past += 1

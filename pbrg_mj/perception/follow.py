@@ -11,6 +11,7 @@ from pbrg_mj.perception.confirm import confirm, extend, note_place, restart, wid
 from pbrg_mj.perception.corners import confirm_corners
 from pbrg_mj.perception.evidence import contradicted
 from pbrg_mj.perception.merge import merge, unite
+from pbrg_mj.perception.view import lines_of, moment_of
 
 SEEN_SHARE = 0.02  # of the drift while in sight: nothing is known for ever
 PATIENCE = 3  # scans against a wall before it is dropped, and scans an unconfirmed one may be out of sight
@@ -20,34 +21,36 @@ SLACK = 1e-9  # [s] rounding of the clock
 @kernel
 def follow(tracks, view, rules):
     """Bring one robot's tracks (M,) up to date with one scan, in place."""
+    lines, now, scan = lines_of(view), moment_of(view), (view.ranges, view.beams)
     for i in range(len(tracks)):
         if tracks[i]["live"]:
-            _carry(tracks[i], view, rules)
-    role, which = associate(tracks, view)
-    for line in range(len(role)):
-        if role[line] == UPDATE:
-            which[line] = unite(tracks, view, line, which[line])
-            _fuse(tracks[which[line]], view, line, rules)
-        elif role[line] == EXTEND:
-            widen(tracks[which[line]], view, line)
-        elif role[line] == STRANGE:
-            _doubt(tracks[which[line]])
-            if not tracks[which[line]]["live"]:
-                role[line] = NEW
-    for line in range(len(role)):
-        if role[line] == NEW:
-            _begin(tracks, view, line, rules)
-    _miss(tracks, view, rules)
+            _carry(tracks[i], now, rules)
+    associate(tracks, lines)
+    for k in range(len(lines)):
+        line = lines[k]
+        if line["role"] == UPDATE:
+            line["track"] = unite(tracks, line, line["track"])
+            _fuse(tracks[line["track"]], line, scan, now, rules)
+        elif line["role"] == EXTEND:
+            widen(tracks[line["track"]], line)
+        elif line["role"] == STRANGE:
+            _doubt(tracks[line["track"]])
+            if not tracks[line["track"]]["live"]:
+                line["role"] = NEW
+    for k in range(len(lines)):
+        if lines[k]["role"] == NEW:
+            _begin(tracks, lines[k], scan, now, rules)
+    _miss(tracks, scan, rules)
     merge(tracks)
     confirm_corners(tracks)
 
 
 @kernel
-def _carry(track, view, rules):
+def _carry(track, now, rules):
     """Take a track from the last anchor to this one, let its uncertainty grow, and forget it in the end."""
     cos, sin = math.cos(track["angle"]), math.sin(track["angle"])
-    along = view.shift_y * cos - view.shift_x * sin
-    track["offset"] -= view.shift_x * cos + view.shift_y * sin
+    along = now.shift_y * cos - now.shift_x * sin
+    track["offset"] -= now.shift_x * cos + now.shift_y * sin
     track["low"] -= along
     track["high"] -= along
     track["low_bound"] -= along
@@ -56,22 +59,21 @@ def _carry(track, view, rules):
     track["p_cc"] += along * (along * track["p_aa"] - 2 * track["p_ac"])
     track["p_ac"] -= along * track["p_aa"]
     share = SEEN_SHARE if track["unseen"] == 0 else 1.0
-    track["p_aa"] += (share * rules.turn) ** 2 * view.elapsed
-    track["p_cc"] += (share * rules.drift) ** 2 * view.elapsed
+    track["p_aa"] += (share * rules.turn) ** 2 * now.elapsed
+    track["p_cc"] += (share * rules.drift) ** 2 * now.elapsed
     track["unseen"] += 1
-    if view.time - track["seen"] > rules.memory + SLACK or (not track["confirmed"] and track["unseen"] > PATIENCE):
+    if now.time - track["seen"] > rules.memory + SLACK or (not track["confirmed"] and track["unseen"] > PATIENCE):
         track["live"] = 0
 
 
 @kernel
-def _fuse(track, view, line, rules):
+def _fuse(track, line, scan, now, rules):
     """Kalman update of (angle, offset) with a sighting: its noise is independent of the scans before."""
-    c = view.covariance[line]
-    note_place(track, view, line)
-    da = wrapped(view.angle[line] - track["angle"])
-    dc = view.offset[line] - track["offset"]
+    note_place(track, line, now)
+    da = wrapped(line["angle"] - track["angle"])
+    dc = line["offset"] - track["offset"]
     paa, pac, pcc = track["p_aa"], track["p_ac"], track["p_cc"]
-    saa, sac, scc = paa + c[0, 0], pac + c[0, 1], pcc + c[1, 1]
+    saa, sac, scc = paa + line["c_aa"], pac + line["c_ac"], pcc + line["c_cc"]
     det = saa * scc - sac * sac
     kaa, kac = (paa * scc - pac * sac) / det, (pac * saa - paa * sac) / det  # K = P S^-1
     kca, kcc = (pac * scc - pcc * sac) / det, (pcc * saa - pac * sac) / det
@@ -80,11 +82,11 @@ def _fuse(track, view, line, rules):
     track["p_aa"] = (1 - kaa) * paa - kac * pac
     track["p_cc"] = (1 - kcc) * pcc - kca * pac
     track["p_ac"] = (1 - kaa) * pac - kac * pcc
-    track["seen"] = view.time
+    track["seen"] = now.time
     track["hits"] += 1
     track["unseen"] = track["missed"] = track["strange"] = 0
-    extend(track, view, line, rules)
-    confirm(track, view, line, rules)
+    extend(track, line, scan, now, rules)
+    confirm(track, line, now, rules)
 
 
 @kernel
@@ -96,37 +98,36 @@ def _doubt(track):
 
 
 @kernel
-def _begin(tracks, view, line, rules):
+def _begin(tracks, line, scan, now, rules):
     """Begin a track; when all are in use, the farthest unconfirmed one makes room, or nobody does."""
     free, farthest = -1, -1.0
     for i in range(len(tracks)):
         if not tracks[i]["live"]:
             free = i
             break
-        if not tracks[i]["confirmed"] and tracks[i]["offset"] > max(farthest, view.offset[line]):
+        if not tracks[i]["confirmed"] and tracks[i]["offset"] > max(farthest, line["offset"]):
             free, farthest = i, tracks[i]["offset"]
     if free < 0:
         return
     track = tracks[free]
-    c = view.covariance[line]
-    track["angle"] = wrapped(view.angle[line])
-    track["offset"] = view.offset[line]
-    track["p_aa"], track["p_ac"], track["p_cc"] = c[0, 0], c[0, 1], c[1, 1]
-    track["first"] = track["seen"] = view.time
+    track["angle"] = wrapped(line["angle"])
+    track["offset"] = line["offset"]
+    track["p_aa"], track["p_ac"], track["p_cc"] = line["c_aa"], line["c_ac"], line["c_cc"]
+    track["first"] = track["seen"] = now.time
     track["hits"] = track["live"] = 1
     track["unseen"] = track["missed"] = track["strange"] = track["torn"] = track["own"] = 0
     track["confirmed"] = 0
     track["slot"] = -1
-    restart(track, view, line, rules)
-    note_place(track, view, line)
-    confirm(track, view, line, rules)
+    restart(track, line, scan, now, rules)
+    note_place(track, line, now)
+    confirm(track, line, now, rules)
 
 
 @kernel
-def _miss(tracks, view, rules):
+def _miss(tracks, scan, rules):
     for i in range(len(tracks)):
         track = tracks[i]
         if track["live"] and track["unseen"] > 0:
-            track["missed"] = track["missed"] + 1 if contradicted(view, track, rules) else 0
+            track["missed"] = track["missed"] + 1 if contradicted(track, scan, rules) else 0
             if track["missed"] >= PATIENCE:
                 track["live"] = 0

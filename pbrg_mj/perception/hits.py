@@ -51,7 +51,7 @@ def apart(points, rules, b, after, skipped):  # pragma: no cover - compiled
     """
     if after <= b and not rules.closed:
         return True
-    lost = (after - b) % len(points) - 1 - skipped
+    lost = (after - b if after >= b else after - b + len(points)) - 1 - skipped
     sine = points[b, DX] * points[after, DY] - points[b, DY] * points[after, DX]
     if lost < 0 or lost > MAX_LOST or sine <= 0.0:
         return True
@@ -73,8 +73,8 @@ def chord_normal(points, a, z):  # pragma: no cover - compiled
 def chord_error(points, rules, ends, chord, b):  # pragma: no cover - compiled
     """Return how far point b lies from the chord between `ends`, in what is allowed; negative on the robot's side.
 
-    Allowed is the split distance, or more where the noise of the three points is larger. `chord` is that of
-    `chord_normal`.
+    Allowed is the split distance, or more where the noise of the three points is larger. Within the split distance it
+    is 0: nobody asks how far. `chord` is that of `chord_normal`.
     """
     a, z = ends
     nx, ny, length = chord
@@ -83,7 +83,7 @@ def chord_error(points, rules, ends, chord, b):  # pragma: no cover - compiled
     if length == 0.0:
         return math.sqrt(px * px + py * py) / rules.split_distance
     if abs(off) <= rules.split_distance:
-        return off / rules.split_distance
+        return 0.0
     u = (nx * py - ny * px) / length
     variance = _across(points, b, nx, ny)
     variance += (1.0 - u) ** 2 * _across(points, a, nx, ny) + u**2 * _across(points, z, nx, ny)
@@ -100,13 +100,22 @@ def without_spikes(points, rules, order, count, kept):  # pragma: no cover - com
     """Write to `kept` the points of `order` that are no lone outliers; return how many there are.
 
     A lone outlier has the same straight surface on both sides. So do two neighbours that are both NEARER than that
-    surface: something thin stands before it. Two that are both farther may be a doorway and stay.
+    surface: something thin stands before it. Two that are both farther may be a doorway and stay. Nearly all points
+    are on the chord of their neighbours, which `_near` tells inline.
     """
     left = 0
     pair_before = False
+    if count < 5:
+        for i in range(count):
+            kept[i] = order[i]
+        return count
     for i in range(-1, count):
-        pair = _spike(points, rules, order, count, i, 2)
-        if i >= 0 and not (pair or pair_before or _spike(points, rules, order, count, i, 1)):
+        a, b = _nth(order, count, i - 1), _nth(order, count, i)
+        c, z = _nth(order, count, i + 1), _nth(order, count, i + 2)
+        pair = not (_near(points, rules, a, z, b) or _near(points, rules, a, z, c))
+        pair = pair and _spike(points, rules, order, count, i, 2)
+        lone = not _near(points, rules, a, c, b) and _spike(points, rules, order, count, i, 1)
+        if i >= 0 and not (pair or pair_before or lone):
             kept[left] = order[i]
             left += 1
         pair_before = pair
@@ -118,18 +127,32 @@ def _spike(points, rules, order, count, i, size):  # pragma: no cover - compiled
     """Tell whether `size` points from the i-th on are off the surface that the two points on each side lie on."""
     if count < size + 4:
         return False
-    a, z = order[(i - 1) % count], order[(i + size) % count]
+    a, z = _nth(order, count, i - 1), _nth(order, count, i + size)
     chord = chord_normal(points, a, z)
     hidden = 0
     for k in range(i, i + size):
-        error = chord_error(points, rules, (a, z), chord, order[k % count])
+        error = chord_error(points, rules, (a, z), chord, _nth(order, count, k))
         if abs(error) <= 1.0 or (size > 1 and error > 0.0):
             return False
         hidden += error < 0.0
-    before, after = order[(i - 2) % count], order[(i + size + 1) % count]
+    before, after = _nth(order, count, i - 2), _nth(order, count, i + size + 1)
     if apart(points, rules, before, a, 0) or apart(points, rules, a, z, hidden) or apart(points, rules, z, after, 0):
         return False
     chord = chord_normal(points, before, after)
     first = chord_error(points, rules, (before, after), chord, a)
     second = chord_error(points, rules, (before, after), chord, z)
     return max(abs(first), abs(second)) <= 1.0
+
+
+@kernel
+def _nth(order, count, i):  # pragma: no cover - compiled
+    """Return the i-th beam of a ring of `count`, -count <= i < 2 count; a remainder takes a division."""
+    return order[i - count if i >= count else i + count if i < 0 else i]
+
+
+@kernel
+def _near(points, rules, a, z, b):  # pragma: no cover - compiled
+    """Tell whether b is within 0.9995 of the split distance of the line a-z: no root, and sure whatever is rounded."""
+    x, y = points[z, X] - points[a, X], points[z, Y] - points[a, Y]
+    cross = y * (points[b, X] - points[a, X]) - x * (points[b, Y] - points[a, Y])
+    return cross * cross < 0.999 * rules.split_distance**2 * (x * x + y * y)

@@ -56,7 +56,7 @@ def _join(points, rules, order, pair, work):  # pragma: no cover - compiled
     line = fit_line(points, rules, members, (fits[a, 0], fits[a, 1]))
     if not _near(points, rules, members, line):
         return False
-    write_fit(line, extent(points, rules, members, line), joint)
+    write_fit(line, extent(points, rules, members, line, work.at), joint)
     low, high = (a, b) if fits[a, 5] < fits[b, 5] else (b, a)
     if has_gap(points, rules, joint, ends[low, 1], ends[high, 0]):
         return False

@@ -11,7 +11,7 @@ range's error with the residual, which turns a line seen obliquely (total least 
 quasi-likelihood equation of the ranges: unbiased whatever the noise, also when it grows with the range (Wedderburn,
 "Quasi-likelihood functions, generalized linear models, and the Gauss-Newton method", 1974).
 
-`members` (N,) are the beams of the line's points.
+`members` (N,) are the beams of the line's points. `at` (B, 4) is where they meet a line, one row for each of them.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.angles import wrapped
 from pbrg_mj.perception.hits import DX, DY, X, Y
 
+S, WEIGHT, RESIDUAL, COSINE = range(4)  # columns of `at`
 LEAST_COSINE = 0.1  # keeps the weight of a beam that runs along the line finite
 
 
@@ -113,14 +114,20 @@ def chord_line(points, first, last):  # pragma: no cover - compiled
 
 
 @kernel
-def extent(points, rules, members, line):  # pragma: no cover - compiled
-    """Return (total weight, weighted mean of s, weighted sum of (s - mean)^2, least s, largest s), s along the line."""
+def extent(points, rules, members, line, at):  # pragma: no cover - compiled
+    """Return (total weight, weighted mean of s, weighted sum of (s - mean)^2, least s, largest s), s along the line.
+
+    What it takes of each point is written to `at`, for all who ask more of the line: the divisions are what costs.
+    """
     nx, ny, c = math.cos(line[0]), math.sin(line[0]), line[1]
     total = ws = wss = 0.0
     low, high = math.inf, -math.inf
-    for b in members:
+    for i in range(len(members)):
+        b = members[i]
         cosine, s = meeting(points, nx, ny, c, b)
         w = weight_of(rules, cosine, c)
+        at[i, S], at[i, WEIGHT], at[i, COSINE] = s, w, cosine
+        at[i, RESIDUAL] = nx * points[b, X] + ny * points[b, Y] - c
         total += w
         ws += w * s
         wss += w * s * s
@@ -136,41 +143,35 @@ def covariance(total, mean, spread):  # pragma: no cover - compiled
 
 
 @kernel
-def worst_point(points, rules, members, line, moments):  # pragma: no cover - compiled
-    """Return (its deviation, its place in `members`) of the point that fits least.
+def worst_point(at, count, moments):  # pragma: no cover - compiled
+    """Return (its deviation, its place in `at`) of the point that fits least of `count`.
 
     Deviations are residuals in their own standard deviations: N(0, 1) each for points of a straight wall.
     """
-    nx, ny, c = math.cos(line[0]), math.sin(line[0]), line[1]
     total, mean, spread = moments[0], moments[1], moments[2]
     worst, index = -1.0, -1
-    for i, b in enumerate(members):
-        cosine, s = meeting(points, nx, ny, c, b)
-        w = weight_of(rules, cosine, c)
-        leverage = w * (1.0 / total + (s - mean) ** 2 / spread)
-        deviation = abs(nx * points[b, X] + ny * points[b, Y] - c) * math.sqrt(w / max(1.0 - leverage, 1e-6))
+    for i in range(count):
+        w = at[i, WEIGHT]
+        leverage = w * (1.0 / total + (at[i, S] - mean) ** 2 / spread)
+        deviation = abs(at[i, RESIDUAL]) * math.sqrt(w / max(1.0 - leverage, 1e-6))
         if deviation > worst:
             worst, index = deviation, i
     return worst, index
 
 
 @kernel
-def straightness(points, rules, members, line, moments):  # pragma: no cover - compiled
-    """Return (misfit, bend): chi-squared with N - 2 degrees and the size of a N(0, 1) for a straight wall.
+def straightness(at, count, moments):  # pragma: no cover - compiled
+    """Return (misfit, bend) of N = `count` points: for a straight wall chi-squared with N - 2 degrees, and |N(0, 1)|.
 
     The misfit is the weighted sum of squared residuals; the bend is their part along s^2, made orthogonal to a line.
     """
-    nx, ny, c = math.cos(line[0]), math.sin(line[0]), line[1]
     total, mean, spread = moments[0], moments[1], moments[2]
     cubes = 0.0
-    for b in members:
-        cosine, s = meeting(points, nx, ny, c, b)
-        cubes += weight_of(rules, cosine, c) * (s - mean) ** 3
+    for i in range(count):
+        cubes += at[i, WEIGHT] * (at[i, S] - mean) ** 3
     misfit = bend = size = 0.0
-    for b in members:
-        cosine, s = meeting(points, nx, ny, c, b)
-        w, u = weight_of(rules, cosine, c), s - mean
-        residual = nx * points[b, X] + ny * points[b, Y] - c
+    for i in range(count):
+        w, u, residual = at[i, WEIGHT], at[i, S] - mean, at[i, RESIDUAL]
         basis = u * u - spread / total - cubes / spread * u
         misfit += w * residual**2
         bend += w * basis * residual

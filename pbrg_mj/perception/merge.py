@@ -18,18 +18,18 @@ def merge(tracks):
 
 
 @kernel
-def unite(tracks, view, line, track):
+def unite(tracks, line, track):
     """Make all tracks one that a single line runs through, whatever ends they have seemed to have; return which."""
     for i in range(len(tracks)):
-        if i != track and tracks[i]["live"] and _runs_through(tracks[i], view, line):
+        if i != track and tracks[i]["live"] and _runs_through(tracks[i], line):
             track = _absorb(tracks, track, i)
     return track
 
 
 @kernel
-def _runs_through(track, view, line):
-    common = min(track["high"], view.high[line]) - max(track["low"], view.low[line])
-    return common > COVERED and distance(track, view, line) <= GATE
+def _runs_through(track, line):
+    common = min(track["high"], line["high"]) - max(track["low"], line["low"])
+    return common > COVERED and distance(track, line) <= GATE
 
 
 @kernel

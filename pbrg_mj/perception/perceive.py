@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from pbrg_mj.perception.frames import STAND, Clock
+from pbrg_mj.perception.frames import STAND
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.perception.memory import PerceptionMemory
-from pbrg_mj.perception.scans import Known, Scans, perceive_scans
+from pbrg_mj.perception.scans import perceive_scans
 from pbrg_mj.perception.setup import PerceptionSetup
 from pbrg_mj.perception.tracks import no_tracks
 from pbrg_mj.sensing.readings import Readings
@@ -31,9 +31,8 @@ def perceive(
     if setup.given is not None or not readings.new_scan:
         return memory.half_spaces, memory
     known = HalfSpaces.empty(setup.robots, setup.slots)
-    tracks, stands = memory.tracks.copy(), memory.stands.copy()
-    clock = Clock(readings.pose_frame, readings.scan_frame, time)
-    scans = Scans(readings.ranges, setup.beam_robots, readings.body_pose, clock)
-    perceive_scans(scans, setup.makings, setup.room, Known(tracks, stands, known.G, known.h, known.active))
-    known.binds[:] = known.active[:, :, None] & setup.binds[:, None, :]
+    tracks, stands = np.empty(memory.tracks.shape, memory.tracks.dtype), np.empty_like(memory.stands)
+    scans = (readings.ranges, readings.body_pose, readings.pose_frame, readings.scan_frame, time)
+    written = (tracks, stands, known.G, known.h, known.active, known.binds)
+    perceive_scans(scans, setup.plain, (memory.tracks, memory.stands), written)
     return known, PerceptionMemory(tracks, stands, known)

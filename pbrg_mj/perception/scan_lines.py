@@ -62,6 +62,7 @@ class Workspace(NamedTuple):
     stack: np.ndarray  # (B + 2, 2) pieces still to split
     pieces: np.ndarray  # (B, 3) start, stop in `order`, cluster
     members: np.ndarray  # (B,) beams of the wall at hand
+    at: np.ndarray  # (B, 4) where they meet its line
     owner: np.ndarray  # (B,) wall that has a beam's point, -1: none
     fits: np.ndarray  # (B, 7) theta, c, var theta, cov, var c, low, high of each wall
     ends: np.ndarray  # (B, 2) beams of each wall's first and last point
@@ -69,36 +70,33 @@ class Workspace(NamedTuple):
     joint: np.ndarray  # (7,) the fit of two pieces that may be one wall
 
 
-def line_buffer(beams: int) -> LineBuffer:
+@kernel
+def line_buffer(beams):  # pragma: no cover - compiled
     """Return room for all lines that a scan of so many beams can have: each takes three points at least."""
     most = beams // 3 + 1
-    ends = [np.zeros(most, dtype=bool) for _ in range(2)]
-    return LineBuffer(np.zeros(most), np.zeros(most), np.zeros((most, 2, 2)), np.zeros(most), np.zeros(most), *ends)
+    angle, offset, covariance = np.empty(most), np.empty(most), np.empty((most, 2, 2))
+    low, high = np.empty(most), np.empty(most)
+    return LineBuffer(angle, offset, covariance, low, high, np.empty(most, np.bool_), np.empty(most, np.bool_))
 
 
-def workspace(beams: int) -> Workspace:
+@kernel
+def workspace(beams):  # pragma: no cover - compiled
     """Return room for scans of so many beams."""
-
-    def index(*shape: int) -> np.ndarray:
-        return np.zeros(shape, dtype=np.int64)
-
-    def real(*shape: int) -> np.ndarray:
-        return np.zeros(shape)
-
     return Workspace(
-        points=real(beams, 6),
-        hits=index(beams),
-        kept=index(beams),
-        order=index(beams),
-        stops=index(beams),
-        stack=index(beams + 2, 2),
-        pieces=index(beams, 3),
-        members=index(beams),
-        owner=index(beams),
-        fits=real(beams, 7),
-        ends=index(beams, 2),
-        ranking=index(beams),
-        joint=real(7),
+        points=np.empty((beams, 6)),
+        hits=np.empty(beams, np.int64),
+        kept=np.empty(beams, np.int64),
+        order=np.empty(beams, np.int64),
+        stops=np.empty(beams, np.int64),
+        stack=np.empty((beams + 2, 2), np.int64),
+        pieces=np.empty((beams, 3), np.int64),
+        members=np.empty(beams, np.int64),
+        at=np.empty((beams, 4)),
+        owner=np.empty(beams, np.int64),
+        fits=np.empty((beams, 7)),
+        ends=np.empty((beams, 2), np.int64),
+        ranking=np.empty(beams, np.int64),
+        joint=np.empty(7),
     )
 
 
@@ -122,7 +120,7 @@ def scan_lines_into(ranges, directions, rules, work, out):  # pragma: no cover -
     points = work.points
     hits = points_into(ranges, directions, rules, points, work.hits)
     count = without_spikes(points, rules, work.hits, hits, work.kept)
-    clusters, ring = clusters_into(points, rules, work.kept, count, work.order, work.stops)
+    clusters, ring = clusters_into(points, rules, work.kept, count, work.order, work.stops, work.members)
     order = work.order[:count]
     pieces = pieces_into(points, rules, order, clusters, work)
     walls = _fit_walls(rules, order, (pieces, ring), work)
@@ -132,7 +130,7 @@ def scan_lines_into(ranges, directions, rules, work, out):  # pragma: no cover -
         wall = work.ranking[i]
         if rules.strays > 0.0:
             members = work.members[: gather(order, work.owner, wall, wall, work.members)]
-            add_strays(points, rules, members, work.fits[wall])
+            add_strays(points, rules, members, work.at, work.fits[wall])
         _write_line(rules, work, wall, out, i)
     return walls
 
@@ -149,7 +147,7 @@ def _fit_walls(rules, order, found, work):  # pragma: no cover - compiled
         start, stop = without_stub(points, rules, order, work.pieces[i])
         members = work.members[: stop - start]
         members[:] = order[start:stop]
-        count = fit_wall(points, rules, members, work.fits[i])
+        count = fit_wall(points, rules, members, work.at, work.fits[i])
         if count > 0:
             work.ends[i, 0], work.ends[i, 1] = members[0], members[count - 1]
             work.ranking[walls] = i

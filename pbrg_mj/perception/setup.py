@@ -12,8 +12,7 @@ from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.perception.own_wheels import blocked_beams
 from pbrg_mj.perception.polygons import hull
 from pbrg_mj.perception.rules import LineRules, line_rules
-from pbrg_mj.perception.scan_lines import line_buffer, workspace
-from pbrg_mj.perception.scans import Makings, Room
+from pbrg_mj.perception.scans import Makings
 from pbrg_mj.perception.tracks import track_rules
 from pbrg_mj.scenario.beam_layout import beam_angles
 from pbrg_mj.scenario.schema import Estimator, GivenHalfSpace, Scenario
@@ -25,11 +24,9 @@ class PerceptionSetup:
 
     robots: int
     slots: int  # half-spaces per robot
-    beam_robots: np.ndarray  # (R,) robot of each row of the ranges
     makings: Makings
-    binds: np.ndarray  # (n, n) bool: whom the half-spaces of each robot bind
+    plain: tuple  # the makings as `perceive_scans` takes them
     given: HalfSpaces | None  # for `source: given`; None when walls come from the beams
-    room: Room
 
     @property
     def directions(self) -> np.ndarray:
@@ -57,17 +54,17 @@ def perception_setup(scenario: Scenario, clearance: float, hand_offset: float = 
         rules=rules,
         track_rules=track_rules(scenario, rules.agree, clearance),
         pose=pose_model(scenario),
+        robots=np.array(scenario.beam_robots, dtype=np.int64),
         teams=np.array([_team(formation, robot, estimator.scope) for robot in range(robots)]),
+        binds=_binds(robots, estimator.scope),
         hand_offset=float(hand_offset),
     )
     return PerceptionSetup(
         robots=robots,
         slots=estimator.half_spaces_per_robot,
-        beam_robots=np.array(scenario.beam_robots, dtype=np.int64),
         makings=makings,
-        binds=_binds(robots, estimator.scope),
+        plain=makings.plain(),
         given=given_half_spaces(estimator, robots) if estimator.source == "given" else None,
-        room=Room(np.zeros(beams.count), workspace(beams.count), line_buffer(beams.count)),
     )
 
 

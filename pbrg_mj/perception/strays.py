@@ -15,24 +15,21 @@ from __future__ import annotations
 import math
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.hits import X, Y
-from pbrg_mj.perception.line_fit import extent, meeting, weight_of
+from pbrg_mj.perception.line_fit import COSINE, RESIDUAL, WEIGHT, S, extent
 
 HALF_LOG_2PI = 0.5 * math.log(2.0 * math.pi)
 
 
 @kernel
-def add_strays(points, rules, members, fit):  # pragma: no cover - compiled
+def add_strays(points, rules, members, at, fit):  # pragma: no cover - compiled
     """Add to the covariance in `fit` (7,) of the line through the beams `members` (N,) what strays among them mean."""
-    nx, ny, c = math.cos(fit[0]), math.sin(fit[0]), fit[1]
-    total, mean, spread, _, _ = extent(points, rules, members, (fit[0], c))
+    total, mean, spread, _, _ = extent(points, rules, members, (fit[0], fit[1]), at)
     paa, pac, pcc = fit[2], fit[3], fit[4]
-    for b in members:
-        cosine, s = meeting(points, nx, ny, c, b)
-        w = weight_of(rules, cosine, c)
+    for i in range(len(members)):
+        s, w = at[i, S], at[i, WEIGHT]
         kept = max(1.0 - w * (1.0 / total + (s - mean) ** 2 / spread), 1e-6)  # 1 - leverage
-        square = w * (nx * points[b, X] + ny * points[b, Y] - c) ** 2 / kept
-        p = _probability(rules, square, math.sqrt(1.0 / (w * kept)) / max(cosine, 1e-6))
+        square = w * at[i, RESIDUAL] ** 2 / kept
+        p = _probability(rules, square, math.sqrt(1.0 / (w * kept)) / max(at[i, COSINE], 1e-6))
         size = p * w * (square + 1.0) / kept
         turn, shift = paa * s - pac, pac * s - pcc  # P (s, -1)'
         fit[2] += size * turn * turn

@@ -28,10 +28,10 @@ LIMIT_MARGIN = 3.0  # standard deviations of a range from the range limit
 
 
 @kernel
-def fit_wall(points, rules, members, fit):  # pragma: no cover - compiled
+def fit_wall(points, rules, members, at, fit):  # pragma: no cover - compiled
     """Fit a wall to the beams `members`, write `fit` (7,) and return how many of them it kept, first; 0: no wall.
 
-    `fit` is theta, c, var theta, cov, var c, low, high. Outliers are taken out of `members`.
+    `fit` is theta, c, var theta, cov, var c, low, high. Outliers are taken out of `members`; `at` (B, 4) is scratch.
     """
     count = len(members)
     outliers = 0
@@ -47,11 +47,11 @@ def fit_wall(points, rules, members, fit):  # pragma: no cover - compiled
             if inside < count:
                 count = inside
                 continue
-        moments = extent(points, rules, kept, line)
-        worst, index = worst_point(points, rules, kept, line, moments)
+        moments = extent(points, rules, kept, line, at)
+        worst, index = worst_point(at, count, moments)
         if worst <= OUTLIER:
             write_fit(line, moments, fit)
-            misfit, bend = straightness(points, rules, kept, line, moments)
+            misfit, bend = straightness(at, count, moments)
             return count if _is_wall(rules, fit, misfit / chi_squared_limit(count - 2, FALSE_ALARM), bend) else 0
         for i in range(index, count - 1):
             members[i] = members[i + 1]

@@ -175,6 +175,9 @@ def _settings() -> clarabel.DefaultSettings:
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.presolve_enable = False  # it would forbid updates
+    # On 2,000 planted optima of five robots, apart by 0.05 to 5 m, refinement makes the answers no better (2e-5 m at
+    # worst either way), leaves one unsolved that is solved without it, and takes a quarter of the time.
+    settings.iterative_refinement_enable = False
     for name, value in TOLERANCES.items():
         setattr(settings, name, value)
     return settings

@@ -61,7 +61,7 @@ def round_arguments(problem: Problem, estimates: Estimates, flow: Flow) -> tuple
 def rounds_of(estimates, network, state, rows, gains, rounds):  # pragma: no cover - compiled
     """Return the arrays of the estimates after so many rounds, all of them new."""
     old = (estimates[0].copy(), estimates[1].copy(), estimates[2].copy(), estimates[3].copy())
-    new = (estimates[0].copy(), estimates[1].copy(), estimates[2].copy(), estimates[3].copy())
+    new = (np.empty_like(old[0]), np.empty_like(old[1]), np.empty_like(old[2]), np.empty_like(old[3]))
     first, neighbours, leader = network
     own = (leader, state, rows, active_rows(rows[3]))
     for _ in range(rounds):

@@ -6,6 +6,7 @@ from pathlib import Path
 from pbrg_mj.log import channels
 from pbrg_mj.log.fields import MESSAGES, SCHEMA_VERSION, Field
 from pbrg_mj.log.writer import CHUNK_SECONDS
+from pbrg_mj.loop.simulation import AHEAD, PATIENCE
 
 PAGE = (Path(__file__).parent.parent / "docs" / "log.md").read_text(encoding="utf-8")
 
@@ -35,3 +36,5 @@ def test_the_page_names_channels_and_what_is_embedded() -> None:
         assert f"| metadata | `{name}` |" in embedded
     assert f"now {SCHEMA_VERSION}" in embedded
     assert f"at most {CHUNK_SECONDS} simulated seconds" in PAGE
+    assert f"up to {AHEAD} ticks" in PAGE
+    assert f"longer than {PATIENCE} s" in PAGE

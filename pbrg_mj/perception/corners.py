@@ -83,9 +83,11 @@ def chains(tracks):
 @kernel
 def confirm_corners(tracks):
     """Confirm two faces that meet when neither moves along its normal: together they cannot move at all."""
-    for a in tracks:
-        for b in tracks:
-            if a["live"] and b["live"] and _rests(a) and _rests(b) and convex_corner(a, b):
+    for i in range(len(tracks)):
+        a = tracks[i]
+        for j in range(len(tracks) if a["live"] else 0):
+            b = tracks[j]
+            if b["live"] and _rests(a) and _rests(b) and convex_corner(a, b):
                 a["confirmed"] = b["confirmed"] = 1
 
 

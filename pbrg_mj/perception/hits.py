@@ -100,48 +100,27 @@ def without_spikes(points, rules, order, count, kept):  # pragma: no cover - com
     """Write to `kept` the points of `order` that are no lone outliers; return how many there are.
 
     A lone outlier has the same straight surface on both sides. So do two neighbours that are both NEARER than that
-    surface: something thin stands before it. Two that are both farther may be a doorway and stay. Nearly all points
-    are on the chord of their neighbours, which `_near` tells inline.
+    surface: something thin stands before it. Two that are both farther may be a doorway and stay. `_side` answers
+    for most points, without a root.
     """
-    left = 0
-    pair_before = False
-    if count < 5:
+    if count < 5:  # no two on each side
         for i in range(count):
             kept[i] = order[i]
         return count
+    left = 0
+    pair_before = False
     for i in range(-1, count):
-        a, b = _nth(order, count, i - 1), _nth(order, count, i)
-        c, z = _nth(order, count, i + 1), _nth(order, count, i + 2)
-        pair = not (_near(points, rules, a, z, b) or _near(points, rules, a, z, c))
-        pair = pair and _spike(points, rules, order, count, i, 2)
-        lone = not _near(points, rules, a, c, b) and _spike(points, rules, order, count, i, 1)
+        before, a = _nth(order, count, i - 2), _nth(order, count, i - 1)
+        b, c = _nth(order, count, i), _nth(order, count, i + 1)
+        y, z = _nth(order, count, i + 2), _nth(order, count, i + 3)
+        pair = count > 5 and _side(points, rules, a, y, b) < 0 and _side(points, rules, a, y, c) < 0
+        pair = pair and _is_pair(points, rules, (before, a, b, c, y, z))
+        lone = _side(points, rules, a, c, b) != 0 and _is_lone(points, rules, (before, a, b, c, y))
         if i >= 0 and not (pair or pair_before or lone):
             kept[left] = order[i]
             left += 1
         pair_before = pair
     return left
-
-
-@kernel
-def _spike(points, rules, order, count, i, size):  # pragma: no cover - compiled
-    """Tell whether `size` points from the i-th on are off the surface that the two points on each side lie on."""
-    if count < size + 4:
-        return False
-    a, z = _nth(order, count, i - 1), _nth(order, count, i + size)
-    chord = chord_normal(points, a, z)
-    hidden = 0
-    for k in range(i, i + size):
-        error = chord_error(points, rules, (a, z), chord, _nth(order, count, k))
-        if abs(error) <= 1.0 or (size > 1 and error > 0.0):
-            return False
-        hidden += error < 0.0
-    before, after = _nth(order, count, i - 2), _nth(order, count, i + size + 1)
-    if apart(points, rules, before, a, 0) or apart(points, rules, a, z, hidden) or apart(points, rules, z, after, 0):
-        return False
-    chord = chord_normal(points, before, after)
-    first = chord_error(points, rules, (before, after), chord, a)
-    second = chord_error(points, rules, (before, after), chord, z)
-    return max(abs(first), abs(second)) <= 1.0
 
 
 @kernel
@@ -151,8 +130,43 @@ def _nth(order, count, i):  # pragma: no cover - compiled
 
 
 @kernel
-def _near(points, rules, a, z, b):  # pragma: no cover - compiled
-    """Tell whether b is within 0.9995 of the split distance of the line a-z: no root, and sure whatever is rounded."""
+def _side(points, rules, a, z, b):  # pragma: no cover - compiled
+    """Return -1 if b may be off the chord a-z on the robot's side, 1 on the far side, 0 if it is on it.
+
+    On it is surely on it, whatever is rounded: within 0.9995 of the split distance.
+    """
     x, y = points[z, X] - points[a, X], points[z, Y] - points[a, Y]
     cross = y * (points[b, X] - points[a, X]) - x * (points[b, Y] - points[a, Y])
-    return cross * cross < 0.999 * rules.split_distance**2 * (x * x + y * y)
+    if cross * cross < 0.999 * rules.split_distance**2 * (x * x + y * y):
+        return 0
+    return -1 if cross < 0.0 else 1
+
+
+@kernel
+def _is_lone(points, rules, beams):  # pragma: no cover - compiled
+    """Tell whether the third of five points is off the surface that the others lie on."""
+    before, a, b, z, after = beams
+    error = chord_error(points, rules, (a, z), chord_normal(points, a, z), b)
+    return abs(error) > 1.0 and _is_surface(points, rules, (before, a, z, after), 1 if error < 0.0 else 0)
+
+
+@kernel
+def _is_pair(points, rules, beams):  # pragma: no cover - compiled
+    """Tell whether the third and fourth of six points are nearer than the surface that the others lie on."""
+    before, a, b, c, z, after = beams
+    chord = chord_normal(points, a, z)
+    if chord_error(points, rules, (a, z), chord, b) >= -1.0 or chord_error(points, rules, (a, z), chord, c) >= -1.0:
+        return False
+    return _is_surface(points, rules, (before, a, z, after), 2)
+
+
+@kernel
+def _is_surface(points, rules, beams, hidden):  # pragma: no cover - compiled
+    """Tell whether four points lie on one surface, of which so many beams between the middle two are hidden."""
+    before, a, z, after = beams
+    if apart(points, rules, before, a, 0) or apart(points, rules, a, z, hidden) or apart(points, rules, z, after, 0):
+        return False
+    chord = chord_normal(points, before, after)
+    first = chord_error(points, rules, (before, after), chord, a)
+    second = chord_error(points, rules, (before, after), chord, z)
+    return max(abs(first), abs(second)) <= 1.0

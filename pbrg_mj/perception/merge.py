@@ -12,7 +12,7 @@ COVERED = 0.1  # [m] of a track must lie on the line that shows it to be part of
 def merge(tracks):
     """Make tracks that have come to be the same wall one."""
     for i in range(len(tracks)):
-        for j in range(i):
+        for j in range(i if tracks[i]["live"] else 0):
             if tracks[i]["live"] and tracks[j]["live"] and same_wall(tracks[i], tracks[j]):
                 _absorb(tracks, i, j)
 

@@ -33,7 +33,7 @@ def outline(tracks, root, links, hand, rules):
     deep, or less if the robot's hand point (2,) is behind it.
     """
     before, after = links
-    corners = np.zeros(4 * len(tracks), dtype=CORNER)
+    corners = np.empty(4 * _faces(root, after), dtype=CORNER)
     size, face = 0, root
     start_x, start_y = 0.0, 0.0
     while face >= 0:
@@ -61,6 +61,15 @@ def outline(tracks, root, links, hand, rules):
         if face == root:
             break
     return corners[:size]
+
+
+@kernel
+def _faces(root, after):  # pragma: no cover - compiled
+    """Return how many faces an obstacle has from its first on."""
+    count, face = 1, after[root]
+    while face >= 0 and face != root:
+        count, face = count + 1, after[face]
+    return count
 
 
 @kernel

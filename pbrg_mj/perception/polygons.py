@@ -39,8 +39,8 @@ def hull(points):
             chain[size] = k
             size += 1
         size -= 1  # the last point begins the other half
-    first, last = points[order[0]], points[order[count - 1]]
-    one = first[0] == last[0] and first[1] == last[1]
+    first, last = order[0], order[count - 1]
+    one = points[first, 0] == points[last, 0] and points[first, 1] == points[last, 1]
     return chain[: 1 if one else max(size, 1)]
 
 
@@ -61,15 +61,16 @@ def gap(team, solid):
     for i in range(len(solid)):
         j = (i + 1) % len(solid)
         for k in range(len(team)):
-            x, y, inside = _to_edge(solid[i], solid[j], team[k])
+            x, y, inside = _to_edge(solid, i, j, team, k)
             d = x * x + y * y
             if d < best and d > 0:
                 best, gx, gy, first, second = d, -x, -y, i, j if inside == 0 else i
                 if inside > 0:
                     first = second = j
     for k in range(len(team)):
+        after = (k + 1) % len(team)
         for i in range(len(solid)):
-            x, y, inside = _to_edge(team[k], team[(k + 1) % len(team)], solid[i])
+            x, y, inside = _to_edge(team, k, after, solid, i)
             d = x * x + y * y
             if d < best * (1 - ROUNDING) and d > 0 and inside == 0:
                 best, gx, gy, first, second = d, x, y, i, i
@@ -85,14 +86,15 @@ def gap(team, solid):
 
 
 @kernel
-def _to_edge(a, b, p):
-    """Return the way x, y from the nearest point of edge a-b to p, and which part of it: -1 a, 0 between, 1 b."""
-    ex, ey, px, py = b[0] - a[0], b[1] - a[1], p[0] - a[0], p[1] - a[1]
+def _to_edge(corners, a, b, points, p):
+    """Return the way x, y from the nearest point of edge a-b to point p, and which part of it: -1 a, 0 between, 1 b."""
+    ex, ey = corners[b, 0] - corners[a, 0], corners[b, 1] - corners[a, 1]
+    px, py = points[p, 0] - corners[a, 0], points[p, 1] - corners[a, 1]
     square = ex * ex + ey * ey
     u = (px * ex + py * ey) / square if square > 0 else 0.0
     if u <= 0:
         return px, py, -1
     if u >= 1:
-        return p[0] - b[0], p[1] - b[1], 1
+        return points[p, 0] - corners[b, 0], points[p, 1] - corners[b, 1], 1
     across = (ex * py - ey * px) / square
     return -ey * across, ex * across, 0

@@ -98,7 +98,7 @@ def _perceive_scan(read, whose, makings, room, known):  # pragma: no cover - com
     follow(tracks, view(room.lines, count, room.ranges, room.beams, pose), makings.track_rules)
     stance = _stance(pose, makings.teams[robot], makings.hand_offset)
     G, h, active = known.G[robot], known.h[robot], known.active[robot]
-    active[:] = fill(tracks, stance, makings.track_rules, G, h)
+    fill(tracks, stance, makings.track_rules, G, h, active)
     for k in range(len(h)):
         h[k] += G[k, 0] * pose.x + G[k, 1] * pose.y
         if active[k]:

@@ -14,8 +14,8 @@ NEARER = 0.1  # [m] an obstacle displaces another only if it is so much nearer: 
 
 
 @kernel
-def fill(tracks, stance, rules, g, h):
-    """Write the half-spaces g (K, 2), h (K,) of the tracks (M,) into slots, about the anchor; return the active (K,).
+def fill(tracks, stance, rules, g, h, active):
+    """Write the half-spaces g (K, 2), h (K,), active (K,) of the tracks (M,) into slots, about the anchor.
 
     An obstacle keeps its slot. New ones fill free slots, nearest first, and when there are none they displace the
     farthest.
@@ -27,14 +27,12 @@ def fill(tracks, stance, rules, g, h):
         if root[i]:
             rows[i, 0], rows[i, 1], rows[i, 2], wide[i] = half_space(tracks, i, links, stance, rules)
     _assign(tracks, root, wide, len(h))
-    active = np.zeros(len(h), np.bool_)
-    g[:], h[:] = 0.0, 0.0
+    g[:], h[:], active[:] = 0.0, 0.0, False
     for i in range(len(tracks)):
         slot = tracks[i]["slot"]
         if root[i] and slot >= 0:
             g[slot, 0], g[slot, 1], h[slot] = rows[i, 0], rows[i, 1], rows[i, 2]
             active[slot] = True
-    return active
 
 
 @kernel

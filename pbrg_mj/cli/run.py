@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from collections.abc import Callable, Iterator
@@ -111,6 +112,7 @@ def record(
     if show and sys.stderr.isatty() and not cache_folder().exists():
         note("compiling kernels, once per version: some twenty seconds")
     simulation = Simulation.build(loaded.scenario)
+    gc.freeze()  # what is there by now stays; every look through all of it would cost 70 ms
     with (
         interruptible() as pressed,
         LogWriter(path, loaded, simulation.model_xml) as write,

@@ -33,7 +33,7 @@ from pbrg_mj.vehicle.drive import drive_of
 from pbrg_mj.world.build import build_world
 from pbrg_mj.world.robot import load_robot_model
 
-AHEAD = 50  # ticks
+AHEAD = 100  # ticks
 PATIENCE = 0.1  # wall clock [s]: of a slow world, fewer ticks pass at a time
 
 

@@ -132,8 +132,8 @@ direction. It does not shrink to R / sqrt(1 + (v tau / R)^2), as if the velocity
 | {_error(circle, "beyond_start")} |
 | at rest from the path's end, told to stop there | 0 | {_error(line, "rest")} | {_error(circle, "rest")} |
 
-So what is not the start's loss is a quarter of a percent of the path; and that loss is given back at the stop, where the
-motors run on for as long: of a path driven from rest to rest, as dead reckoning is judged, the open loop misses the
+So what is not the start's loss is a quarter of a percent of the path; and that loss is given back at the stop, where
+the motors run on for as long: of a path driven from rest to rest, as dead reckoning is judged, the open loop misses the
 end by that quarter of a percent of its length. With friction the open loop keeps no path but a
 straight one: friction takes {100 * lost:.0f} % of a speed of {SPEED:g} m/s.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import sys
 from collections.abc import Callable, Iterator
@@ -14,6 +13,7 @@ import typer
 
 from pbrg_mj.cli.compare import open_log
 from pbrg_mj.cli.console import emit, emit_json, note
+from pbrg_mj.cli.garbage import settle
 from pbrg_mj.cli.interrupt import interruptible
 from pbrg_mj.cli.pace import pacer
 from pbrg_mj.cli.profile import Profile
@@ -112,7 +112,7 @@ def record(
     if show and sys.stderr.isatty() and not cache_folder().exists():
         note("compiling kernels, once per version: some twenty seconds")
     simulation = Simulation.build(loaded.scenario)
-    gc.freeze()  # what is there by now stays; every look through all of it would cost 70 ms
+    settle()
     with (
         interruptible() as pressed,
         LogWriter(path, loaded, simulation.model_xml) as write,

@@ -35,11 +35,9 @@ def ball_rows(half_spaces: HalfSpaces, formation: np.ndarray) -> Rows:
     slot k and robot j.
     """
     n, slots = half_spaces.h.shape
-    shape = (n, slots, n)
     d = half_spaces.h[:, :, None] - half_spaces.G @ formation.T
-    C = np.broadcast_to(half_spaces.G[:, :, None, :], (*shape, 2))
-    rows = slots * n
-    return Rows(np.ones((n, rows)), C.reshape(n, rows, 2), d.reshape(n, rows), half_spaces.binds.reshape(n, rows))
+    C, rows = np.repeat(half_spaces.G, n, axis=1), slots * n
+    return Rows(np.ones((n, rows)), C, d.reshape(n, rows), half_spaces.binds.reshape(n, rows))
 
 
 def input_rows(network: Network, alpha_r: float, limit: float, facets: int) -> Rows:

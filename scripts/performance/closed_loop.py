@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import gc
 import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ from time import perf_counter
 import mujoco
 import numpy as np
 
+from pbrg_mj.cli.garbage import settle
 from pbrg_mj.log.writer import LogWriter
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.loop.simulation import Simulation
@@ -52,8 +52,7 @@ def scenario(*overrides: str) -> Loaded:
 
 def closed_loop() -> dict[str, float]:
     """Return the ratios to bare mj_step, bare and logged, and the share that the log adds."""
-    gc.collect()
-    gc.freeze()  # as `pbrg run` does
+    settle()  # as `pbrg run` does
     plain = scenario()
     full = scenario("reference.solver=clarabel", "reference.period=0.01")
     commands = _commands(plain)

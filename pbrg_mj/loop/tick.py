@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -45,8 +45,7 @@ class Parts:
     drive: Drive
 
 
-@dataclass(frozen=True)
-class State:
+class State(NamedTuple):
     """What one tick hands to the next, besides the world."""
 
     readings: Readings | None  # None before the first tick

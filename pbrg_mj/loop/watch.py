@@ -33,16 +33,14 @@ class Watch:
     reference_every: int  # ticks
 
 
-@dataclass(frozen=True)
-class Watched:
+class Watched(NamedTuple):
     """What the next tick's judgement needs of this one's."""
 
     wind_up: WindUp | None = None  # None before the first tick
     operation: Operation | None = None  # likewise
 
 
-@dataclass(frozen=True)
-class Passed:
+class Passed(NamedTuple):
     """A tick that has passed: the world as it was, what was decided, and how long looking and moving on took [s]."""
 
     truth: Truth

@@ -110,7 +110,7 @@ def record(
     from pbrg_mj.loop.simulation import Simulation
 
     if show and sys.stderr.isatty() and not cache_folder().exists():
-        note("compiling kernels, once per version: some twenty seconds")
+        note("compiling kernels, once per version: up to a minute")
     simulation = Simulation.build(loaded.scenario)
     settle()
     with (

@@ -8,7 +8,7 @@ import pytest
 from pbrg_mj.governor.channel import Loss
 from pbrg_mj.governor.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.distributed import DistributedGovernor
-from pbrg_mj.governor.passivity import equilibrium
+from pbrg_mj.governor.equilibrium import equilibrium
 from pbrg_mj.governor.primal_dual import Flow
 from tests.channels import M, channel, links, quiet, run
 from tests.problems import GRAPHS, graph, problem

@@ -11,9 +11,9 @@ from pbrg_mj.governor.certificate import ball_rows, rho, row_values
 from pbrg_mj.governor.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.cvxpy_solver import CvxpySolver
 from pbrg_mj.governor.distributed import DistributedGovernor
+from pbrg_mj.governor.equilibrium import equilibrium
 from pbrg_mj.governor.optimum import Optimum
 from pbrg_mj.governor.passivity import (
-    equilibrium,
     flow_passivity,
     one_round_passivity,
     passivity,

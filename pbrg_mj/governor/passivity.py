@@ -24,6 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pbrg_mj.governor.bounds import judged
+from pbrg_mj.governor.equilibrium import dual_force, rest_arguments, resting
 from pbrg_mj.governor.optimum import Optimum
 from pbrg_mj.governor.primal_dual import Estimates, Flow, active_rows, round_arguments, update_robots
 from pbrg_mj.governor.problem import Problem
@@ -55,7 +56,7 @@ def passivity(problem: Problem, optimum: Optimum, alpha: float, before: Estimate
     its sign.
     """
     motions = tuple((one.z, one.zeta, one.lam, one.nu) for one in (before, rates))
-    return Passivity(*_balance(_rest_arguments(problem, optimum, alpha), *motions))
+    return Passivity(*_balance(rest_arguments(problem, optimum, alpha), *motions))
 
 
 def one_round_passivity(
@@ -100,12 +101,12 @@ def _to_rate(after, before, step):  # pragma: no cover - compiled
 
 
 @kernel
-def _balance(rest_arguments, before, rates):  # pragma: no cover - compiled
-    lam, rows, alpha = rest_arguments[1], rest_arguments[2], rest_arguments[5]
+def _balance(about, before, rates):  # pragma: no cover - compiled
+    lam, rows, alpha = about[1], about[2], about[5]
     z_1, zeta_1, lam_1, nu_1 = before
     z_rate, zeta_rate, lam_rate, nu_rate = rates
-    z, zeta, nu, rest = _equilibrium(*rest_arguments, _mean_row(zeta_1))
-    supply = _supply(z, z_1, rest, _dual_force(z_1, lam_1, nu_1, rows))
+    z, zeta, nu, rest = resting(*about, _mean_row(zeta_1))
+    supply = _supply(z, z_1, rest, dual_force(z_1, lam_1, nu_1, rows))
     stored_z, growth_z = _difference(z, z_1, z_rate)
     stored_zeta, growth_zeta = _difference(zeta, zeta_1, zeta_rate)
     stored_lam, growth_lam = _difference(lam, lam_1, lam_rate)
@@ -175,7 +176,7 @@ def _two_rounds_balance(estimates, network, state, rows, gains):  # pragma: no c
 @kernel
 def _flow_balance(rounds, rows, alpha, step):  # pragma: no cover - compiled
     (z, zeta, lam, nu), (z_1, zeta_1, lam_1, nu_1), (z_2, zeta_2, lam_2, nu_2) = rounds
-    before, after = _dual_force(z, lam, nu, rows), _dual_force(z_1, lam_1, nu_1, rows)
+    before, after = dual_force(z, lam, nu, rows), dual_force(z_1, lam_1, nu_1, rows)
     supply = _supply(z, z_1, before, after) / step**2
     speed_z, growth_z = _motion(z, z_1, z_2, step)
     speed_zeta, growth_zeta = _motion(zeta, zeta_1, zeta_2, step)
@@ -195,93 +196,3 @@ def _motion(first, second, third, step):  # pragma: no cover - compiled
             square += v * v
             growth += v * (third[i, c] - second[i, c] - v)
     return 0.5 * square / step**2, growth / step**3
-
-
-def equilibrium(problem: Problem, optimum: Optimum, alpha: float, zeta_mean: np.ndarray) -> Estimates:
-    """Return the flow's equilibrium at the optimum, in closed form (the paper's Lemma 2 says it exists).
-
-    z_i = (m*, p, xi) for all robots; nu balances grad g' lambda in each robot's own blocks; L zeta balances what is
-    left. The mean of zeta, (4n + 2,), is conserved by the flow and therefore given.
-    """
-    z, zeta, nu, _ = _equilibrium(*_rest_arguments(problem, optimum, alpha), zeta_mean)
-    return Estimates(z, zeta, optimum.multipliers, nu)
-
-
-def _rest_arguments(problem: Problem, optimum: Optimum, alpha: float) -> tuple:
-    """Return the first six arguments of `_equilibrium`."""
-    network, rows = problem.network, problem.rows
-    state, aims = (optimum.m, problem.p, problem.xi), (network.leader, problem.reference)
-    return state, optimum.multipliers, (rows.a, rows.C), aims, network.laplacian_pinv, alpha
-
-
-@kernel
-def _equilibrium(state, lam, rows, aims, pinv, alpha, zeta_mean):  # pragma: no cover - compiled
-    """Return z, zeta, nu, and grad g_i' lambda_i + grad h_i' nu_i of every robot, (n, 4n + 2)."""
-    z, nu, force = _at_rest(state, lam, rows)
-    pushed, m, (leader, r) = alpha * force, state[0], aims
-    for i in range(len(leader)):
-        for axis in range(2):
-            pushed[i, axis] = alpha * (force[i, axis] + 2.0 * leader[i] * (m[axis] - r[axis]))
-    zeta = pinv @ pushed
-    for i in range(zeta.shape[0]):
-        for c in range(zeta.shape[1]):
-            zeta[i, c] += zeta_mean[c]
-    return z, zeta, nu, force
-
-
-@kernel
-def _at_rest(state, lam, rows):  # pragma: no cover - compiled
-    """Return z, nu, and the force of all rows and of nu, which cancels it in z_p and z_xi as a sum over the robots."""
-    m, p, xi = state
-    n = len(p)
-    z, nu = np.empty((n, 4 * n + 2)), np.zeros((n, 4))
-    for i in range(n):
-        for axis in range(2):
-            z[i, axis] = m[axis]
-            for j in range(n):
-                z[i, 2 + 2 * j + axis], z[i, 2 + 2 * n + 2 * j + axis] = p[j, axis], xi[j, axis]
-    force = _dual_force(z, lam, nu, rows)
-    for j in range(n):
-        for axis in range(2):
-            at_p, at_xi = 2 + 2 * j + axis, 2 + 2 * n + 2 * j + axis
-            sum_p = sum_xi = 0.0
-            for i in range(n):
-                sum_p += force[i, at_p]
-                sum_xi += force[i, at_xi]
-            nu[j, axis], nu[j, 2 + axis] = -sum_p, -sum_xi
-            force[j, at_p] -= sum_p
-            force[j, at_xi] -= sum_xi
-    return z, nu, force
-
-
-def dual_force(problem: Problem, estimates: Estimates) -> np.ndarray:
-    """Return grad g_i(z_i)' lambda_i + grad h_i' nu_i of every robot, (n, 4n + 2)."""
-    rows = problem.rows
-    return _dual_force(estimates.z, estimates.lam, estimates.nu, (rows.a, rows.C))
-
-
-@kernel
-def _dual_force(z, lam, nu, rows):  # pragma: no cover - compiled
-    a, C = rows
-    n, force = len(z), np.empty(z.shape)
-    for i in range(n):
-        pull = push_x = push_y = square = 0.0
-        for row in range(a.shape[1]):
-            pull += a[i, row] * lam[i, row]
-            push_x += C[i, row, 0] * lam[i, row]
-            push_y += C[i, row, 1] * lam[i, row]
-        for c in range(2, 2 + 4 * n):
-            force[i, c] = z[i, c] - z[i, c % 2] if c < 2 + 2 * n else z[i, c]  # (z_p - 1 (x) m, z_xi)
-            square += force[i, c] * force[i, c]
-        rho = math.sqrt(square)
-        weight = pull / rho if rho > 0.0 else 0.0
-        for c in range(2, 2 + 4 * n):
-            force[i, c] *= weight
-        for c in range(2, 2 + 2 * n, 2):
-            push_x -= force[i, c]
-            push_y -= force[i, c + 1]
-        force[i, 0], force[i, 1] = push_x, push_y
-        for axis in range(2):
-            force[i, 2 + 2 * i + axis] += nu[i, axis]
-            force[i, 2 + 2 * n + 2 * i + axis] += nu[i, 2 + axis]
-    return force

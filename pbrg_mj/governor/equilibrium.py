@@ -1,0 +1,100 @@
+"""Where the flow comes to rest: its equilibrium at an optimum, in closed form, and the force of rows and pinned states.
+
+The kernels index whole arrays instead of taking rows and sums of columns, as `primal_dual.update_robots` tells.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pbrg_mj.governor.optimum import Optimum
+from pbrg_mj.governor.primal_dual import Estimates
+from pbrg_mj.governor.problem import Problem
+from pbrg_mj.kernel import kernel
+
+
+def equilibrium(problem: Problem, optimum: Optimum, alpha: float, zeta_mean: np.ndarray) -> Estimates:
+    """Return the flow's equilibrium at the optimum, in closed form (the paper's Lemma 2 says it exists).
+
+    z_i = (m*, p, xi) for all robots; nu balances grad g' lambda in each robot's own blocks; L zeta balances what is
+    left. The mean of zeta, (4n + 2,), is conserved by the flow and therefore given.
+    """
+    z, zeta, nu, _ = resting(*rest_arguments(problem, optimum, alpha), zeta_mean)
+    return Estimates(z, zeta, optimum.multipliers, nu)
+
+
+def rest_arguments(problem: Problem, optimum: Optimum, alpha: float) -> tuple:
+    """Return the first six arguments of `resting`."""
+    network, rows = problem.network, problem.rows
+    state, aims = (optimum.m, problem.p, problem.xi), (network.leader, problem.reference)
+    return state, optimum.multipliers, (rows.a, rows.C), aims, network.laplacian_pinv, alpha
+
+
+@kernel
+def resting(state, lam, rows, aims, pinv, alpha, zeta_mean):  # pragma: no cover - compiled
+    """Return z, zeta, nu, and grad g_i' lambda_i + grad h_i' nu_i of every robot, (n, 4n + 2)."""
+    z, nu, force = _at_rest(state, lam, rows)
+    pushed, m, (leader, r) = alpha * force, state[0], aims
+    for i in range(len(leader)):
+        for axis in range(2):
+            pushed[i, axis] = alpha * (force[i, axis] + 2.0 * leader[i] * (m[axis] - r[axis]))
+    zeta = pinv @ pushed
+    for i in range(zeta.shape[0]):
+        for c in range(zeta.shape[1]):
+            zeta[i, c] += zeta_mean[c]
+    return z, zeta, nu, force
+
+
+@kernel
+def _at_rest(state, lam, rows):  # pragma: no cover - compiled
+    """Return z, nu, and the force of all rows and of nu, which cancels it in z_p and z_xi as a sum over the robots."""
+    m, p, xi = state
+    n = len(p)
+    z, nu = np.empty((n, 4 * n + 2)), np.zeros((n, 4))
+    for i in range(n):
+        for axis in range(2):
+            z[i, axis] = m[axis]
+            for j in range(n):
+                z[i, 2 + 2 * j + axis], z[i, 2 + 2 * n + 2 * j + axis] = p[j, axis], xi[j, axis]
+    force = dual_force(z, lam, nu, rows)
+    for j in range(n):
+        for axis in range(2):
+            at_p, at_xi = 2 + 2 * j + axis, 2 + 2 * n + 2 * j + axis
+            sum_p = sum_xi = 0.0
+            for i in range(n):
+                sum_p += force[i, at_p]
+                sum_xi += force[i, at_xi]
+            nu[j, axis], nu[j, 2 + axis] = -sum_p, -sum_xi
+            force[j, at_p] -= sum_p
+            force[j, at_xi] -= sum_xi
+    return z, nu, force
+
+
+@kernel
+def dual_force(z, lam, nu, rows):  # pragma: no cover - compiled
+    """Return grad g_i(z_i)' lambda_i + grad h_i' nu_i of every robot, (n, 4n + 2); `rows` are a and C of all."""
+    a, C = rows
+    n, force = len(z), np.empty(z.shape)
+    for i in range(n):
+        pull = push_x = push_y = square = 0.0
+        for row in range(a.shape[1]):
+            pull += a[i, row] * lam[i, row]
+            push_x += C[i, row, 0] * lam[i, row]
+            push_y += C[i, row, 1] * lam[i, row]
+        for c in range(2, 2 + 4 * n):
+            force[i, c] = z[i, c] - z[i, c % 2] if c < 2 + 2 * n else z[i, c]  # (z_p - 1 (x) m, z_xi)
+            square += force[i, c] * force[i, c]
+        rho = math.sqrt(square)
+        weight = pull / rho if rho > 0.0 else 0.0
+        for c in range(2, 2 + 4 * n):
+            force[i, c] *= weight
+        for c in range(2, 2 + 2 * n, 2):
+            push_x -= force[i, c]
+            push_y -= force[i, c + 1]
+        force[i, 0], force[i, 1] = push_x, push_y
+        for axis in range(2):
+            force[i, 2 + 2 * i + axis] += nu[i, axis]
+            force[i, 2 + 2 * n + 2 * i + axis] += nu[i, 2 + axis]
+    return force

@@ -55,7 +55,7 @@ def closed_loop() -> dict[str, float]:
     settle()  # as `pbrg run` does
     plain = scenario()
     full = scenario("reference.solver=clarabel", "reference.period=0.01")
-    commands = _commands(plain)
+    commands = recorded_commands(plain)
     bare = [_against_bare(_decisions(plain), plain, commands) for _ in range(REPEATS)]
     logged = [_logged(full, commands) for _ in range(REPEATS)]
     return {
@@ -83,12 +83,13 @@ def _decisions(loaded: Loaded) -> Iterator[Decision]:
     return Simulation.build(loaded.scenario).decisions()
 
 
-def _commands(loaded: Loaded) -> np.ndarray:
+def recorded_commands(loaded: Loaded) -> np.ndarray:
     """Return the voltages (ticks, motors) of a run, in the order of the model's actuators."""
     return np.array([decision.command.ravel() for decision in _decisions(loaded)])
 
 
-def _model(loaded: Loaded) -> mujoco.MjModel:
+def bare_model(loaded: Loaded) -> mujoco.MjModel:
+    """Return the scenario's model as a run has it."""
     return mujoco.MjModel.from_xml_string(Simulation.build(loaded.scenario).model_xml)
 
 
@@ -99,7 +100,7 @@ def _against_bare(run: Iterator[object], loaded: Loaded, commands: np.ndarray) -
         for _ in islice(run, ticks):
             pass
 
-    ours, bare = Side(step), Side(bare_ticks(_model(loaded), loaded, commands))
+    ours, bare = Side(step), Side(bare_ticks(bare_model(loaded), loaded, commands))
     ours.step(1)  # opens files
     bare.step(1)
     for first in range(1, len(commands), TURN):

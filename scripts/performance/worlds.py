@@ -10,9 +10,8 @@ import mujoco
 import numpy as np
 from mujoco import batch
 
-from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.loop.worlds import Worlds
-from performance.closed_loop import scenario
+from performance.closed_loop import bare_model, recorded_commands, scenario
 from performance.timing import REPEATS
 
 WORLDS = 64
@@ -24,9 +23,8 @@ def many_worlds() -> dict[str, float]:
     """Return the throughput of worlds side by side [simulated s per s], and its ratio to bare mujoco.batch."""
     loaded, threads = scenario(f"timing.duration={DURATION}"), os.cpu_count() or 1
     plan = loaded.scenario
-    model = mujoco.MjModel.from_xml_string(Simulation.build(plan).model_xml)
+    model, voltages = bare_model(loaded), recorded_commands(loaded)
     substeps = round(plan.timing.tick / plan.timing.physics_step)
-    voltages = np.array([record.command.ravel() for record in Simulation.build(plan).records()])
     ours, bare = zip(*(_turns(Worlds(plan, range(1, WORLDS + 1), threads), _Bare(model, threads, substeps, voltages))
                        for _ in range(REPEATS)), strict=True)  # fmt: skip
     ratios = [theirs / own for own, theirs in zip(ours, bare, strict=True)]

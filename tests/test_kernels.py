@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pbrg_mj.governor.clarabel_solver import small_form, tightest_rows
+from pbrg_mj.governor.clarabel_solver import small_matrix, small_vectors, tightest_rows
 from pbrg_mj.scenario.governing import Control
 from pbrg_mj.scenario.streams import Source, stream
 from pbrg_mj.scenario.surroundings import Wall
@@ -113,8 +113,7 @@ def test_the_small_forms_arrays():
     for _ in range(50):
         problem = random_problem(rng, graph(leaders=(0, 4)))
         rows = problem.rows
-        form = small_form(problem, tightest_rows(rows))
-        robot, row = form.tightest
+        robot, row = tightest_rows(rows)
         groups = {}  # of one robot, one half-space: rows that differ in d alone
         for i, r in np.argwhere(rows.active):
             key = (i, r // 5)
@@ -125,8 +124,8 @@ def test_the_small_forms_arrays():
         A[:count] = np.column_stack([rows.C[robot, row], rows.a[robot, row]])
         A[count, 2], A[count + 1, 0], A[count + 2, 1] = -1.0, -np.sqrt(5), -np.sqrt(5)
         stored = np.concatenate([A[[*range(count), count + 1], 0], A[[*range(count), count + 2], 1], A[: count + 1, 2]])
-        np.testing.assert_allclose(form.A, stored, rtol=1e-15)
+        np.testing.assert_allclose(small_matrix(problem, (robot, row)), stored, rtol=1e-15)
         s = np.sqrt(np.sum((problem.p - centre) ** 2) + np.sum(problem.xi**2))
-        b = [*rows.d[robot, row], 0.0, *(-np.sqrt(5) * centre), s]
-        np.testing.assert_allclose(form.b, b, rtol=1e-13, atol=1e-14)
-        np.testing.assert_allclose(form.q, [*(-4.0 * problem.reference), 0.0], rtol=1e-15)
+        q, b = small_vectors(problem, (robot, row))
+        np.testing.assert_allclose(b, [*rows.d[robot, row], 0.0, *(-np.sqrt(5) * centre), s], rtol=1e-13, atol=1e-14)
+        np.testing.assert_allclose(q, [*(-4.0 * problem.reference), 0.0], rtol=1e-15)

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize
 
-from pbrg_mj.governor.clarabel_solver import ClarabelSolver, small_form, tightest_rows
+from pbrg_mj.governor.clarabel_solver import ClarabelSolver, tightest_rows
 from pbrg_mj.governor.cvxpy_solver import CvxpySolver
 from pbrg_mj.governor.primal_dual import Estimates, run_rounds
 from pbrg_mj.governor.problem import Problem
@@ -55,8 +55,7 @@ def solvers() -> tuple[Peers, float]:
 
 def _cvxpy_from_scratch(problem: Problem) -> np.ndarray:
     """Solve the small form as one would write it down, built anew at each call."""
-    form = small_form(problem, tightest_rows(problem.rows))
-    robot, row = form.tightest
+    robot, row = tightest_rows(problem.rows)
     rows, centre, n = problem.rows, problem.p.mean(axis=0), problem.network.robots
     spread = np.sqrt(np.sum((problem.p - centre) ** 2) + np.sum(problem.xi**2))
     m, t = cp.Variable(2), cp.Variable()

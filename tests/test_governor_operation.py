@@ -9,8 +9,9 @@ import pytest
 
 from pbrg_mj.governor.certificate import rho, row_values
 from pbrg_mj.governor.clarabel_solver import ClarabelSolver
-from pbrg_mj.governor.operation import operation
+from pbrg_mj.governor.operation import operations
 from pbrg_mj.governor.problem import Solution
+from pbrg_mj.governor.stretch import Stretch
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_scenario
 from tests.problems import graph, random_problem
@@ -18,6 +19,11 @@ from tests.problems import graph, random_problem
 
 def answer(problem, m, multipliers):
     return Solution(m, multipliers, "ok", 0, np.zeros(5, dtype=np.int64))
+
+
+def operation(problem, solution, before):
+    (found,) = operations(Stretch.of([problem]), solution.m[None], solution.multipliers[None], before)
+    return found
 
 
 def test_at_the_optimum_all_kkt_residuals_vanish_and_elsewhere_they_do_not():
@@ -64,6 +70,23 @@ def test_definitions():
     second = operation(moved, answer(moved, m + 1.0, lam), first)
     held = rho(applied, moved.p, moved.xi) ** 2 / 2
     assert second.storage_change == pytest.approx(held - first.storage)
+
+
+def test_ticks_in_a_row_are_judged_as_one_by_one():
+    rng = np.random.default_rng(4)
+    problems = [random_problem(rng, graph(leaders=(0, 4))) for _ in range(5)]
+    problems = [problems[k] if k % 2 else dataclasses.replace(problems[k], rows=problems[k + 1].rows) for k in range(4)]
+    answers = [answer(one, rng.normal(size=(5, 2)), rng.uniform(size=one.rows.d.shape)) for one in problems]
+    before, one_by_one = None, []
+    for problem, solution in zip(problems, answers, strict=True):
+        before = operation(problem, solution, before)
+        one_by_one.append(before)
+    stretch = Stretch.of(problems)
+    assert len(stretch.rows[0]) == 2  # twice two in a row share theirs
+    m, multipliers = np.array([one.m for one in answers]), np.array([one.multipliers for one in answers])
+    for got, want in zip(operations(stretch, m, multipliers, None), one_by_one, strict=True):
+        np.testing.assert_array_equal(got.applied_m, want.applied_m)
+        assert dataclasses.astuple(got)[1:] == dataclasses.astuple(want)[1:]
 
 
 def test_v_falls_at_every_tick_in_the_ideal_plant_up_to_the_digital_step():

@@ -21,14 +21,13 @@ P = START - FORMATION
 
 def run(seconds, follow, leak=0.0, rule=RULE):
     """The pre-stabiliser before wheels that do `follow` times what u says: who winds up (T, n), and xi (T, n, 2)."""
-    p, xi, memory, winding, states = P.copy(), np.zeros((5, 2)), None, [], []
+    p, xi, states = P.copy(), np.zeros((5, 2)), []
     for _ in range(round(seconds / TICK)):
         u, rate = pre_stabilise(graph(), Control(leak=leak), p, xi, np.ones((5, 2)))
-        memory = wind_up(rule, memory, p, xi, u)
-        winding.append(memory.winding)
-        states.append(xi)
+        states.append((p, xi, u))
         p, xi = p + TICK * follow * u, xi + TICK * rate
-    return np.array(winding), np.array(states)
+    p, xi, u = map(np.array, zip(*states, strict=True))
+    return wind_up(rule, None, p, xi, u)[1], xi
 
 
 def test_who_moves_at_u_never_winds_up():
@@ -76,15 +75,28 @@ def test_a_robot_depends_on_itself_alone():
     xi = np.cumsum(0.02 * np.abs(xi), axis=0)
     results = []
     for changed in (0.0, 1.0):
-        memory, found = None, []
         others = changed * rng.normal(size=(40, 5, 2))
         others[:, 2] = 0.0
-        for k in range(40):
-            memory = wind_up(RULE, memory, p[k] + others[k], xi[k] + others[k], u[k] + others[k])
-            found.append((memory.winding[2], *memory.ways[2]))
-        results.append(found)
+        memory, winding = wind_up(RULE, None, p + others, xi + others, u + others)
+        results.append((winding[:, 2].tolist(), memory.ways[2].tolist()))
     assert results[0] == results[1]
-    assert any(row[0] for row in results[0])
+    assert any(results[0][0])
+
+
+@pytest.mark.parametrize("sizes", [[1] * 40, [1, 7, 32], [39, 1]])
+def test_it_does_not_matter_how_many_ticks_are_told_at_once(sizes):
+    rng = np.random.default_rng(5)
+    p, u = rng.normal(size=(2, 40, 5, 2))
+    xi = np.cumsum(0.02 * np.abs(rng.normal(size=(40, 5, 2))), axis=0)
+    whole, expected = wind_up(RULE, None, p, xi, u)
+    memory, found = None, []
+    for end, size in zip(np.cumsum(sizes), sizes, strict=True):
+        some = slice(end - size, end)
+        memory, winding = wind_up(RULE, memory, p[some], xi[some], u[some])
+        found.append(winding)
+    np.testing.assert_array_equal(np.concatenate(found), expected)
+    np.testing.assert_array_equal(memory.ways, whole.ways)
+    assert expected.any()
 
 
 def test_the_rule_of_a_scenario():

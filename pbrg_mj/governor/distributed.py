@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -12,10 +13,12 @@ from pbrg_mj.governor.bounds import judged
 from pbrg_mj.governor.channel import Channel
 from pbrg_mj.governor.exchange import Exchange
 from pbrg_mj.governor.network_rounds import run_network_rounds
+from pbrg_mj.governor.next_rounds import one_round_passivities, two_rounds_passivities
 from pbrg_mj.governor.optimum import Optimum
-from pbrg_mj.governor.passivity import Passivity, flow_passivity, one_round_passivity, passivity, two_rounds_passivity
+from pbrg_mj.governor.passivity import Passivity, flow_passivity, passivity
 from pbrg_mj.governor.primal_dual import Estimates, Flow, run_rounds
 from pbrg_mj.governor.problem import Problem, Solution, Status
+from pbrg_mj.governor.stretch import Stretch
 
 DOUBLE = 8  # bytes of one number on the wire
 HOPS = 2  # bytes of the hop count in a message that can be late or lost
@@ -76,25 +79,35 @@ class DistributedGovernor:
         )
         return solution, DistributedMemory(estimates, m, exchange, diverged=status == "diverged")
 
-    def passivity(self, problem: Problem, memory: DistributedMemory, optimum: Optimum) -> Passivity:
-        """Return the passivity balance over the round that would follow; what is on the lines is not in it."""
+    def passivities(
+        self, stretch: Stretch, memories: Sequence[DistributedMemory], optima: Sequence[Optimum]
+    ) -> list[Passivity]:
+        """Return at T ticks the balance over the round that would follow; what is on the lines is not in it."""
+        if self.channel is not None:
+            return list(map(self._passivity, stretch.problems, memories, optima))
+        estimates = [memory.estimates for memory in memories]
+        found = one_round_passivities(stretch, optima, self.flow, estimates, self.diverged_beyond)
+        return _while_bounded(memories, found)
+
+    def flow_passivities(self, stretch: Stretch, memories: Sequence[DistributedMemory]) -> list[Passivity]:
+        """Return at T ticks the balance of the flow's own velocity over the two rounds that would follow."""
+        if self.channel is not None:
+            return list(map(self._flow_passivity, stretch.problems, memories))
+        found = two_rounds_passivities(stretch, self.flow, [memory.estimates for memory in memories])
+        return _while_bounded(memories, found)
+
+    def _passivity(self, problem: Problem, memory: DistributedMemory, optimum: Optimum) -> Passivity:
         if optimum.status != "solved" or memory.diverged:
             return Passivity.unknown()
-        before = memory.estimates
-        if self.channel is None:
-            return one_round_passivity(problem, optimum, self.flow, before, self.diverged_beyond)
-        after = self._run(problem, memory, 1)[0]
+        before, after = memory.estimates, self._run(problem, memory, 1)[0]
         if not self._judged(after)[0]:
             return Passivity.unknown()
         rates = {name: (getattr(after, name) - now) / self.flow.step for name, now in vars(before).items()}
         return passivity(problem, optimum, self.flow.alpha, before, Estimates(**rates))
 
-    def flow_passivity(self, problem: Problem, memory: DistributedMemory) -> Passivity:
-        """Return the passivity balance of the flow's own velocity over the two rounds that would follow."""
+    def _flow_passivity(self, problem: Problem, memory: DistributedMemory) -> Passivity:
         if memory.diverged:
             return Passivity.unknown()
-        if self.channel is None:
-            return two_rounds_passivity(problem, self.flow, memory.estimates)
         first, exchange, _ = self._run(problem, memory, 1)
         second = self._run(problem, DistributedMemory(first, memory.m, exchange), 1)[0]
         return flow_passivity(problem, self.flow, (memory.estimates, first, second))
@@ -130,3 +143,7 @@ class DistributedGovernor:
     def _judged(self, estimates: Estimates) -> tuple[bool, bool]:
         """Return whether the estimates are within bounds, and whether some multiplier is at its cap."""
         return judged(estimates.z, estimates.lam, self.diverged_beyond, self.flow.multiplier_cap)
+
+
+def _while_bounded(memories: Sequence[DistributedMemory], found: Sequence[Passivity]) -> list[Passivity]:
+    return [Passivity.unknown() if memory.diverged else one for memory, one in zip(memories, found, strict=True)]

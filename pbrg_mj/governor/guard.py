@@ -16,6 +16,7 @@ under a constant reference, shrinks until there is room again.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +26,7 @@ from pbrg_mj.governor.distributed import DOUBLE, DistributedGovernor, Distribute
 from pbrg_mj.governor.optimum import Optimum
 from pbrg_mj.governor.passivity import Passivity
 from pbrg_mj.governor.problem import Problem, Solution
+from pbrg_mj.governor.stretch import Stretch
 from pbrg_mj.kernel import kernel
 
 UNHEARD = 1 << 30  # ticks
@@ -76,13 +78,15 @@ class GuardedGovernor:
         )
         return guarded, GuardedMemory(inner, heard, age)
 
-    def passivity(self, problem: Problem, memory: GuardedMemory, optimum: Optimum) -> Passivity:
-        """Return the optimizer's passivity balance."""
-        return self.inner.passivity(problem, memory.inner, optimum)
+    def passivities(
+        self, stretch: Stretch, memories: Sequence[GuardedMemory], optima: Sequence[Optimum]
+    ) -> list[Passivity]:
+        """Return the optimizer's passivity balances."""
+        return self.inner.passivities(stretch, [memory.inner for memory in memories], optima)
 
-    def flow_passivity(self, problem: Problem, memory: GuardedMemory) -> Passivity:
-        """Return that of the optimizer's own velocity."""
-        return self.inner.flow_passivity(problem, memory.inner)
+    def flow_passivities(self, stretch: Stretch, memories: Sequence[GuardedMemory]) -> list[Passivity]:
+        """Return those of the optimizer's own velocity."""
+        return self.inner.flow_passivities(stretch, [memory.inner for memory in memories])
 
 
 def admissible_radii(rows: Rows, states: np.ndarray, centre: np.ndarray) -> np.ndarray:

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from pbrg_mj.governor.optimum import Optimum
+from pbrg_mj.governor.passivity import Passivity
 from pbrg_mj.governor.problem import Governor, Problem, Solution
+from pbrg_mj.governor.stretch import Stretch
 
 
 @dataclass(frozen=True)
 class Guest:
-    """A governor of another package. What it offers beyond the protocol, such as `passivity`, is its own."""
+    """A governor of another package, which may tell its passivity balances too."""
 
     inner: Governor
 
@@ -32,9 +36,19 @@ class Guest:
         }
         return replace(answer, **arrays), memory
 
-    def __getattr__(self, name: str) -> Any:
-        """Return whatever else the governor has."""
-        return getattr(self.inner, name)
+    def passivities(self, stretch: Stretch, memories: Sequence[Any], optima: Sequence[Optimum]) -> list[Passivity]:
+        """Return what its `passivity(problem, memory, optimum)` says of T ticks, if it has such a method."""
+        tell = getattr(self.inner, "passivity", _unknown)
+        return [tell(*told) for told in zip(stretch.problems, memories, optima, strict=True)]
+
+    def flow_passivities(self, stretch: Stretch, memories: Sequence[Any]) -> list[Passivity]:
+        """Return what its `flow_passivity(problem, memory)` says of T ticks, if it has such a method."""
+        tell = getattr(self.inner, "flow_passivity", _unknown)
+        return [tell(*told) for told in zip(stretch.problems, memories, strict=True)]
+
+
+def _unknown(*_: Any) -> Passivity:
+    return Passivity.unknown()
 
 
 def _copied(name: str, value: Any, shape: tuple[int, ...], kind: type) -> np.ndarray:

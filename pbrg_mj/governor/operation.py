@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pbrg_mj.governor.problem import Problem, Solution
+from pbrg_mj.governor.stretch import Stretch
 from pbrg_mj.kernel import kernel
 
 
@@ -24,20 +24,35 @@ class Operation:
     complementarity: float  # largest |lambda g| [m^2]
 
 
-def operation(problem: Problem, solution: Solution, before: Operation | None) -> Operation:
-    """Return the certificates of one tick; `before` are those of the tick before, None in the first.
+def operations(stretch: Stretch, m: np.ndarray, multipliers: np.ndarray, before: Operation | None) -> list[Operation]:
+    """Return the certificates of T ticks; `before` are those of the tick before them, None if there is none.
 
-    Stationarity, worst row (its positive part) and complementarity are the residuals of the KKT conditions, eq. 24,
-    of the whole network's problem in m at the network's multipliers.
+    `m` (T, n, 2) and `multipliers` (T, n, R) are a governor's answers. Stationarity, worst row (its positive part) and
+    complementarity are the residuals of the KKT conditions, eq. 24, of the whole network's problem in m at the
+    network's multipliers.
     """
-    rows = problem.rows
-    m, storage, held, *judged = _judged(
-        (problem.network.leader, problem.reference, solution.m, solution.multipliers),
-        (problem.p, problem.xi),
-        (rows.a, rows.C, rows.d, rows.active),
-        (np.zeros(2), 0.0) if before is None else (before.applied_m, before.storage),
-    )
-    return Operation(m, storage, 0.0 if before is None else held, *judged)
+    last = (np.zeros(2), 0.0) if before is None else (before.applied_m, before.storage)
+    applied, values = np.empty((len(m), 2)), np.empty((len(m), 6))
+    aims = (stretch.network.leader, *stretch.state)
+    _judge_ticks(aims, (m, multipliers), stretch.rows, stretch.rows_at, last, applied, values)
+    if before is None:
+        values[0, 1] = 0.0
+    return [Operation(*judged) for judged in zip(applied, *values.T.tolist(), strict=True)]
+
+
+@kernel
+def _judge_ticks(problems, answers, rows, rows_at, last, applied, values):  # pragma: no cover - compiled
+    """Write the fields of every tick's Operation, in their order."""
+    (leader, p, xi, r), (m, lam), (a, C, d, active) = problems, answers, rows
+    last_m, last_storage = last
+    for t in range(len(m)):
+        u = rows_at[t]
+        of = (a[u], C[u], d[u], active[u])
+        found = _judged((leader, r[t], m[t], lam[t]), (p[t], xi[t]), of, (last_m, last_storage))
+        last_m, last_storage = found[0], found[1]
+        applied[t, 0], applied[t, 1] = last_m[0], last_m[1]
+        values[t, 0], values[t, 1], values[t, 2] = found[1], found[2], found[3]
+        values[t, 3], values[t, 4], values[t, 5] = found[4], found[5], found[6]
 
 
 @kernel

@@ -19,14 +19,14 @@ The kernels index whole arrays instead of taking rows and sums of columns, as `p
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from pbrg_mj.governor.bounds import judged
 from pbrg_mj.governor.equilibrium import dual_force, rest_arguments, resting
 from pbrg_mj.governor.optimum import Optimum
-from pbrg_mj.governor.primal_dual import Estimates, Flow, active_rows, round_arguments, update_robots
+from pbrg_mj.governor.primal_dual import Estimates, Flow
 from pbrg_mj.governor.problem import Problem
 from pbrg_mj.kernel import kernel
 
@@ -48,6 +48,11 @@ class Passivity:
         """Return what is known about no optimum, of a flow past all bounds, of another governor's: NaN."""
         return cls(np.nan, np.nan, np.nan, np.nan)
 
+    @classmethod
+    def of(cls, balance: Sequence[float]) -> Passivity:
+        """Return four numbers as they are when they are finite, else what is unknown."""
+        return cls(*balance) if math.isfinite(sum(balance)) else cls.unknown()
+
 
 def passivity(problem: Problem, optimum: Optimum, alpha: float, before: Estimates, rates: Estimates) -> Passivity:
     """Return the passivity balance at `before` when the estimates move at `rates` (a round's change over its step).
@@ -56,52 +61,12 @@ def passivity(problem: Problem, optimum: Optimum, alpha: float, before: Estimate
     its sign.
     """
     motions = tuple((one.z, one.zeta, one.lam, one.nu) for one in (before, rates))
-    return Passivity(*_balance(rest_arguments(problem, optimum, alpha), *motions))
-
-
-def one_round_passivity(
-    problem: Problem, optimum: Optimum, flow: Flow, estimates: Estimates, limit: float
-) -> Passivity:
-    """Return `passivity` of a state and the round that follows when every message arrives within it.
-
-    Unknown where that round leaves `limit` [m] or is not finite.
-    """
-    found = (optimum.m, optimum.multipliers, problem.network.laplacian_pinv)
-    bounded, balance = _one_round_balance(*round_arguments(problem, estimates, flow), found, limit)
-    return Passivity(*balance) if bounded else Passivity.unknown()
+    return Passivity(*balance_about(rest_arguments(problem, optimum, alpha), *motions))
 
 
 @kernel
-def _one_round_balance(estimates, network, state, rows, gains, found, limit):  # pragma: no cover - compiled
-    leader, (p, xi, r), (a, C, _, active), (m, lam, pinv) = network[2], state, rows, found
-    after = _next_round(estimates, network, (leader, state, rows, active_rows(active)), gains)
-    bounded, _ = judged(after[0], after[2], limit, gains[2])
-    _to_rate(after[0], estimates[0], gains[1])
-    _to_rate(after[1], estimates[1], gains[1])
-    _to_rate(after[2], estimates[2], gains[1])
-    _to_rate(after[3], estimates[3], gains[1])
-    return bounded, _balance(((m, p, xi), lam, (a, C), (leader, r), pinv, gains[0]), estimates, after)
-
-
-@kernel
-def _next_round(estimates, network, own, gains):  # pragma: no cover - compiled
-    """Return the estimates a round later when every message arrives within it, arrays of their own."""
-    z, zeta, lam, nu = estimates
-    new = (np.empty(z.shape), np.empty(z.shape), np.empty(lam.shape), np.empty(nu.shape))
-    update_robots(estimates, new, (network[0], network[1], z, zeta), own, gains)
-    return new
-
-
-@kernel
-def _to_rate(after, before, step):  # pragma: no cover - compiled
-    """Turn an array a round later into the rate of its change."""
-    for i in range(after.shape[0]):
-        for c in range(after.shape[1]):
-            after[i, c] = (after[i, c] - before[i, c]) / step
-
-
-@kernel
-def _balance(about, before, rates):  # pragma: no cover - compiled
+def balance_about(about, before, rates):  # pragma: no cover - compiled
+    """Compute what `passivity` returns; `about` are `rest_arguments`."""
     lam, rows, alpha = about[1], about[2], about[5]
     z_1, zeta_1, lam_1, nu_1 = before
     z_rate, zeta_rate, lam_rate, nu_rate = rates
@@ -153,28 +118,12 @@ def flow_passivity(problem: Problem, flow: Flow, rounds: tuple[Estimates, Estima
     much once. Where the flow is at rest the signs are those of rounding.
     """
     arrays = tuple((one.z, one.zeta, one.lam, one.nu) for one in rounds)
-    return _known(_flow_balance(arrays, (problem.rows.a, problem.rows.C), flow.alpha, flow.step))
-
-
-def two_rounds_passivity(problem: Problem, flow: Flow, estimates: Estimates) -> Passivity:
-    """Return `flow_passivity` of a state and the two rounds that follow when every message arrives within its round."""
-    return _known(_two_rounds_balance(*round_arguments(problem, estimates, flow)))
-
-
-def _known(balance: tuple[float, float, float, float]) -> Passivity:
-    return Passivity(*balance) if math.isfinite(sum(balance)) else Passivity.unknown()
+    return Passivity.of(flow_balance(arrays, (problem.rows.a, problem.rows.C), flow.alpha, flow.step))
 
 
 @kernel
-def _two_rounds_balance(estimates, network, state, rows, gains):  # pragma: no cover - compiled
-    own = (network[2], state, rows, active_rows(rows[3]))
-    first = _next_round(estimates, network, own, gains)
-    second = _next_round(first, network, own, gains)
-    return _flow_balance((estimates, first, second), (rows[0], rows[1]), gains[0], gains[1])
-
-
-@kernel
-def _flow_balance(rounds, rows, alpha, step):  # pragma: no cover - compiled
+def flow_balance(rounds, rows, alpha, step):  # pragma: no cover - compiled
+    """Compute what `flow_passivity` returns; `rows` are a and C."""
     (z, zeta, lam, nu), (z_1, zeta_1, lam_1, nu_1), (z_2, zeta_2, lam_2, nu_2) = rounds
     before, after = dual_force(z, lam, nu, rows), dual_force(z_1, lam_1, nu_1, rows)
     supply = _supply(z, z_1, before, after) / step**2

@@ -15,10 +15,9 @@ from typing import Any
 import numpy as np
 
 from pbrg_mj.governor.guest import Guest
-from pbrg_mj.governor.optimum import Optimum
 from pbrg_mj.governor.passivity import Passivity
-from pbrg_mj.governor.problem import Problem
 from pbrg_mj.governor.registry import CERTIFICATES, governor, reference_solver
+from pbrg_mj.governor.stretch import Stretch
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.loop.tick import Decision, Parts, State, decide
 from pbrg_mj.loop.watch import Passed, Watch, Watched, judge
@@ -34,6 +33,7 @@ from pbrg_mj.world.build import build_world
 from pbrg_mj.world.robot import load_robot_model
 
 AHEAD = 100  # ticks
+JUDGED = 2**20  # bytes of estimates at most, so that ticks judged together fit a core's caches
 PATIENCE = 0.1  # wall clock [s]: of a slow world, fewer ticks pass at a time
 
 
@@ -65,13 +65,13 @@ class Simulation:
         )
         watch = Watch(
             wind_up_rule=WindUpRule.of(scenario, graph),
-            passivity=getattr(answering, "passivity", _unknown_passivity),
-            flow_passivity=getattr(answering, "flow_passivity", _unknown_passivity),
+            passivities=getattr(answering, "passivities", _unknown),
+            flow_passivities=getattr(answering, "flow_passivities", _unknown),
             reference_solver=reference_solver(scenario),
             reference_every=whole_number(scenario.reference.period, timing.tick),
         )
         # A guest may write into its memory, so it is judged before its next step.
-        ahead = 1 if isinstance(answering, Guest) else AHEAD
+        ahead = 1 if isinstance(answering, Guest) else _ticks_judged_together(scenario.robots)
         return cls(parts, watch, whole_number(timing.duration, timing.tick), ahead)
 
     @property
@@ -95,8 +95,9 @@ class Simulation:
         while going:
             passed, failure = self._pass(decided, ticks)
             ticks = self.ahead
-            watched, records = judge(self.watch, watched, passed)
-            yield from records
+            if passed:
+                watched, records = judge(self.watch, watched, passed)
+                yield from records
             if failure:
                 raise failure
             going = bool(passed)
@@ -127,6 +128,11 @@ class Simulation:
             yield decision
 
 
-def _unknown_passivity(problem: Problem, memory: Any, optimum: Optimum | None = None) -> Passivity:
+def _ticks_judged_together(robots: int) -> int:
+    numbers = 3 * robots * (4 * robots + 2)  # z, zeta, and as many multipliers
+    return max(1, min(AHEAD, JUDGED // (8 * numbers)))
+
+
+def _unknown(stretch: Stretch, *_: Any) -> list[Passivity]:
     """Stand in for governors that do not tell their passivity balances."""
-    return Passivity.unknown()
+    return [Passivity.unknown()] * len(stretch.problems)

@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pbrg_mj.governor.operation import Operation, operation
+from pbrg_mj.governor.operation import Operation, operations
 from pbrg_mj.governor.optimum import CentralizedSolver, Optimum
 from pbrg_mj.governor.passivity import Passivity
-from pbrg_mj.governor.problem import Problem
+from pbrg_mj.governor.stretch import Stretch, in_a_row
 from pbrg_mj.loop.record import TickRecord, Timings
 from pbrg_mj.loop.tick import Decision
 from pbrg_mj.team.wind_up import WindUp, WindUpRule, wind_up
@@ -27,14 +27,14 @@ class Watch:
     """How ticks are judged."""
 
     wind_up_rule: WindUpRule
-    passivity: Callable[[Problem, Any, Optimum], Passivity]  # of the governor's own estimates, about an optimum
-    flow_passivity: Callable[[Problem, Any], Passivity]  # of their own velocity
+    passivities: Callable[[Stretch, Sequence[Any], Sequence[Optimum]], list[Passivity]]  # about optima
+    flow_passivities: Callable[[Stretch, Sequence[Any]], list[Passivity]]  # of the governor's own velocity
     reference_solver: CentralizedSolver | None
     reference_every: int  # ticks
 
 
 class Watched(NamedTuple):
-    """What the next tick's judgement needs of this one's."""
+    """What the next ticks' judgement needs of those before."""
 
     wind_up: WindUp | None = None  # None before the first tick
     operation: Operation | None = None  # likewise
@@ -50,17 +50,22 @@ class Passed(NamedTuple):
 
 
 def judge(watch: Watch, before: Watched, passed: Sequence[Passed]) -> tuple[Watched, list[TickRecord]]:
-    """Return the records of ticks in a row, and what the judgement of those after them needs.
+    """Return the records of ticks in a row, one or more, and what the judgement of those after them needs.
 
     One stage for all ticks before the next one: its code is then in the processor's caches for all but the first.
     """
-    certified = []
-    for one in passed:
-        before, marks = _certify(watch, before, one.decision)
-        certified.append(marks)
-    optima = [_optimum(watch, one.decision) for one in passed]
-    balances = [_balance(watch, one.decision, optimum) for one, (optimum, _) in zip(passed, optima, strict=True)]
-    return before, [_record(*facts) for facts in zip(passed, certified, optima, balances, strict=True)]
+    began, decisions = perf_counter(), [one.decision for one in passed]
+    stretch = Stretch.of([one.problem for one in decisions])
+    before, certified = _certify(watch, before, stretch, decisions)
+    certifying = (perf_counter() - began) / len(passed)
+    solved = [_optimum(watch, one) for one in decisions]
+    began = perf_counter()
+    balances = _balances(watch, stretch, decisions, [optimum for optimum, _ in solved])
+    balancing = (perf_counter() - began) / max(sum(one is not None for one in balances), 1)
+    return before, [
+        _record(one, marks, optimum, balance, (certifying, solving, balancing))
+        for one, marks, (optimum, solving), balance in zip(passed, certified, solved, balances, strict=True)
+    ]
 
 
 class _Marks(NamedTuple):
@@ -69,15 +74,19 @@ class _Marks(NamedTuple):
     winding: np.ndarray
     operation: Operation
     flow: Passivity
-    seconds: float
 
 
-def _certify(watch: Watch, before: Watched, decision: Decision) -> tuple[Watched, _Marks]:
-    began, problem = perf_counter(), decision.problem
-    followed = wind_up(watch.wind_up_rule, before.wind_up, problem.p, problem.xi, decision.velocity)
-    judged = operation(problem, decision.solution, before.operation)
-    flow = watch.flow_passivity(problem, decision.memory)
-    return Watched(followed, judged), _Marks(followed.winding, judged, flow, perf_counter() - began)
+def _certify(
+    watch: Watch, before: Watched, stretch: Stretch, decisions: Sequence[Decision]
+) -> tuple[Watched, list[_Marks]]:
+    p, xi, _ = stretch.state
+    velocity = in_a_row([one.velocity for one in decisions])
+    ways, winding = wind_up(watch.wind_up_rule, before.wind_up, p, xi, velocity)
+    m = in_a_row([one.solution.m for one in decisions])
+    multipliers = in_a_row([one.solution.multipliers for one in decisions])
+    judged = operations(stretch, m, multipliers, before.operation)
+    flows = watch.flow_passivities(stretch, [one.memory for one in decisions])
+    return Watched(ways, judged[-1]), list(map(_Marks, winding, judged, flows))
 
 
 def _optimum(watch: Watch, decision: Decision) -> tuple[Optimum | None, float]:
@@ -88,18 +97,29 @@ def _optimum(watch: Watch, decision: Decision) -> tuple[Optimum | None, float]:
     return watch.reference_solver.solve(decision.problem), perf_counter() - began
 
 
-def _balance(watch: Watch, decision: Decision, optimum: Optimum | None) -> tuple[Passivity | None, float]:
-    """Return the passivity balance about the optimum, and how long it took [s]."""
-    if optimum is None:
-        return None, 0.0
-    began = perf_counter()
-    return watch.passivity(decision.problem, decision.memory, optimum), perf_counter() - began
+def _balances(
+    watch: Watch, stretch: Stretch, decisions: Sequence[Decision], optima: Sequence[Optimum | None]
+) -> list[Passivity | None]:
+    """Return the passivity balances about the optima, None where there is no optimum to balance about."""
+    there = [(decision, optimum) for decision, optimum in zip(decisions, optima, strict=True) if optimum is not None]
+    if not there:
+        return [None] * len(optima)
+    if len(there) < len(decisions):
+        stretch = Stretch.of([decision.problem for decision, _ in there])
+    memories, found = [decision.memory for decision, _ in there], [optimum for _, optimum in there]
+    balances = iter(watch.passivities(stretch, memories, found))
+    return [None if optimum is None else next(balances) for optimum in optima]
 
 
 def _record(
-    passed: Passed, marks: _Marks, solved: tuple[Optimum | None, float], balance: tuple[Passivity | None, float]
+    passed: Passed,
+    marks: _Marks,
+    optimum: Optimum | None,
+    balance: Passivity | None,
+    seconds: tuple[float, float, float],
 ) -> TickRecord:
-    decision, (optimum, seconds) = passed.decision, solved
+    """Put a record together; `seconds` went into certificates, the optimum and the balance about it."""
+    decision, (certifying, solving, balancing) = passed.decision, seconds
     began, sensed, perceived, governed, commanded = decision.stamps
     build, solve = (optimum.build_seconds, optimum.solve_seconds) if optimum else (0.0, 0.0)
     timings = Timings(
@@ -108,10 +128,10 @@ def _record(
         govern=governed - perceived,
         control=commanded - governed,
         advance=passed.advancing,
-        certify=passed.looking + marks.seconds,
+        certify=passed.looking + certifying,
         reference_build=build,
         reference_solve=solve,
-        reference_balance=seconds - build - solve + balance[1],  # with reading the optimum
+        reference_balance=solving - build - solve + balancing if optimum else 0.0,  # with reading the optimum
     )
     return TickRecord(
         index=decision.index,
@@ -125,7 +145,7 @@ def _record(
         operation=marks.operation,
         flow_passivity=marks.flow,
         optimum=optimum,
-        passivity=balance[0],
+        passivity=balance,
         velocity=decision.velocity,
         command=decision.command,
         winding_up=marks.winding,

@@ -42,42 +42,48 @@ class WindUpRule:
 
 @dataclass(frozen=True)
 class WindUp:
-    """What every robot remembers of the ways behind it, and who is winding up."""
+    """What every robot remembers of the ways behind it."""
 
-    p: np.ndarray  # (n, 2) at this tick [m]
-    xi: np.ndarray  # (n, 2) at this tick [m]
+    p: np.ndarray  # (n, 2) at the last tick [m]
+    xi: np.ndarray  # (n, 2) at the last tick [m]
     ways: np.ndarray  # (n, 5) wanted x, y, the way of the coming tick included; made x, y; grown [m]
-    winding: np.ndarray  # (n,) bool
 
 
-def wind_up(rule: WindUpRule, before: WindUp | None, p: np.ndarray, xi: np.ndarray, u: np.ndarray) -> WindUp:
-    """Return who winds up at this tick; `before` is the tick before, None in the first.
+def wind_up(
+    rule: WindUpRule, before: WindUp | None, p: np.ndarray, xi: np.ndarray, u: np.ndarray
+) -> tuple[WindUp, np.ndarray]:
+    """Return what is remembered after T ticks, and who winds up at each of them, (T, n) bool.
 
-    `p`, `xi` (n, 2) [m] are the states at this tick, `u` (n, 2) [m/s] what the robots do from here on. Row j depends on
-    rows j alone.
+    `p`, `xi` (T, n, 2) [m] are the states at these ticks, `u` (T, n, 2) [m/s] what the robots do from each on; `before`
+    is the memory of the tick before them, None if there is none. What is told of robot j depends on its own rows alone.
     """
-    if before is None:
-        return WindUp(p, xi, np.hstack([rule.tick * u, np.zeros((len(p), 3))]), np.zeros(len(p), dtype=bool))
-    memory = (before.p, before.xi, before.ways)
-    return WindUp(p, xi, *_followed(memory, (p, xi, u), (rule.keep, rule.tick, rule.length)))
+    winding = np.zeros(p.shape[:2], dtype=bool)
+    if before is None:  # nobody has gone any way yet
+        ways, first = np.hstack([rule.tick * u[0], np.zeros((p.shape[1], 3))]), 1
+        memory = (p[0], xi[0])
+    else:
+        ways, first = before.ways.copy(), 0
+        memory = (before.p, before.xi)
+    _follow(memory, (p[first:], xi[first:], u[first:]), (rule.keep, rule.tick, rule.length), ways, winding[first:])
+    return WindUp(p[-1].copy(), xi[-1].copy(), ways), winding
 
 
 @kernel
-def _followed(memory, state, rule):  # pragma: no cover - compiled
-    """Return the ways a tick later, `wanted` with the next tick's way, and who winds up."""
-    p_before, xi_before, before = memory
-    p, xi, u = state
+def _follow(before, states, rule, ways, winding):  # pragma: no cover - compiled
+    """Bring the ways to the last tick, `wanted` with the next tick's way, and write who winds up."""
+    p_before, xi_before = before
+    p, xi, u = states
     keep, tick, length = rule
-    ways, winding = np.empty(before.shape), np.empty(len(before), dtype=np.bool_)
-    for j in range(len(before)):
-        along = square = 0.0
-        for axis in range(2):
-            wanted = keep * before[j, axis]
-            made = keep * (before[j, 2 + axis] + (p[j, axis] - p_before[j, axis]))
-            along += wanted * made
-            square += wanted**2
-            ways[j, axis], ways[j, 2 + axis] = wanted + tick * u[j, axis], made
-        gained = math.hypot(xi[j, 0], xi[j, 1]) - math.hypot(xi_before[j, 0], xi_before[j, 1])
-        grown = ways[j, 4] = keep * (before[j, 4] + gained)
-        winding[j] = grown > length and square > length**2 and along < 0.5 * square
-    return ways, winding
+    for t in range(len(p)):
+        for j in range(len(ways)):
+            along = square = 0.0
+            for axis in range(2):
+                wanted = keep * ways[j, axis]
+                made = keep * (ways[j, 2 + axis] + (p[t, j, axis] - p_before[j, axis]))
+                along += wanted * made
+                square += wanted**2
+                ways[j, axis], ways[j, 2 + axis] = wanted + tick * u[t, j, axis], made
+            gained = math.hypot(xi[t, j, 0], xi[t, j, 1]) - math.hypot(xi_before[j, 0], xi_before[j, 1])
+            grown = ways[j, 4] = keep * (ways[j, 4] + gained)
+            winding[t, j] = grown > length and square > length**2 and along < 0.5 * square
+        p_before, xi_before = p[t], xi[t]

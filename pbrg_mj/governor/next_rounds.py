@@ -1,0 +1,115 @@
+"""Passivity balances of rounds that would follow a state when every message arrives within its round.
+
+Whole stretches of ticks at a time: nothing of this is fed back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pbrg_mj.governor.bounds import judged
+from pbrg_mj.governor.optimum import Optimum
+from pbrg_mj.governor.passivity import Passivity, balance_about, flow_balance
+from pbrg_mj.governor.primal_dual import Estimates, Flow, active_rows, update_robots
+from pbrg_mj.governor.stretch import Stretch, in_a_row
+from pbrg_mj.kernel import kernel
+
+
+def one_round_passivities(
+    stretch: Stretch, optima: Sequence[Optimum], flow: Flow, estimates: Sequence[Estimates], limit: float
+) -> list[Passivity]:
+    """Return `passivity` of T states and the rounds that follow them when every message arrives within its round.
+
+    Unknown where such a round leaves `limit` [m] or is not finite, and where there is no optimum.
+    """
+    m, lam = in_a_row([one.m for one in optima]), in_a_row([one.multipliers for one in optima])
+    balances = np.empty((len(optima), 4))
+    found, gains = (m, lam, stretch.network.laplacian_pinv), (flow.alpha, flow.step, flow.multiplier_cap)
+    _one_round_balances(_states(estimates), *_given(stretch), gains, found, limit, balances)
+    return [Passivity.of(balance) for balance in balances.tolist()]
+
+
+def _states(estimates: Sequence[Estimates]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    return (
+        in_a_row([one.z for one in estimates]),
+        in_a_row([one.zeta for one in estimates]),
+        in_a_row([one.lam for one in estimates]),
+        in_a_row([one.nu for one in estimates]),
+    )
+
+
+def _given(stretch: Stretch) -> tuple[tuple, tuple]:
+    """Return the network, and the problems on it."""
+    net = stretch.network
+    return (net.first, net.neighbours, net.leader), (stretch.state, stretch.rows, stretch.rows_at)
+
+
+@kernel
+def _one_round_balances(states, network, given, gains, found, limit, balances):  # pragma: no cover - compiled
+    (z, zeta, lam, nu), ((p, xi, r), (a, C, d, active), rows_at), (m, best_lam, pinv) = states, given, found
+    for t in range(len(z)):
+        u = rows_at[t]
+        estimates, state, of = (z[t], zeta[t], lam[t], nu[t]), (p[t], xi[t], r[t]), (a[u], C[u], d[u], active[u])
+        optimum = (m[t], best_lam[t], pinv)
+        _write(_one_round_balance(estimates, network, state, of, gains, optimum, limit), balances, t)
+
+
+@kernel
+def _write(balance, balances, t):  # pragma: no cover - compiled
+    balances[t, 0], balances[t, 1], balances[t, 2], balances[t, 3] = balance
+
+
+@kernel
+def _one_round_balance(estimates, network, state, rows, gains, found, limit):  # pragma: no cover - compiled
+    leader, (p, xi, r), (a, C, _, active), (m, lam, pinv) = network[2], state, rows, found
+    after = _next_round(estimates, network, (leader, state, rows, active_rows(active)), gains)
+    if not judged(after[0], after[2], limit, gains[2])[0]:
+        return np.nan, np.nan, np.nan, np.nan
+    _to_rate(after[0], estimates[0], gains[1])
+    _to_rate(after[1], estimates[1], gains[1])
+    _to_rate(after[2], estimates[2], gains[1])
+    _to_rate(after[3], estimates[3], gains[1])
+    return balance_about(((m, p, xi), lam, (a, C), (leader, r), pinv, gains[0]), estimates, after)
+
+
+@kernel
+def _next_round(estimates, network, own, gains):  # pragma: no cover - compiled
+    """Return the estimates a round later when every message arrives within it, arrays of their own."""
+    z, zeta, lam, nu = estimates
+    new = (np.empty(z.shape), np.empty(z.shape), np.empty(lam.shape), np.empty(nu.shape))
+    update_robots(estimates, new, (network[0], network[1], z, zeta), own, gains)
+    return new
+
+
+@kernel
+def _to_rate(after, before, step):  # pragma: no cover - compiled
+    """Turn an array a round later into the rate of its change."""
+    for i in range(after.shape[0]):
+        for c in range(after.shape[1]):
+            after[i, c] = (after[i, c] - before[i, c]) / step
+
+
+def two_rounds_passivities(stretch: Stretch, flow: Flow, estimates: Sequence[Estimates]) -> list[Passivity]:
+    """Return `flow_passivity` of T states and the two rounds that follow each when messages arrive within theirs."""
+    balances, gains = np.empty((len(estimates), 4)), (flow.alpha, flow.step, flow.multiplier_cap)
+    _two_rounds_balances(_states(estimates), *_given(stretch), gains, balances)
+    return [Passivity.of(balance) for balance in balances.tolist()]
+
+
+@kernel
+def _two_rounds_balances(states, network, given, gains, balances):  # pragma: no cover - compiled
+    (z, zeta, lam, nu), ((p, xi, r), (a, C, d, active), rows_at) = states, given
+    for t in range(len(z)):
+        u = rows_at[t]
+        estimates, state, of = (z[t], zeta[t], lam[t], nu[t]), (p[t], xi[t], r[t]), (a[u], C[u], d[u], active[u])
+        _write(_two_rounds_balance(estimates, network, state, of, gains), balances, t)
+
+
+@kernel
+def _two_rounds_balance(estimates, network, state, rows, gains):  # pragma: no cover - compiled
+    own = (network[2], state, rows, active_rows(rows[3]))
+    first = _next_round(estimates, network, own, gains)
+    second = _next_round(first, network, own, gains)
+    return flow_balance((estimates, first, second), (rows[0], rows[1]), gains[0], gains[1])

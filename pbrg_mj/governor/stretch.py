@@ -1,0 +1,59 @@
+"""Ticks in a row as arrays, ticks first, so that one compiled call judges all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pbrg_mj.governor.certificate import Rows
+from pbrg_mj.governor.problem import Problem
+from pbrg_mj.team.network import Network
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """The problems of T ticks. Rows, which change seldom, stand once for all ticks in a row that share them."""
+
+    problems: Sequence[Problem]
+    state: tuple[np.ndarray, np.ndarray, np.ndarray]  # p, xi (T, n, 2) and the operator's r (T, 2) [m]
+    rows: tuple[np.ndarray, ...]  # a, C, d, active of U `Rows`, (U, n, R) or (U, n, R, 2)
+    rows_at: np.ndarray  # (T,) int64, which of them
+
+    @classmethod
+    def of(cls, problems: Sequence[Problem]) -> Stretch:
+        """Return the stretch of one problem or more, all of one run."""
+        known: list[Rows] = []
+        rows_at = np.empty(len(problems), dtype=np.int64)
+        for tick, problem in enumerate(problems):
+            if not known or problem.rows is not known[-1]:
+                known.append(problem.rows)
+            rows_at[tick] = len(known) - 1
+        return cls(
+            problems=problems,
+            state=(
+                in_a_row([problem.p for problem in problems]),
+                in_a_row([problem.xi for problem in problems]),
+                in_a_row([problem.reference for problem in problems]),
+            ),
+            rows=(
+                in_a_row([rows.a for rows in known]),
+                in_a_row([rows.C for rows in known]),
+                in_a_row([rows.d for rows in known]),
+                in_a_row([rows.active for rows in known]),
+            ),
+            rows_at=rows_at,
+        )
+
+    @property
+    def network(self) -> Network:
+        """Who hears whom, the same in a whole run."""
+        return self.problems[0].network
+
+
+def in_a_row(arrays: Sequence[np.ndarray]) -> np.ndarray:
+    """Return arrays of one shape as one, (T, ...); a single one is not copied."""
+    if len(arrays) == 1:
+        return np.ascontiguousarray(arrays[0])[None]
+    return np.concatenate(arrays).reshape(len(arrays), *arrays[0].shape)

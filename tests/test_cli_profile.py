@@ -20,7 +20,7 @@ def test_stages_and_timed_sinks_add_up_and_the_rest_is_other(monkeypatch):
         sink(record)
         profile(record)
     assert seen == ticks
-    spent, timings = profile.per_tick(), vars(ticks[1].timings)
+    spent, timings = profile.per_tick(), ticks[1].timings._asdict()
     assert spent["log"] == pytest.approx(3e6)
     assert {name: spent[name] for name in timings} == pytest.approx({k: 1e6 * v for k, v in timings.items()})
     assert spent["total"] == pytest.approx((200.0 - 20.0) * 1e6)

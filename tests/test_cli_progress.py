@@ -19,8 +19,8 @@ class Terminal(io.StringIO):
 
 def record(margin=1.0, contact=False, status="ok", time=3.0):
     base = records(1)[0]
-    truth = replace(base.truth, wall_margin=np.full(3, margin), wall_contact=np.full(3, contact))
-    return replace(base, time=time, truth=truth, solution=replace(base.solution, status=status))
+    truth = base.truth._replace(wall_margin=np.full(3, margin), wall_contact=np.full(3, contact))
+    return base._replace(time=time, truth=truth, solution=replace(base.solution, status=status))
 
 
 def test_the_worst_so_far_is_told():

@@ -59,7 +59,7 @@ def test_whatever_the_optimizer_says_nothing_forbidden_is_applied(name):
     z = memory.inner.estimates.z.copy()
     z[:, :2] = [5.0, 7.0]
     thrown = dataclasses.replace(memory.inner.estimates, z=z)
-    memory = dataclasses.replace(memory, inner=dataclasses.replace(memory.inner, estimates=thrown))
+    memory = dataclasses.replace(memory, inner=memory.inner._replace(estimates=thrown))
     solution, _ = governor.step(static, memory)
     for m in solution.m:
         assert row_values(static.rows, m, static.p, static.xi).max() <= 1e-9

@@ -52,13 +52,13 @@ def test_a_message_does_not_depend_on_those_before() -> None:
 def test_arrays_in_another_order_mean_the_same() -> None:
     record = records(1)[0]
     turned = np.asfortranarray(record.solution.multipliers)
-    given = replace(record, solution=replace(record.solution, multipliers=turned))
+    given = record._replace(solution=replace(record.solution, multipliers=turned))
     assert encoder("Tick", DIMS)(given) == encoder("Tick", DIMS)(record)
 
 
 @pytest.mark.parametrize("shape", [(2, 6), (17,), (3, 5), (4, 6, 1)])
 def test_the_field_of_another_shape_is_named(shape: tuple[int, ...]) -> None:
     record = records(1)[0]
-    wrong = replace(record, solution=replace(record.solution, multipliers=np.zeros(shape)))
+    wrong = record._replace(solution=replace(record.solution, multipliers=np.zeros(shape)))
     with pytest.raises(ValueError, match=r"^multipliers: shape \(.*\), not \(3, 6\)$"):
         encoder("Tick", DIMS)(wrong)

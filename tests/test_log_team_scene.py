@@ -63,7 +63,7 @@ def told(seed: int, ticks: int = 40) -> list[tuple[TickRecord, np.ndarray]]:
         solution = replace(record.solution, m=some_odd(record.solution.m, 0.2))
         half_spaces = replace(record.half_spaces, h=some_odd(record.half_spaces.h, 0.1))
         hand = some_odd(rng.normal(size=record.hand_world.shape), 0.1)
-        seen = replace(record, solution=solution, half_spaces=half_spaces, hand_world=hand)
+        seen = record._replace(solution=solution, half_spaces=half_spaces, hand_world=hand)
         found.append((seen, some_odd(rng.normal(size=2), 0.2)))
     return found
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -26,8 +25,8 @@ class Profile:
             self._seconds.clear()
             self._begin = self._end = perf_counter()
             return
-        for field in fields(record.timings):
-            self._add(field.name, getattr(record.timings, field.name))
+        for stage, seconds in record.timings._asdict().items():
+            self._add(stage, seconds)
         self._end = perf_counter()
 
     def timed(self, name: str, sink: Callable[[TickRecord], None]) -> Callable[[TickRecord], None]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -24,8 +24,7 @@ DOUBLE = 8  # bytes of one number on the wire
 HOPS = 2  # bytes of the hop count in a message that can be late or lost
 
 
-@dataclass(frozen=True)
-class DistributedMemory:
+class DistributedMemory(NamedTuple):
     """The robots' estimates, the last references that were finite, and the messages under way."""
 
     estimates: Estimates

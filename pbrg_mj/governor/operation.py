@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,8 +11,7 @@ from pbrg_mj.governor.stretch import Stretch
 from pbrg_mj.kernel import kernel
 
 
-@dataclass(frozen=True)
-class Operation:
+class Operation(NamedTuple):
     """How well one tick's answer serves, judged with everything known. Nothing of it is fed back."""
 
     applied_m: np.ndarray  # (2,) mean of the leaders' m [m]: what moves the team
@@ -37,7 +36,7 @@ def operations(stretch: Stretch, m: np.ndarray, multipliers: np.ndarray, before:
     _judge_ticks(aims, (m, multipliers), stretch.rows, stretch.rows_at, last, applied, values)
     if before is None:
         values[0, 1] = 0.0
-    return [Operation(*judged) for judged in zip(applied, *values.T.tolist(), strict=True)]
+    return list(map(Operation, applied, *values.T.tolist()))
 
 
 @kernel

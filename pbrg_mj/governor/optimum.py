@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 
@@ -12,8 +11,7 @@ from pbrg_mj.governor.problem import Problem
 Found = Literal["solved", "infeasible", "failed"]
 
 
-@dataclass(frozen=True)
-class Optimum:
+class Optimum(NamedTuple):
     """What the centralized solver found."""
 
     m: np.ndarray  # (2,) m* [m]; NaN unless solved

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,8 +31,7 @@ from pbrg_mj.governor.problem import Problem
 from pbrg_mj.kernel import kernel
 
 
-@dataclass(frozen=True)
-class Passivity:
+class Passivity(NamedTuple):
     """Storages of the difference of two motions, and what each subsystem dissipates.
 
     In m^2 and m^2/s about the optimum, in m^2/s^2 and m^2/s^3 of the flow's own velocity.

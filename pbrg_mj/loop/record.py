@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,8 +15,7 @@ from pbrg_mj.sensing.readings import Readings
 from pbrg_mj.world.interface import Truth
 
 
-@dataclass(frozen=True)
-class Timings:
+class Timings(NamedTuple):
     """Wall-clock seconds of the tick's stages. The one part of a record that is not reproducible."""
 
     sense: float
@@ -30,11 +29,10 @@ class Timings:
     reference_balance: float
 
 
-@dataclass(frozen=True)
-class TickRecord:
+class TickRecord(NamedTuple):
     """State at the start of tick `index`, and what was decided and applied in it."""
 
-    index: int
+    index: int  # pyright: ignore[reportIncompatibleMethodOverride] - not the one of tuples
     time: float  # [s]
     truth: Truth
     readings: Readings

@@ -55,11 +55,10 @@ class State(NamedTuple):
     xi: np.ndarray  # (n, 2) [m]
 
 
-@dataclass(frozen=True)
-class Decision:
+class Decision(NamedTuple):
     """What the robots saw, concluded and commanded in one tick."""
 
-    index: int
+    index: int  # pyright: ignore[reportIncompatibleMethodOverride] - not the one of tuples
     time: float  # [s]
     readings: Readings
     hand_world: np.ndarray  # (n, 2) q as estimated from the readings [m]

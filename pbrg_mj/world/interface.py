@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -21,8 +21,7 @@ class Observation:
     scan_frame: int
 
 
-@dataclass(frozen=True)
-class Truth:
+class Truth(NamedTuple):
     """Ground truth for the record. Nothing downstream of the sensors may see it."""
 
     body_pose: np.ndarray  # (n, 3) x, y [m], heading [rad]

@@ -13,7 +13,6 @@ from mcap.records import (
     Attachment,
     AttachmentIndex,
     Channel,
-    ChunkIndex,
     DataEnd,
     Header,
     Metadata,
@@ -84,28 +83,11 @@ class McapFile:
         self._file.write(self._summary.encoded(self._size) + MAGIC)
 
     def _end_chunk(self) -> None:
-        counts = self._chunk.counts()
-        if not counts:  # schemas and channels wait for the first message
+        chunk = self._chunk.closed(self._compressor, self._size)
+        if chunk is None:
             return
-        chunk = self._chunk.compressed(self._compressor)
-        start, length = self._write(encoded(chunk))
-        index = ChunkIndex(
-            message_start_time=chunk.message_start_time,
-            message_end_time=chunk.message_end_time,
-            chunk_start_offset=start,
-            chunk_length=length,
-            message_index_offsets={},
-            message_index_length=0,
-            compression=chunk.compression,
-            compressed_size=len(chunk.data),
-            uncompressed_size=chunk.uncompressed_size,
-        )
-        records = dict(self._chunk.index())
-        offset, index.message_index_length = self._write(b"".join(records.values()))
-        for channel, record in records.items():
-            index.message_index_offsets[channel] = offset
-            offset += len(record)
-        self._summary.add_chunk(index, counts)
+        self._write(chunk.records)
+        self._summary.add_chunk(chunk)
         self._chunk = OpenChunk()
 
     def _write(self, data: bytes) -> tuple[int, int]:

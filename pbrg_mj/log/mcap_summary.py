@@ -11,7 +11,6 @@ from mcap.opcode import Opcode
 from mcap.records import (
     AttachmentIndex,
     Channel,
-    ChunkIndex,
     Footer,
     McapRecord,
     MetadataIndex,
@@ -19,6 +18,8 @@ from mcap.records import (
     Statistics,
     SummaryOffset,
 )
+
+from pbrg_mj.log.open_chunk import ClosedChunk
 
 
 @dataclass
@@ -34,13 +35,13 @@ class McapSummary:
     _times: tuple[int, int] | None = None  # of the earliest and the latest message
     _message_counts: dict[int, int] = field(default_factory=dict)  # by channel
 
-    def add_chunk(self, index: ChunkIndex, messages: dict[int, int]) -> None:
-        """Take a chunk into account, with so many messages of each channel."""
-        self._chunk_indices += encoded(index)
+    def add_chunk(self, chunk: ClosedChunk) -> None:
+        """Take a chunk into account."""
+        self._chunk_indices += chunk.summary
         self._chunk_count += 1
-        first, last = self._times or (index.message_start_time, index.message_end_time)
-        self._times = min(first, index.message_start_time), max(last, index.message_end_time)
-        for channel, number in messages.items():
+        first, last = self._times or chunk.times
+        self._times = min(first, chunk.times[0]), max(last, chunk.times[1])
+        for channel, number in chunk.counts.items():
             self._message_counts[channel] = self._message_counts.get(channel, 0) + number
 
     def encoded(self, start: int) -> bytes:

@@ -7,18 +7,31 @@ from __future__ import annotations
 
 import zlib
 from collections import defaultdict
-from collections.abc import Iterator
 from struct import Struct, pack
+from typing import NamedTuple
 
 import zstandard
 from mcap.opcode import Opcode
-from mcap.records import Chunk
 
 MESSAGE = Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time; then the data
 INDEX = Struct("<BQHI")  # opcode, length, channel, length of what follows: log time and offset of each message
+CHUNK = Struct("<BQQQQII4sQ")  # opcode, length, first and last time, size, checksum, compression, size; then the data
+CHUNK_INDEX = Struct("<BQQQQQI")  # opcode, length, times, offset and length of the chunk, length of what follows
+CHUNK_INDEX_END = Struct("<QI4sQQ")  # length of all indices, compression, sizes compressed and not
 # Packed in a third of an enumeration's time.
 MESSAGE_OPCODE, INDEX_OPCODE = int(Opcode.MESSAGE), int(Opcode.MESSAGE_INDEX)
+CHUNK_OPCODE, CHUNK_INDEX_OPCODE = int(Opcode.CHUNK), int(Opcode.CHUNK_INDEX)
+COMPRESSION = b"zstd"
 HEAD = 9  # bytes of opcode and length, which a record's length does not count
+
+
+class ClosedChunk(NamedTuple):
+    """A chunk as a file holds it, and what the file's end tells of it."""
+
+    records: bytes  # the chunk, and where each channel's messages are in it
+    summary: bytes  # the record at the file's end
+    times: tuple[int, int]  # of the earliest and the latest message
+    counts: dict[int, int]  # messages of each channel
 
 
 class OpenChunk:
@@ -40,25 +53,43 @@ class OpenChunk:
         self._data += MESSAGE.pack(MESSAGE_OPCODE, length, channel_id, sequence, log_time, publish_time)
         self._data += data
 
-    def compressed(self, compressor: zstandard.ZstdCompressor) -> Chunk:
-        """Return the records as a file holds them; there must be a message among them."""
-        times = [places[::2] for places in self._places.values()]
-        return Chunk(
-            compression="zstd",
-            data=compressor.compress(self._data),
-            message_start_time=min(map(min, times)),
-            message_end_time=max(map(max, times)),
-            uncompressed_crc=zlib.crc32(self._data),
-            uncompressed_size=len(self._data),
-        )
+    def closed(self, compressor: zstandard.ZstdCompressor, offset: int) -> ClosedChunk | None:
+        """Return the chunk at byte `offset` of the file; None without a message: schemas and channels wait for one."""
+        if not self._places:
+            return None
+        stamps = [time for places in self._places.values() for time in places[::2]]
+        times = min(stamps), max(stamps)
+        chunk, sizes = self._chunk(compressor, times)
+        indices, offsets = self._indices(offset + len(chunk))
+        index = _chunk_index(times, sizes, (offset, len(chunk)), (offsets, len(indices)))
+        counts = {channel: len(places) // 2 for channel, places in self._places.items()}
+        return ClosedChunk(chunk + indices, index, times, counts)
 
-    def counts(self) -> dict[int, int]:
-        """Return how many messages each channel has, in the order in which channels began."""
-        return {channel: len(places) // 2 for channel, places in self._places.items()}
+    def _chunk(self, compressor: zstandard.ZstdCompressor, times: tuple[int, int]) -> tuple[bytes, tuple[int, int]]:
+        """Return the chunk's record, and the sizes of its data compressed and not."""
+        data, size = compressor.compress(self._data), len(self._data)
+        length, checksum = CHUNK.size - HEAD + len(data), zlib.crc32(self._data)
+        head = CHUNK.pack(CHUNK_OPCODE, length, *times, size, checksum, len(COMPRESSION), COMPRESSION, len(data))
+        return head + data, (len(data), size)
 
-    def index(self) -> Iterator[tuple[int, bytes]]:
-        """Yield each channel and the record that tells where its messages are in the chunk, likewise."""
+    def _indices(self, offset: int) -> tuple[bytes, list[int]]:
+        """Return the records at `offset` that tell where messages are; each channel and its record's offset."""
+        records, offsets = [], []
         for channel, places in self._places.items():
             size = 8 * len(places)
             head = INDEX.pack(INDEX_OPCODE, INDEX.size - HEAD + size, channel, size)
-            yield channel, head + pack(f"<{len(places)}Q", *places)
+            records += head, pack(f"<{len(places)}Q", *places)
+            offsets += channel, offset
+            offset += INDEX.size + size
+        return b"".join(records), offsets
+
+
+def _chunk_index(
+    times: tuple[int, int], sizes: tuple[int, int], place: tuple[int, int], indices: tuple[list[int], int]
+) -> bytes:
+    """Return the record that tells at the file's end where the chunk and its indices are, and how large."""
+    offsets, indices_length = indices
+    where = pack("<" + "HQ" * (len(offsets) // 2), *offsets)
+    end = CHUNK_INDEX_END.pack(indices_length, len(COMPRESSION), COMPRESSION, *sizes)
+    length = CHUNK_INDEX.size - HEAD + len(where) + len(end)
+    return CHUNK_INDEX.pack(CHUNK_INDEX_OPCODE, length, *times, *place, len(where)) + where + end

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any, NamedTuple
+
+from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
 
 NANOSECONDS = 1_000_000_000  # in a second
 
@@ -20,3 +23,11 @@ class Payload(NamedTuple):
 def stamp(message: Any, time_ns: int) -> None:
     """Set a message's timestamp."""
     message.timestamp.seconds, message.timestamp.nanos = divmod(time_ns, NANOSECONDS)
+
+
+@lru_cache(maxsize=8)
+def stamped(time_ns: int) -> bytes:
+    """Return the bytes of a timestamp in a message's first field, which is where Foxglove's schemas have it."""
+    message = LaserScan()
+    stamp(message, time_ns)
+    return message.SerializeToString(deterministic=True)

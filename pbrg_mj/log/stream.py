@@ -33,6 +33,11 @@ def dims_of(record: TickRecord) -> Dims:
     return {"n": n, "K": slots, "R": record.problem.rows.d.shape[1]}
 
 
+def time_of(record: TickRecord) -> int:
+    """Return a tick's simulated time [ns]."""
+    return round(record.time * NANOSECONDS)
+
+
 class MessageStream:
     """Turns records into messages. Keeps what is needed to tell what is new in a tick."""
 
@@ -71,12 +76,16 @@ class MessageStream:
         return types
 
     def messages(self, record: TickRecord) -> list[Payload]:
-        """Return a tick's messages, the one on /timing last. Call it with every record, in order, once."""
-        time_ns = round(record.time * NANOSECONDS)
-        said = self._reproducible(record, time_ns)
+        """Return a tick's messages, the one on /timing last. Call it or `said` with every record, in order, once."""
+        time_ns = time_of(record)
+        return [Payload(topic, data, record.index, time_ns, time_ns) for topic, data in self.said(record)]
+
+    def said(self, record: TickRecord) -> list[tuple[str, bytes]]:
+        """Return channel and data of a tick's messages, all of which have the record's number and time."""
+        said = self._reproducible(record, time_of(record))
         if self._timing is not None:
             said.append((channels.TIMING, self._timing(record)))
-        return [Payload(topic, data, record.index, time_ns, time_ns) for topic, data in said]
+        return said
 
     def _reproducible(self, record: TickRecord, time_ns: int) -> list[tuple[str, bytes]]:
         said = []

@@ -12,7 +12,7 @@ from pbrg_mj.errors import InputError, PbrgError
 from pbrg_mj.log import channels
 from pbrg_mj.log.embed import embed, register
 from pbrg_mj.log.mcap_file import McapFile
-from pbrg_mj.log.stream import MessageStream, dims_of
+from pbrg_mj.log.stream import MessageStream, dims_of, time_of
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.scenario.load import Loaded
 
@@ -100,11 +100,10 @@ class LogWriter:
 
     def _add(self, record: TickRecord) -> int:
         """Write one record; return the reproducible bytes it took before compression."""
-        size = 0
-        for message in self._stream.messages(record):
-            channel = self._channels[message.topic]
-            self._writer.add_message(channel, message.log_time, message.data, message.publish_time, message.tick)
-            size += len(message.data) if message.topic != channels.TIMING else 0
+        size, time_ns = 0, time_of(record)
+        for topic, data in self._stream.said(record):
+            self._writer.add_message(self._channels[topic], time_ns, data, time_ns, record.index)
+            size += len(data) if topic != channels.TIMING else 0
         return size
 
     def _failed(self, error: OSError) -> PbrgError:

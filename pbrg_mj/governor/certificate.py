@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.network import Network
@@ -35,9 +36,18 @@ def ball_rows(half_spaces: HalfSpaces, formation: np.ndarray) -> Rows:
     slot k and robot j.
     """
     n, slots = half_spaces.h.shape
-    d = half_spaces.h[:, :, None] - half_spaces.G @ formation.T
-    C, rows = np.repeat(half_spaces.G, n, axis=1), slots * n
-    return Rows(np.ones((n, rows)), C, d.reshape(n, rows), half_spaces.binds.reshape(n, rows))
+    C, d = np.empty((n, slots * n, 2)), np.empty((n, slots * n))
+    _write_ball_rows(half_spaces.G, half_spaces.h, formation, C, d)
+    return Rows(np.ones(d.shape), C, d, half_spaces.binds.reshape(d.shape))
+
+
+@kernel
+def _write_ball_rows(G, h, formation, C, d):  # pragma: no cover - compiled
+    for i in range(d.shape[0]):
+        for row in range(d.shape[1]):
+            k, j = divmod(row, len(formation))
+            C[i, row, 0], C[i, row, 1] = G[i, k, 0], G[i, k, 1]
+            d[i, row] = h[i, k] - (G[i, k, 0] * formation[j, 0] + G[i, k, 1] * formation[j, 1])
 
 
 def input_rows(network: Network, alpha_r: float, limit: float, facets: int) -> Rows:

@@ -80,11 +80,16 @@ def dual_force(z, lam, nu, rows):  # pragma: no cover - compiled
     for i in range(n):
         pull = push_x = push_y = square = 0.0
         for row in range(a.shape[1]):
-            pull += a[i, row] * lam[i, row]
-            push_x += C[i, row, 0] * lam[i, row]
-            push_y += C[i, row, 1] * lam[i, row]
-        for c in range(2, 2 + 4 * n):
-            force[i, c] = z[i, c] - z[i, c % 2] if c < 2 + 2 * n else z[i, c]  # (z_p - 1 (x) m, z_xi)
+            if lam[i, row] != 0.0:  # few are
+                pull += a[i, row] * lam[i, row]
+                push_x += C[i, row, 0] * lam[i, row]
+                push_y += C[i, row, 1] * lam[i, row]
+        for c in range(2, 2 + 2 * n, 2):  # (z_p - 1 (x) m, z_xi)
+            force[i, c], force[i, c + 1] = z[i, c] - z[i, 0], z[i, c + 1] - z[i, 1]
+            square += force[i, c] * force[i, c]
+            square += force[i, c + 1] * force[i, c + 1]
+        for c in range(2 + 2 * n, 2 + 4 * n):
+            force[i, c] = z[i, c]
             square += force[i, c] * force[i, c]
         rho = math.sqrt(square)
         weight = pull / rho if rho > 0.0 else 0.0

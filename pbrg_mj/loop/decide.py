@@ -17,9 +17,9 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.graph import network
 from pbrg_mj.team.network import Network
-from pbrg_mj.team.pre_stabiliser import pre_stabilised
+from pbrg_mj.team.pre_stabiliser import write_pre_stabilised
 from pbrg_mj.vehicle.drive import DifferentialDrive, wheel_voltages
-from pbrg_mj.vehicle.hand_point import hand_point, hand_points
+from pbrg_mj.vehicle.hand_point import hand_point, write_hand_points
 from pbrg_mj.world.robot import load_robot_model
 
 
@@ -126,8 +126,10 @@ def _decide(worlds, states, estimates, rows, team, numbers):  # pragma: no cover
     pose, xi, m, diverged, command = states
     graph, formation, r = team
     gains, (rounds, beyond), (alpha_r, leak, tick), sizes, motor = numbers
+    p, u, rate = np.empty(formation.shape), np.empty(formation.shape), np.empty(formation.shape)
     for w in range(*worlds):
-        p = hand_points(pose[w], sizes[0]) - formation
+        write_hand_points(pose[w], sizes[0], p)
+        p -= formation
         before = (estimates[0][w], estimates[1][w], estimates[2][w], estimates[3][w])
         own_rows = (rows[0][w], rows[1][w], rows[2][w], rows[3][w])
         after = rounds_of(before, graph, (p, xi[w], r), own_rows, gains, 0 if diverged[w] else rounds)
@@ -135,6 +137,6 @@ def _decide(worlds, states, estimates, rows, team, numbers):  # pragma: no cover
         diverged[w] = not judged(after[0], after[2], beyond, gains[2])[0]
         if not diverged[w]:
             m[w] = after[0][:, :2]
-        u, rate = pre_stabilised(graph, (p, xi[w], m[w]), alpha_r, leak)
+        write_pre_stabilised(graph, (p, xi[w], m[w]), alpha_r, leak, u, rate)
         command[w] = wheel_voltages(u, pose[w], sizes, motor)
         xi[w] += tick * rate

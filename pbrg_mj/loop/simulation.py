@@ -122,7 +122,8 @@ class Simulation:
     def _decided(self) -> Iterator[Decision]:
         """Yield every tick's decision; whoever asks for the next has let the world move on."""
         parts = self.parts
-        state = State(None, initial(parts.perception), None, None, np.zeros((parts.network.robots, 2)))
+        xi = np.zeros((parts.network.robots, 2))
+        state = State(None, initial(parts.perception), None, None, None, xi)
         for index in range(self.ticks + 1):
             state, decision = decide(parts, state, index)
             yield decision

@@ -45,12 +45,21 @@ class Parts:
     drive: Drive
 
 
+class Place(NamedTuple):
+    """Where the robots take themselves to be, by poses as they were read."""
+
+    body_pose: np.ndarray  # (n, 3) x, y [m], heading [rad]
+    hand_world: np.ndarray  # (n, 2) q [m]
+    p: np.ndarray  # (n, 2) q - b [m]
+
+
 class State(NamedTuple):
     """What one tick hands to the next, besides the world."""
 
     readings: Readings | None  # None before the first tick
     walls: PerceptionMemory
     rows: Rows | None  # of the half-spaces known then; likewise None before the first tick
+    place: Place | None  # likewise
     governor: Any  # likewise
     xi: np.ndarray  # (n, 2) [m]
 
@@ -86,10 +95,13 @@ def decide(parts: Parts, state: State, index: int) -> tuple[State, Decision]:
     rows = state.rows
     if rows is None or half_spaces is not state.walls.half_spaces:
         rows = parts.certificate.rows(half_spaces)
-    hand_world = hand_point(readings.body_pose, parts.hand_offset)
+    place = state.place
+    if place is None or readings.body_pose is not place.body_pose:
+        hand_world = hand_point(readings.body_pose, parts.hand_offset)
+        place = Place(readings.body_pose, hand_world, hand_world - parts.formation)
     problem = Problem(
         network=parts.network,
-        p=hand_world - parts.formation,
+        p=place.p,
         xi=state.xi,
         rows=rows,
         reference=operator_reference(scenario.operator, time),
@@ -106,7 +118,7 @@ def decide(parts: Parts, state: State, index: int) -> tuple[State, Decision]:
         index=index,
         time=time,
         readings=readings,
-        hand_world=hand_world,
+        hand_world=place.hand_world,
         half_spaces=half_spaces,
         problem=problem,
         solution=solution,
@@ -115,4 +127,5 @@ def decide(parts: Parts, state: State, index: int) -> tuple[State, Decision]:
         command=command,
         stamps=stamps,
     )
-    return State(readings, walls, rows, memory, state.xi + scenario.timing.tick * xi_rate), decision
+    xi = state.xi + scenario.timing.tick * xi_rate
+    return State(readings, walls, rows, place, memory, xi), decision

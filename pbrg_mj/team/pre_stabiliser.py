@@ -24,21 +24,22 @@ def pre_stabilise(
     stays valid, and it vanishes where L xi = 0, as in the formation at m with u = 0.
     """
     graph = (network.first, network.neighbours, network.leader)
-    return pre_stabilised(graph, (p, xi, m), control.alpha_r, control.leak)
+    u, rate = np.empty(p.shape), np.empty(p.shape)
+    write_pre_stabilised(graph, (p, xi, m), control.alpha_r, control.leak, u, rate)
+    return u, rate
 
 
 @kernel
-def pre_stabilised(graph, state, alpha_r, leak):  # pragma: no cover - compiled
+def write_pre_stabilised(graph, state, alpha_r, leak, u, rate):  # pragma: no cover - compiled
     """Compute what `pre_stabilise` returns."""
     first, neighbours, leader = graph
     p, xi, m = state
-    u, rate = np.empty(p.shape), np.empty(p.shape)
     for j in range(len(p)):
         for axis in range(2):
             apart = turned = 0.0  # sum_k L_jk p_k and sum_k L_jk xi_k
-            for k in neighbours[first[j] : first[j + 1]]:
+            for e in range(first[j], first[j + 1]):
+                k = neighbours[e]
                 apart += p[j, axis] - p[k, axis]
                 turned += xi[j, axis] - xi[k, axis]
             u[j, axis] = turned - apart + alpha_r * leader[j] * (m[j, axis] - p[j, axis])
             rate[j, axis] = -(apart + leak * turned)
-    return u, rate

@@ -21,7 +21,9 @@ from pbrg_mj.world.robot import RobotModel
 
 def hand_point(body_pose: np.ndarray, hand_offset: float) -> np.ndarray:
     """Return the hand points q (n, 2) [m] of body poses (n, 3) x, y [m], heading [rad]."""
-    return hand_points(body_pose, hand_offset)
+    q = np.empty((len(body_pose), 2))
+    write_hand_points(body_pose, hand_offset, q)
+    return q
 
 
 def wheel_speeds(velocity: np.ndarray, heading: np.ndarray, robot: RobotModel) -> np.ndarray:
@@ -35,14 +37,12 @@ def robot_sizes(robot: RobotModel) -> tuple[float, float, float]:
 
 
 @kernel
-def hand_points(body_pose, hand_offset):  # pragma: no cover - compiled
+def write_hand_points(body_pose, hand_offset, q):  # pragma: no cover - compiled
     """Compute what `hand_point` returns."""
-    q = np.empty((len(body_pose), 2))
     for j in range(len(body_pose)):
         heading = body_pose[j, 2]
         q[j, 0] = body_pose[j, 0] + hand_offset * math.cos(heading)
         q[j, 1] = body_pose[j, 1] + hand_offset * math.sin(heading)
-    return q
 
 
 @kernel

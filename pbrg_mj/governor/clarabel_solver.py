@@ -54,6 +54,7 @@ class ClarabelSolver:
         self._solvers: dict[tuple[int, float], clarabel.DefaultSolver] = {}
         self._rows: Rows | None = None
         self._tightest = (np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64))
+        self._places = np.empty(0, dtype=np.int64)  # of these rows among all rows of all robots
 
     def solve(self, problem: Problem) -> Optimum:
         """Solve `problem`; infeasible and failed are statuses, not exceptions."""
@@ -67,17 +68,19 @@ class ClarabelSolver:
         if found != "solved":
             nothing = np.full(problem.rows.d.shape, np.nan)
             return Optimum(np.full(2, np.nan), found, np.nan, nothing, words, built - started, solving)
-        m, multipliers = np.array(solution.x[:2]), np.zeros(problem.rows.d.shape)
-        off_x, off_y = (m - problem.reference).tolist()
-        cost = problem.network.leaders * (off_x * off_x + off_y * off_y)
-        multipliers[self._tightest] = solution.z[: len(self._tightest[0])]
-        return Optimum(m, found, cost, multipliers, words, built - started, solving)
+        (x, y, _), (r_x, r_y), count = solution.x, problem.reference.tolist(), len(self._places)
+        cost = problem.network.leaders * ((x - r_x) * (x - r_x) + (y - r_y) * (y - r_y))
+        multipliers = np.zeros(problem.rows.d.size)
+        multipliers[self._places] = solution.z[:count]
+        multipliers = multipliers.reshape(problem.rows.d.shape)
+        return Optimum(np.array([x, y]), found, cost, multipliers, words, built - started, solving)
 
     def _built(self, problem: Problem) -> clarabel.DefaultSolver:
         """Return the solver with the problem's data in it."""
         known, leaders = problem.rows is self._rows, problem.network.leaders
         if not known:
             self._rows, self._tightest = problem.rows, tightest_rows(problem.rows)
+            self._places = np.ravel_multi_index(self._tightest, problem.rows.d.shape)
         key = (len(self._tightest[0]), leaders)
         solver, (q, b) = self._solvers.get(key), small_vectors(problem, self._tightest)
         if solver is None:

@@ -6,6 +6,7 @@ All but messages and their index is written by mcap's own records. https://mcap.
 from __future__ import annotations
 
 import zlib
+from collections.abc import Iterable
 from typing import BinaryIO
 
 import zstandard
@@ -30,7 +31,8 @@ LEVEL = -1  # of compression: half the time of zstd's own choice, for a file 5 %
 class McapFile:
     """Writes an MCAP file, with every checksum and index, to `file`, which is empty and which the caller closes.
 
-    The methods are those of mcap's Writer. A chunk ends only where `flush` is called; a kill costs what came since.
+    The methods are those of mcap's Writer, and one for many messages at once. A chunk ends only where `flush` is called; a
+    kill costs what came since.
     """
 
     def __init__(self, file: BinaryIO):
@@ -69,7 +71,13 @@ class McapFile:
 
     def add_message(self, channel_id: int, log_time: int, data: bytes, publish_time: int, sequence: int) -> None:
         """Add a message to the open chunk; times in ns."""
-        self._chunk.add_message(channel_id, log_time, data, publish_time, sequence)
+        self.add_messages([(channel_id, data)], log_time, publish_time, sequence)
+
+    def add_messages(
+        self, messages: Iterable[tuple[int, bytes]], log_time: int, publish_time: int, sequence: int
+    ) -> None:
+        """Add channel and data of messages of one moment to the open chunk; times in ns."""
+        self._chunk.add_messages(messages, log_time, publish_time, sequence)
 
     def flush(self) -> None:
         """End the open chunk, unless it has no messages, and hand all that is written to the system."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import zlib
 from collections import defaultdict
+from collections.abc import Iterable
 from struct import Struct, pack
 from typing import NamedTuple
 
@@ -46,12 +47,16 @@ class OpenChunk:
         """Append a record that is no message."""
         self._data += data
 
-    def add_message(self, channel_id: int, log_time: int, data: bytes, publish_time: int, sequence: int) -> None:
-        """Append a message."""
-        self._places[channel_id] += log_time, len(self._data)
-        length = MESSAGE.size - HEAD + len(data)
-        self._data += MESSAGE.pack(MESSAGE_OPCODE, length, channel_id, sequence, log_time, publish_time)
-        self._data += data
+    def add_messages(
+        self, messages: Iterable[tuple[int, bytes]], log_time: int, publish_time: int, sequence: int
+    ) -> None:
+        """Append messages of one moment: channel and data of each."""
+        chunk, places = self._data, self._places
+        for channel, data in messages:
+            places[channel] += log_time, len(chunk)
+            length = MESSAGE.size - HEAD + len(data)
+            chunk += MESSAGE.pack(MESSAGE_OPCODE, length, channel, sequence, log_time, publish_time)
+            chunk += data
 
     def closed(self, compressor: zstandard.ZstdCompressor, offset: int) -> ClosedChunk | None:
         """Return the chunk at byte `offset` of the file; None without a message: schemas and channels wait for one."""

@@ -37,12 +37,13 @@ class Poses:
         self._message = FrameTransforms()
         for robot in range(1, robots + 1):
             self._message.transforms.add(parent_frame_id="world", child_frame_id=frame_of(robot))
-        self._parts = [(one, one.translation, one.rotation) for one in self._message.transforms]
+        self._parts = [(one.timestamp, one.translation, one.rotation) for one in self._message.transforms]
 
     def draw(self, body_pose: np.ndarray, time_ns: int) -> bytes:
         """Return the message; `body_pose` (n, 3) x, y [m], heading [rad]."""
-        for (transform, place, turn), (x, y, heading) in zip(self._parts, body_pose.tolist(), strict=True):
-            stamp(transform, time_ns)
+        seconds, nanos = divmod(time_ns, NANOSECONDS)
+        for (time, place, turn), (x, y, heading) in zip(self._parts, body_pose.tolist(), strict=True):
+            time.seconds, time.nanos = seconds, nanos
             place.x, place.y, turn.z, turn.w = x, y, sin(heading / 2), cos(heading / 2)
         return self._message.SerializeToString(deterministic=True)
 

@@ -92,13 +92,15 @@ def encoder(name: str, dims: Dims) -> Callable[[Any], bytes]:
 
     def encode(record: Any) -> bytes:
         found, pieces, packed = values(record), blank_arrays.copy(), blank_numbers.copy()
+        packed[1::2] = found[first:last]
+        if not first and last == len(found):  # numbers alone
+            return pack(*packed)
         pieces[1::2] = found[:first]
         data = _joined(pieces)
         # One comparison of everything, for records are right; only then field by field.
         if len(data) != expected:
             for (_, field), value in zip(arrays, found[:first], strict=True):
                 _check(field, value, dims)
-        packed[1::2] = found[first:last]
         said = [head + _pack_text(text) for head, text in zip(text_heads, found[last:], strict=True)]
         return b"".join([data, pack(*packed), *said])
 

@@ -126,11 +126,11 @@ class Points:
         self._message = PosesInFrame(frame_id="world")
         for _ in range(count):
             self._message.poses.add().orientation.w = 1.0
+        self._places = [pose.position for pose in self._message.poses]
 
     def draw(self, positions: np.ndarray, time_ns: int) -> bytes:
         """Return the message; `positions` (count, 2) [m]."""
         stamp(self._message, time_ns)
-        for pose, (x, y) in zip(self._message.poses, positions.tolist(), strict=True):
-            place = pose.position
+        for place, (x, y) in zip(self._places, positions.tolist(), strict=True):
             place.x, place.y = x, y
         return self._message.SerializeToString(deterministic=True)

@@ -100,11 +100,11 @@ class LogWriter:
 
     def _add(self, record: TickRecord) -> int:
         """Write one record; return the reproducible bytes it took before compression."""
-        size, time_ns = 0, time_of(record)
-        for topic, data in self._stream.said(record):
-            self._writer.add_message(self._channels[topic], time_ns, data, time_ns, record.index)
-            size += len(data) if topic != channels.TIMING else 0
-        return size
+        time_ns, said = time_of(record), self._stream.said(record)
+        self._writer.add_messages(
+            [(self._channels[topic], data) for topic, data in said], time_ns, time_ns, record.index
+        )
+        return sum([len(data) for topic, data in said if topic != channels.TIMING])
 
     def _failed(self, error: OSError) -> PbrgError:
         """Close what is left of the file; `__exit__` then has nothing more to do."""

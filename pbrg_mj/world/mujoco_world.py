@@ -125,7 +125,9 @@ class MujocoWorld:
         body_pose = camera_poses(readings, index.camera_position, index.camera_ahead)
         if self._carries:
             body_pose = self._carries.camera(body_pose, self._camera.step(pose_frame))
-        return Observation(body_pose, pose_frame, readings[index.beams], scan_frame)
+        last = self._observed
+        ranges = last.ranges if last and last.scan_frame == scan_frame else readings[index.beams]
+        return Observation(body_pose, pose_frame, ranges, scan_frame)
 
     def _begin_step(self) -> None:
         """Move what does not move by forces, then work out positions, contacts and sensors."""

@@ -31,8 +31,8 @@ LEVEL = -1  # of compression: half the time of zstd's own choice, for a file 5 %
 class McapFile:
     """Writes an MCAP file, with every checksum and index, to `file`, which is empty and which the caller closes.
 
-    The methods are those of mcap's Writer, and one for many messages at once. A chunk ends only where `flush` is called;
-    a kill costs what came since.
+    The methods are those of mcap's Writer, and one for many messages at once. A chunk ends only where `flush` is
+    called; a kill costs what came since.
     """
 
     def __init__(self, file: BinaryIO):

@@ -33,7 +33,6 @@ from pbrg_mj.world.build import build_world
 from pbrg_mj.world.robot import load_robot_model
 
 AHEAD = 100  # ticks
-JUDGED = 2**20  # bytes of estimates at most, so that ticks judged together fit a core's caches
 PATIENCE = 0.1  # wall clock [s]: of a slow world, fewer ticks pass at a time
 
 
@@ -71,7 +70,7 @@ class Simulation:
             reference_every=whole_number(scenario.reference.period, timing.tick),
         )
         # A guest may write into its memory, so it is judged before its next step.
-        ahead = 1 if isinstance(answering, Guest) else _ticks_judged_together(scenario.robots)
+        ahead = 1 if isinstance(answering, Guest) else AHEAD
         return cls(parts, watch, whole_number(timing.duration, timing.tick), ahead)
 
     @property
@@ -127,11 +126,6 @@ class Simulation:
         for index in range(self.ticks + 1):
             state, decision = decide(parts, state, index)
             yield decision
-
-
-def _ticks_judged_together(robots: int) -> int:
-    numbers = 3 * robots * (4 * robots + 2)  # z, zeta, and as many multipliers
-    return max(1, min(AHEAD, JUDGED // (8 * numbers)))
 
 
 def _unknown(stretch: Stretch, *_: Any) -> list[Passivity]:

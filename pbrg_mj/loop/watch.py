@@ -21,6 +21,8 @@ from pbrg_mj.loop.tick import Decision
 from pbrg_mj.team.wind_up import WindUp, WindUpRule, wind_up
 from pbrg_mj.world.interface import Truth
 
+SIDE_BY_SIDE = 300_000  # bytes of a stretch's estimates: a hundred ticks of five robots, one of forty
+
 
 @dataclass(frozen=True)
 class Watch:
@@ -52,8 +54,19 @@ class Passed(NamedTuple):
 def judge(watch: Watch, before: Watched, passed: Sequence[Passed]) -> tuple[Watched, list[TickRecord]]:
     """Return the records of ticks in a row, one or more, and what the judgement of those after them needs.
 
-    One stage for all ticks before the next one: its code is then in the processor's caches for all but the first.
+    Ticks of a small team are judged all at once: a call then costs them little. Of a large one, laying the arrays of
+    two ticks side by side takes longer than a call.
     """
+    n, records = passed[0].decision.problem.network.robots, []
+    ticks = max(1, SIDE_BY_SIDE // (3 * 8 * n * (4 * n + 2)))  # z, zeta, and about as many multipliers
+    for first in range(0, len(passed), ticks):
+        before, judged = _judge(watch, before, passed[first : first + ticks])
+        records += judged
+    return before, records
+
+
+def _judge(watch: Watch, before: Watched, passed: Sequence[Passed]) -> tuple[Watched, list[TickRecord]]:
+    """Judge a stretch of ticks, one stage for all of them before the next one, while its code is in the caches."""
     began, decisions = perf_counter(), [one.decision for one in passed]
     stretch = Stretch.of([one.problem for one in decisions])
     before, certified = _certify(watch, before, stretch, decisions)

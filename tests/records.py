@@ -16,11 +16,12 @@ from pbrg_mj.sensing.readings import Readings
 from pbrg_mj.team.network import Network
 from pbrg_mj.world.interface import Truth
 
-TICK = 0.01  # [s]
+TICK = 0.02  # [s]; ten to a chunk of the log
 BEAMS = 8
 SCENARIO_YAML = """\
 description: Three robots that exist on paper only
 seed: 7
+timing: {tick: 0.02}
 team:
   start: [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
   formation: [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]

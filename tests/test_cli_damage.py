@@ -36,9 +36,9 @@ ACCIDENTS, PARTS = 2000, 8
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """A third of a second of the paper's experiment: three chunks, scans, half-spaces."""
+    """Six tenths of a second of the paper's experiment: three chunks, scans, half-spaces."""
     path = tmp_path_factory.mktemp("log") / "whole.mcap"
-    assert main(["run", "paper/experiment_near", "--duration", "0.3", "--quiet", "-o", str(path)]) == 0
+    assert main(["run", "paper/experiment_near", "--duration", "0.6", "--quiet", "-o", str(path)]) == 0
     return path.read_bytes()
 
 

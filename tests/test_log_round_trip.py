@@ -119,9 +119,9 @@ def test_a_stranger_decodes_every_message(tmp_path: Path) -> None:
     events = counts.pop("/events")
     assert counts == {
         "/scene": 1,
-        "/scene/team": 6,
-        "/poses/p": 6,
-        "/poses/m": 6,
+        "/scene/team": 12,
+        "/poses/p": 12,
+        "/poses/m": 12,
         "/tick": 60,
         "/optimum": 6,
         "/timing": 60,

@@ -78,11 +78,11 @@ class MessageStream:
     def messages(self, record: TickRecord) -> list[Payload]:
         """Return a tick's messages, the one on /timing last. Call it or `said` with every record, in order, once."""
         time_ns = time_of(record)
-        return [Payload(topic, data, record.index, time_ns, time_ns) for topic, data in self.said(record)]
+        return [Payload(topic, data, record.index, time_ns, time_ns) for topic, data in self.said(record, time_ns)]
 
-    def said(self, record: TickRecord) -> list[tuple[str, bytes]]:
+    def said(self, record: TickRecord, time_ns: int) -> list[tuple[str, bytes]]:
         """Return channel and data of a tick's messages, all of which have the record's number and time."""
-        said = self._reproducible(record, time_of(record))
+        said = self._reproducible(record, time_ns)
         if self._timing is not None:
             said.append((channels.TIMING, self._timing(record)))
         return said

@@ -104,3 +104,23 @@ def test_both_solvers_find_the_same_with_inputs_constrained_too():
             np.testing.assert_allclose(a.m, b.m, atol=5e-5)
             assert row_values(random.rows, a.m, random.p, random.xi).max() < 1e-7
     assert seen == {"solved", "infeasible"}
+
+
+def test_a_solver_used_before_answers_as_a_new_one():
+    """Whatever changed since the solve before: the state alone, the reference, the rows, the leaders."""
+    rng = np.random.default_rng(5)
+    used, solved = ClarabelSolver(), 0
+    bases = [random_problem(rng, graph(leaders=leaders)) for leaders in ((4,), (0, 3)) for _ in range(3)]
+    for _ in range(100):
+        base, other = (bases[k] for k in rng.integers(len(bases), size=2))
+        changed = {"p": base.p + 0.01 * rng.normal(size=(5, 2))}
+        for name in ("reference", "rows", "network"):
+            if rng.random() < 0.3:
+                changed[name] = getattr(other, name)
+        problem = dataclasses.replace(base, **changed)
+        got, want = used.solve(problem), ClarabelSolver().solve(problem)
+        assert (got.status, got.cost) == (want.status, want.cost) or np.isnan(want.cost)
+        np.testing.assert_array_equal(got.m, want.m)
+        np.testing.assert_array_equal(got.multipliers, want.multipliers)
+        solved += got.status == "solved"
+    assert 20 < solved < 100

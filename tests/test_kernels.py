@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pbrg_mj.governor.clarabel_solver import small_matrix, small_vectors, tightest_rows
+from pbrg_mj.governor.clarabel_solver import small_bounds, small_matrix, tightest_rows
 from pbrg_mj.scenario.governing import Control
 from pbrg_mj.scenario.streams import Source, stream
 from pbrg_mj.scenario.surroundings import Wall
@@ -126,6 +126,5 @@ def test_the_small_forms_arrays():
         stored = np.concatenate([A[[*range(count), count + 1], 0], A[[*range(count), count + 2], 1], A[: count + 1, 2]])
         np.testing.assert_allclose(small_matrix(problem, (robot, row)), stored, rtol=1e-15)
         s = np.sqrt(np.sum((problem.p - centre) ** 2) + np.sum(problem.xi**2))
-        q, b = small_vectors(problem, (robot, row))
+        b = small_bounds(problem, (robot, row))
         np.testing.assert_allclose(b, [*rows.d[robot, row], 0.0, *(-np.sqrt(5) * centre), s], rtol=1e-13, atol=1e-14)
-        np.testing.assert_allclose(q, [*(-4.0 * problem.reference), 0.0], rtol=1e-15)

@@ -47,7 +47,7 @@ class ClarabelSolver:
     """One solver object per number of grouped rows and of leaders, its data updated in place.
 
     A solver belongs to one run, so that nothing Clarabel keeps between solves can leak into another run's bits. Rows
-    are grouped, and A is handed over, when they are others than at the solve before.
+    are grouped, and q and A handed over, when they are others than at the solve before.
     """
 
     def __init__(self) -> None:
@@ -55,6 +55,7 @@ class ClarabelSolver:
         self._rows: Rows | None = None
         self._tightest = (np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64))
         self._places = np.empty(0, dtype=np.int64)  # of these rows among all rows of all robots
+        self._held: tuple[tuple[int, float], tuple[float, float, float]] | None = None  # which solver, and its q
 
     def solve(self, problem: Problem) -> Optimum:
         """Solve `problem`; infeasible and failed are statuses, not exceptions."""
@@ -77,18 +78,23 @@ class ClarabelSolver:
 
     def _built(self, problem: Problem) -> clarabel.DefaultSolver:
         """Return the solver with the problem's data in it."""
-        known, leaders = problem.rows is self._rows, problem.network.leaders
-        if not known:
+        same_rows, (r_x, r_y) = problem.rows is self._rows, problem.reference.tolist()
+        if not same_rows:
             self._rows, self._tightest = problem.rows, tightest_rows(problem.rows)
             self._places = np.ravel_multi_index(self._tightest, problem.rows.d.shape)
+        leaders, b = problem.network.leaders, small_bounds(problem, self._tightest)
+        q = (-2.0 * leaders * r_x, -2.0 * leaders * r_y, 0.0)
         key = (len(self._tightest[0]), leaders)
-        solver, (q, b) = self._solvers.get(key), small_vectors(problem, self._tightest)
+        solver = self._solvers.get(key)
+        if solver is not None and same_rows and self._held == (key, q):
+            solver.update(b=b)
+            return solver
+        A = small_matrix(problem, self._tightest)
         if solver is None:
-            solver = self._solvers[key] = _solver(leaders, q, small_matrix(problem, self._tightest), b)
-        elif known:
-            solver.update(q=q, b=b)
+            solver = self._solvers[key] = _solver(leaders, np.array(q), A, b)
         else:
-            solver.update(q=q, A=small_matrix(problem, self._tightest), b=b)
+            solver.update(q=np.array(q), A=A, b=b)
+        self._held = key, q
         return solver
 
 
@@ -114,12 +120,11 @@ def small_matrix(problem: Problem, tightest: tuple[np.ndarray, np.ndarray]) -> n
     return np.concatenate([C[:, 0], [-root], C[:, 1], [-root], a, [-1.0]])
 
 
-def small_vectors(problem: Problem, tightest: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Return q (3,) and b (rows + 4,), which alone are new at every tick."""
-    q, b = np.empty(3), np.empty(len(tightest[0]) + 4)
-    network, d = problem.network, problem.rows.d
-    _write_vectors(*tightest, d, problem.p, problem.xi, problem.reference, network.leaders, q, b)
-    return q, b
+def small_bounds(problem: Problem, tightest: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """Return b (rows + 4,), which alone is new at every tick."""
+    b = np.empty(len(tightest[0]) + 4)
+    _write_bounds(*tightest, problem.rows.d, problem.p, problem.xi, b)
+    return b
 
 
 @kernel
@@ -143,9 +148,8 @@ def _tightest_rows(a, C, d, active):  # pragma: no cover - compiled
 
 
 @kernel
-def _write_vectors(robot, row, d, p, xi, r, leaders, q, b):  # pragma: no cover - compiled
+def _write_bounds(robot, row, d, p, xi, b):  # pragma: no cover - compiled
     n, count = len(p), len(robot)
-    q[0], q[1], q[2] = -2.0 * leaders * r[0], -2.0 * leaders * r[1], 0.0
     for k in range(count):
         b[k] = d[robot[k], row[k]]
     root, x, y, square = math.sqrt(n), p[:, 0].mean(), p[:, 1].mean(), 0.0

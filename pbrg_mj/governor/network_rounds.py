@@ -70,6 +70,7 @@ def _rounds(estimates, links, network, events, private, gains):  # pragma: no co
             _send_waves(old, seen, links, network, start + t, (bad[t], silent[t]))
         _count_hops(links, network)
         _list_heard(first, links[5], heard_first, heard)
+        new[2][:] = 0.0  # robots that held their estimates held multipliers of rows that are no more
         update_robots(old, new, (heard_first, heard, seen[0], seen[1]), own, gains)
         for i in range(len(leader)):
             if hops[i] < len(leader):

@@ -12,7 +12,7 @@ import numpy as np
 from pbrg_mj.governor.bounds import judged
 from pbrg_mj.governor.optimum import Optimum
 from pbrg_mj.governor.passivity import Passivity, balance_about, flow_balance
-from pbrg_mj.governor.primal_dual import Estimates, Flow, active_rows, update_robots
+from pbrg_mj.governor.primal_dual import Estimates, Flow, active_rows, room_for, update_robots
 from pbrg_mj.governor.stretch import Stretch, in_a_row
 from pbrg_mj.kernel import kernel
 
@@ -28,7 +28,7 @@ def one_round_passivities(
     balances = np.empty((len(optima), 4))
     found, gains = (m, lam, stretch.network.laplacian_pinv), (flow.alpha, flow.step, flow.multiplier_cap)
     _one_round_balances(_states(estimates), *_given(stretch), gains, found, limit, balances)
-    return [Passivity.of(balance) for balance in balances.tolist()]
+    return Passivity.each(balances)
 
 
 def _states(estimates: Sequence[Estimates]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -77,9 +77,8 @@ def _one_round_balance(estimates, network, state, rows, gains, found, limit):  #
 @kernel
 def _next_round(estimates, network, own, gains):  # pragma: no cover - compiled
     """Return the estimates a round later when every message arrives within it, arrays of their own."""
-    z, zeta, lam, nu = estimates
-    new = (np.empty(z.shape), np.empty(z.shape), np.empty(lam.shape), np.empty(nu.shape))
-    update_robots(estimates, new, (network[0], network[1], z, zeta), own, gains)
+    new = room_for(estimates)
+    update_robots(estimates, new, (network[0], network[1], estimates[0], estimates[1]), own, gains)
     return new
 
 
@@ -95,7 +94,7 @@ def two_rounds_passivities(stretch: Stretch, flow: Flow, estimates: Sequence[Est
     """Return `flow_passivity` of T states and the two rounds that follow each when messages arrive within theirs."""
     balances, gains = np.empty((len(estimates), 4)), (flow.alpha, flow.step, flow.multiplier_cap)
     _two_rounds_balances(_states(estimates), *_given(stretch), gains, balances)
-    return [Passivity.of(balance) for balance in balances.tolist()]
+    return Passivity.each(balances)
 
 
 @kernel

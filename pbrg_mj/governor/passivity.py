@@ -18,8 +18,6 @@ The kernels index whole arrays instead of taking rows and sums of columns, as `p
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -48,9 +46,10 @@ class Passivity(NamedTuple):
         return cls(np.nan, np.nan, np.nan, np.nan)
 
     @classmethod
-    def of(cls, balance: Sequence[float]) -> Passivity:
-        """Return four numbers as they are when they are finite, else what is unknown."""
-        return cls(*balance) if math.isfinite(sum(balance)) else cls.unknown()
+    def each(cls, balances: np.ndarray) -> list[Passivity]:
+        """Return the balance of every row (T, 4), unknown where a number is not finite. Changes such rows."""
+        balances[~np.isfinite(balances).all(axis=1)] = np.nan
+        return list(map(cls, *balances.T.tolist()))
 
 
 def passivity(problem: Problem, optimum: Optimum, alpha: float, before: Estimates, rates: Estimates) -> Passivity:
@@ -117,7 +116,8 @@ def flow_passivity(problem: Problem, flow: Flow, rounds: tuple[Estimates, Estima
     much once. Where the flow is at rest the signs are those of rounding.
     """
     arrays = tuple((one.z, one.zeta, one.lam, one.nu) for one in rounds)
-    return Passivity.of(flow_balance(arrays, (problem.rows.a, problem.rows.C), flow.alpha, flow.step))
+    (known,) = Passivity.each(np.array([flow_balance(arrays, (problem.rows.a, problem.rows.C), flow.alpha, flow.step)]))
+    return known
 
 
 @kernel

@@ -63,7 +63,7 @@ def round_arguments(problem: Problem, estimates: Estimates, flow: Flow) -> tuple
 @kernel
 def rounds_of(estimates, network, state, rows, gains, rounds):  # pragma: no cover - compiled
     """Return the arrays of the estimates after so many rounds, all of them new."""
-    after = _room_for(estimates)
+    after = room_for(estimates)
     write_rounds(estimates, network, state, rows, gains, rounds, after)
     return after
 
@@ -72,7 +72,8 @@ def rounds_of(estimates, network, state, rows, gains, rounds):  # pragma: no cov
 def write_rounds(estimates, network, state, rows, gains, rounds, after):  # pragma: no cover - compiled
     """Write the estimates after so many rounds; those before stay as they are."""
     first, neighbours, leader = network
-    own, other, now = (leader, state, rows, active_rows(rows[3])), _room_for(estimates), estimates
+    own, other, now = (leader, state, rows, active_rows(rows[3])), room_for(estimates), estimates
+    after[2][:] = 0.0
     for left in range(rounds, 0, -1):
         then = after if left % 2 == 1 else other  # so that the last round writes what is asked for
         update_robots(now, then, (first, neighbours, now[0], now[1]), own, gains)
@@ -82,9 +83,10 @@ def write_rounds(estimates, network, state, rows, gains, rounds, after):  # prag
 
 
 @kernel
-def _room_for(estimates):  # pragma: no cover - compiled
+def room_for(estimates):  # pragma: no cover - compiled
+    """Return new estimates for `update_robots` to write."""
     z, zeta, lam, nu = estimates
-    return np.empty(z.shape), np.empty(zeta.shape), np.empty(lam.shape), np.empty(nu.shape)
+    return np.empty(z.shape), np.empty(zeta.shape), np.zeros(lam.shape), np.empty(nu.shape)
 
 
 @kernel
@@ -105,6 +107,7 @@ def active_rows(active):  # pragma: no cover - compiled
 def update_robots(old, new, heard, own, gains):  # pragma: no cover - compiled
     """Write every robot's row of `new` from its own row of `old`, from what it heard and from what it alone knows.
 
+    `new` lambda has zeros where there are no rows: they are not written again and again, for most slots are empty.
     heard = (first, at, seen_z, seen_zeta): robot i heard the rows at[first[i]:first[i + 1]] of seen_z and seen_zeta.
     The parts take whole arrays and index them: a view of one robot's row is a reference that numba counts, up and down,
     by atomic instructions; forty of them for each robot would be most of a small team's round.
@@ -151,7 +154,6 @@ def _descend(old, new, goal, rows, gains):  # pragma: no cover - compiled
     a, C, d, (first, there) = rows
     alpha, step, cap = gains
     n = len(leader)
-    new_lam[:] = 0.0
     for i in range(n):
         rho = off_x = off_y = 0.0  # nobody asks for them where there are no rows
         if first[i] < first[i + 1]:

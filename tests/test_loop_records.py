@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pbrg_mj.governor.operation import operations
 from pbrg_mj.log.stream import MessageStream
-from pbrg_mj.loop import simulation
+from pbrg_mj.loop import simulation, watch
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_scenario
@@ -30,6 +31,17 @@ def test_records_do_not_depend_on_how_many_ticks_pass_before_they_are_judged(ahe
     expected = messages(Simulation.build(PLAN).records())
     monkeypatch.setattr(simulation, "PATIENCE", patience)
     assert messages(replace(Simulation.build(PLAN), ahead=ahead).records()) == expected
+
+
+@pytest.mark.parametrize("ticks", [1, 7])
+def test_nor_on_how_many_ticks_are_judged_in_one_call(ticks, monkeypatch) -> None:
+    expected = messages(Simulation.build(PLAN).records())
+    monkeypatch.setattr(watch, "SIDE_BY_SIDE", ticks * 3 * 8 * 5 * 22)
+    calls = []
+    monkeypatch.setattr(watch, "operations", lambda stretch, *of: calls.append(stretch) or operations(stretch, *of))
+    assert messages(Simulation.build(PLAN).records()) == expected
+    assert {len(stretch.problems) for stretch in calls} <= set(range(1, ticks + 1))
+    assert sum(len(stretch.problems) for stretch in calls) == 124
 
 
 def test_decisions_are_those_of_the_records() -> None:

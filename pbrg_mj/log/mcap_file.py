@@ -1,6 +1,6 @@
 """Writing MCAP files: byte for byte what mcap's own Writer writes, but compressed less, and several times faster.
 
-All but messages and their index is written by mcap's own records. https://mcap.dev/spec
+All but chunks and what tells of them is written by mcap's own records. https://mcap.dev/spec
 """
 
 from __future__ import annotations

@@ -31,7 +31,7 @@ def pre_stabilise(
 
 @kernel
 def write_pre_stabilised(graph, state, alpha_r, leak, u, rate):  # pragma: no cover - compiled
-    """Compute what `pre_stabilise` returns."""
+    """Write what `pre_stabilise` returns."""
     first, neighbours, leader = graph
     p, xi, m = state
     for j in range(len(p)):

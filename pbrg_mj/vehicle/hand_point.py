@@ -38,7 +38,7 @@ def robot_sizes(robot: RobotModel) -> tuple[float, float, float]:
 
 @kernel
 def write_hand_points(body_pose, hand_offset, q):  # pragma: no cover - compiled
-    """Compute what `hand_point` returns."""
+    """Write what `hand_point` returns."""
     for j in range(len(body_pose)):
         heading = body_pose[j, 2]
         q[j, 0] = body_pose[j, 0] + hand_offset * math.cos(heading)

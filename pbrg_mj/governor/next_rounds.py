@@ -13,7 +13,7 @@ from pbrg_mj.governor.bounds import judged
 from pbrg_mj.governor.optimum import Optimum
 from pbrg_mj.governor.passivity import Passivity, balance_about, flow_balance
 from pbrg_mj.governor.primal_dual import Estimates, Flow, active_rows, room_for, update_robots
-from pbrg_mj.governor.stretch import Stretch, in_a_row
+from pbrg_mj.governor.stretch import Stretch, in_a_row, problem_at
 from pbrg_mj.kernel import kernel
 
 
@@ -27,7 +27,7 @@ def one_round_passivities(
     m, lam = in_a_row([one.m for one in optima]), in_a_row([one.multipliers for one in optima])
     balances = np.empty((len(optima), 4))
     found, gains = (m, lam, stretch.network.laplacian_pinv), (flow.alpha, flow.step, flow.multiplier_cap)
-    _one_round_balances(_states(estimates), *_given(stretch), gains, found, limit, balances)
+    _one_round_balances(_states(estimates), _graph(stretch), stretch.arrays, gains, found, limit, balances)
     return Passivity.each(balances)
 
 
@@ -40,20 +40,24 @@ def _states(estimates: Sequence[Estimates]) -> tuple[np.ndarray, np.ndarray, np.
     )
 
 
-def _given(stretch: Stretch) -> tuple[tuple, tuple]:
-    """Return the network, and the problems on it."""
+def _graph(stretch: Stretch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     net = stretch.network
-    return (net.first, net.neighbours, net.leader), (stretch.state, stretch.rows, stretch.rows_at)
+    return net.first, net.neighbours, net.leader
 
 
 @kernel
-def _one_round_balances(states, network, given, gains, found, limit, balances):  # pragma: no cover - compiled
-    (z, zeta, lam, nu), ((p, xi, r), (a, C, d, active), rows_at), (m, best_lam, pinv) = states, given, found
-    for t in range(len(z)):
-        u = rows_at[t]
-        estimates, state, of = (z[t], zeta[t], lam[t], nu[t]), (p[t], xi[t], r[t]), (a[u], C[u], d[u], active[u])
-        optimum = (m[t], best_lam[t], pinv)
-        _write(_one_round_balance(estimates, network, state, of, gains, optimum, limit), balances, t)
+def _one_round_balances(states, network, problems, gains, found, limit, balances):  # pragma: no cover - compiled
+    m, lam, pinv = found
+    for t in range(len(m)):
+        state, rows = problem_at(problems, t)
+        optimum = (m[t], lam[t], pinv)
+        _write(_one_round_balance(_state_at(states, t), network, state, rows, gains, optimum, limit), balances, t)
+
+
+@kernel
+def _state_at(states, t):  # pragma: no cover - compiled
+    z, zeta, lam, nu = states
+    return z[t], zeta[t], lam[t], nu[t]
 
 
 @kernel
@@ -93,17 +97,15 @@ def _to_rate(after, before, step):  # pragma: no cover - compiled
 def two_rounds_passivities(stretch: Stretch, flow: Flow, estimates: Sequence[Estimates]) -> list[Passivity]:
     """Return `flow_passivity` of T states and the two rounds that follow each when messages arrive within theirs."""
     balances, gains = np.empty((len(estimates), 4)), (flow.alpha, flow.step, flow.multiplier_cap)
-    _two_rounds_balances(_states(estimates), *_given(stretch), gains, balances)
+    _two_rounds_balances(_states(estimates), _graph(stretch), stretch.arrays, gains, balances)
     return Passivity.each(balances)
 
 
 @kernel
-def _two_rounds_balances(states, network, given, gains, balances):  # pragma: no cover - compiled
-    (z, zeta, lam, nu), ((p, xi, r), (a, C, d, active), rows_at) = states, given
-    for t in range(len(z)):
-        u = rows_at[t]
-        estimates, state, of = (z[t], zeta[t], lam[t], nu[t]), (p[t], xi[t], r[t]), (a[u], C[u], d[u], active[u])
-        _write(_two_rounds_balance(estimates, network, state, of, gains), balances, t)
+def _two_rounds_balances(states, network, problems, gains, balances):  # pragma: no cover - compiled
+    for t in range(len(balances)):
+        state, rows = problem_at(problems, t)
+        _write(_two_rounds_balance(_state_at(states, t), network, state, rows, gains), balances, t)
 
 
 @kernel

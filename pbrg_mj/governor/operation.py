@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pbrg_mj.governor.stretch import Stretch
+from pbrg_mj.governor.stretch import Stretch, problem_at
 from pbrg_mj.kernel import kernel
 
 
@@ -32,22 +32,19 @@ def operations(stretch: Stretch, m: np.ndarray, multipliers: np.ndarray, before:
     """
     last = (np.zeros(2), 0.0) if before is None else (before.applied_m, before.storage)
     applied, values = np.empty((len(m), 2)), np.empty((len(m), 6))
-    aims = (stretch.network.leader, *stretch.state)
-    _judge_ticks(aims, (m, multipliers), stretch.rows, stretch.rows_at, last, applied, values)
+    _judge_ticks(stretch.network.leader, stretch.arrays, (m, multipliers), last, applied, values)
     if before is None:
         values[0, 1] = 0.0
     return list(map(Operation, applied, *values.T.tolist()))
 
 
 @kernel
-def _judge_ticks(problems, answers, rows, rows_at, last, applied, values):  # pragma: no cover - compiled
+def _judge_ticks(leader, problems, answers, last, applied, values):  # pragma: no cover - compiled
     """Write the fields of every tick's Operation, in their order."""
-    (leader, p, xi, r), (m, lam), (a, C, d, active) = problems, answers, rows
-    last_m, last_storage = last
+    (m, lam), (last_m, last_storage) = answers, last
     for t in range(len(m)):
-        u = rows_at[t]
-        of = (a[u], C[u], d[u], active[u])
-        found = _judged((leader, r[t], m[t], lam[t]), (p[t], xi[t]), of, (last_m, last_storage))
+        (p, xi, r), rows = problem_at(problems, t)
+        found = _judged((leader, r, m[t], lam[t]), (p, xi), rows, (last_m, last_storage))
         last_m, last_storage = found[0], found[1]
         applied[t, 0], applied[t, 1] = last_m[0], last_m[1]
         values[t, 0], values[t, 1], values[t, 2] = found[1], found[2], found[3]

@@ -43,7 +43,7 @@ class Estimates:
 def run_rounds(problem: Problem, estimates: Estimates, flow: Flow, rounds: int) -> Estimates:
     """Return the estimates after `rounds` communication rounds."""
     z, lam, nu = estimates.z.shape, estimates.lam.shape, estimates.nu.shape
-    after = (np.empty(z), np.empty(z), np.empty(lam), np.empty(nu))  # numpy makes them faster than compiled code does
+    after = (np.empty(z), np.empty(z), np.zeros(lam), np.empty(nu))  # numpy makes them faster than compiled code does
     write_rounds(*round_arguments(problem, estimates, flow), rounds, after)
     return Estimates(*after)
 
@@ -70,10 +70,9 @@ def rounds_of(estimates, network, state, rows, gains, rounds):  # pragma: no cov
 
 @kernel
 def write_rounds(estimates, network, state, rows, gains, rounds, after):  # pragma: no cover - compiled
-    """Write the estimates after so many rounds; those before stay as they are."""
+    """Write the estimates after so many rounds; those before stay as they are. `after` is room as of `room_for`."""
     first, neighbours, leader = network
     own, other, now = (leader, state, rows, active_rows(rows[3])), room_for(estimates), estimates
-    after[2][:] = 0.0
     for left in range(rounds, 0, -1):
         then = after if left % 2 == 1 else other  # so that the last round writes what is asked for
         update_robots(now, then, (first, neighbours, now[0], now[1]), own, gains)

@@ -9,6 +9,7 @@ import numpy as np
 
 from pbrg_mj.governor.certificate import Rows
 from pbrg_mj.governor.problem import Problem
+from pbrg_mj.kernel import kernel
 from pbrg_mj.team.network import Network
 
 
@@ -50,6 +51,19 @@ class Stretch:
     def network(self) -> Network:
         """Who hears whom, the same in a whole run."""
         return self.problems[0].network
+
+    @property
+    def arrays(self) -> tuple:
+        """What `problem_at` takes."""
+        return self.state, self.rows, self.rows_at
+
+
+@kernel
+def problem_at(arrays, t):  # pragma: no cover - compiled
+    """Return p, xi and r of a stretch's tick, and a, C, d and active of its rows."""
+    (p, xi, r), (a, C, d, active), rows_at = arrays
+    u = rows_at[t]
+    return (p[t], xi[t], r[t]), (a[u], C[u], d[u], active[u])
 
 
 def in_a_row(arrays: Sequence[np.ndarray]) -> np.ndarray:

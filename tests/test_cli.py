@@ -12,7 +12,7 @@ import pytest
 from pbrg_mj.analysis.metrics import metrics
 from pbrg_mj.analysis.table import COLUMN_WIDTH, LAYOUT, cell, comparison_table, look_up
 from pbrg_mj.analysis.text import plain
-from pbrg_mj.cli import checkup
+from pbrg_mj.api import checkup
 from pbrg_mj.cli.main import main
 from pbrg_mj.log import reader
 from pbrg_mj.video import gl

@@ -4,9 +4,9 @@ import json
 
 import pytest
 
-from pbrg_mj.cli import profile as module
+from pbrg_mj.api import profile as module
+from pbrg_mj.api.profile import Profile
 from pbrg_mj.cli.main import main
-from pbrg_mj.cli.profile import Profile
 from tests.records import records
 
 

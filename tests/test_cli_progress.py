@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pbrg_mj.api.interrupt import interruptible
 from pbrg_mj.cli import progress as room
-from pbrg_mj.cli.interrupt import interruptible
 from pbrg_mj.cli.progress import SoFar, progress
 from tests.records import records
 

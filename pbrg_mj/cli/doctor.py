@@ -13,7 +13,7 @@ def doctor(
     json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> int:
     """Show versions, cores, GL and caches: what works here, and how to mend what does not."""
-    from pbrg_mj.cli.checkup import checkup
+    from pbrg_mj.api.checkup import checkup
 
     found = checkup()
     if json:

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from pbrg_mj.api.garbage import settle
+from pbrg_mj.api.interrupt import interruptible
+from pbrg_mj.api.profile import Profile
 from pbrg_mj.cli.compare import open_log
 from pbrg_mj.cli.console import emit, emit_json, note
-from pbrg_mj.cli.garbage import settle
-from pbrg_mj.cli.interrupt import interruptible
 from pbrg_mj.cli.pace import pacer
-from pbrg_mj.cli.profile import Profile
 from pbrg_mj.cli.progress import progress
 from pbrg_mj.errors import InputError
 

@@ -14,7 +14,7 @@ from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.load import Loaded, parse_scenario
 from pbrg_mj.sensing.readings import Readings
 from pbrg_mj.team.network import Network
-from pbrg_mj.world.interface import Truth
+from pbrg_mj.world.plant.interface import Truth
 
 TICK = 0.02  # [s]; ten to a chunk of the log
 BEAMS = 8

@@ -15,10 +15,10 @@ from pbrg_mj.sensing.beam_model import noisy_scan
 from pbrg_mj.sensing.noise import SensorNoise
 from pbrg_mj.team.pre_stabiliser import pre_stabilise
 from pbrg_mj.vehicle.hand_point import hand_point, wheel_speeds
-from pbrg_mj.world.geometry import signed_distance, wall_margin, wall_rectangles
-from pbrg_mj.world.motor_driver import saturate
-from pbrg_mj.world.mujoco_world import MujocoWorld
-from pbrg_mj.world.robot import load_robot_model
+from pbrg_mj.world.actuation.motor_driver import saturate
+from pbrg_mj.world.plant.physics import MujocoPlant
+from pbrg_mj.world.scene.footprints import signed_distance, wall_margin, wall_rectangles
+from pbrg_mj.world.scene.robot import load_robot_model
 from tests.problems import GRAPHS, graph, random_problem
 from tests.worlds import scenario
 
@@ -69,7 +69,7 @@ def test_wall_margins_are_the_least_signed_distances():
 
 
 def test_true_poses_are_those_of_the_free_joints():
-    world = MujocoWorld(scenario(3, team={"heading_deg": [10.0, 100.0, -170.0]}))
+    world = MujocoPlant(scenario(3, team={"heading_deg": [10.0, 100.0, -170.0]}))
     for _ in range(20):
         world.advance(np.tile([2.0, 5.0], (3, 1)))
     pose = world.truth().body_pose

@@ -15,7 +15,7 @@ from pbrg_mj.log.team_scene import TeamScene, line_ends
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.surroundings import MovingBox
-from pbrg_mj.world.obstacles import box_centre
+from pbrg_mj.world.scene.obstacles import box_centre
 from tests.records import records
 
 BOXES = tuple(

@@ -9,7 +9,7 @@ from pbrg_mj.scenario.schema import Operator, Scenario, Team
 from pbrg_mj.scenario.sensors import Beams, Camera, Sensors
 from pbrg_mj.sensing.noise import SensorNoise, sensor_noise
 from pbrg_mj.sensing.sense import sense
-from pbrg_mj.world.interface import Observation
+from pbrg_mj.world.plant.interface import Observation
 
 ROBOTS, BEAMS = 3, 50
 NOISE = SensorNoise(7, (0, 1, 2), 0.01, 0.02, 0.07, 4.0, 0.005, 0.0)

@@ -11,7 +11,7 @@ from pbrg_mj.scenario.sensors import PRESETS, Beams
 from pbrg_mj.scenario.streams import Source, stream
 from pbrg_mj.sensing.beam_model import noisy_scan, quantised
 from pbrg_mj.sensing.noise import SensorNoise, sensor_noise
-from pbrg_mj.world.mujoco_world import MujocoWorld
+from pbrg_mj.world.plant.physics import MujocoPlant
 from tests.worlds import scenario, wall
 
 EXACT = SensorNoise(3, (0,), 0.0, 0.0, range_min=0.1, range_max=4.0, range_std=0.0, dropout=0.0)
@@ -107,7 +107,7 @@ def test_where_beams_point(keys, degrees):
 def test_perception_reads_beams_where_they_were_sent():
     """The points of a raw scan, in the body frame, lie on the wall: x = 1.5 + hand offset."""
     plan = scenario(walls=(wall((1.55, -3), (1.55, 3)),), beams={"count": 9, "start_deg": -40, "sweep_deg": 80})
-    ranges = MujocoWorld(plan).observe().ranges[0]
+    ranges = MujocoPlant(plan).observe().ranges[0]
     points = ranges[:, None] * perception_setup(plan, 0.1, 0.04).directions
     np.testing.assert_allclose(points[:, 0], 1.54, atol=1e-9)
     np.testing.assert_allclose(points[:, 1], 1.54 * np.tan(np.deg2rad(np.linspace(-40, 40, 9))), atol=1e-9)

@@ -3,7 +3,7 @@ import pytest
 
 from pbrg_mj.vehicle.drive import DifferentialDrive, Integrator, SpeedDrive, drive_of
 from pbrg_mj.vehicle.hand_point import hand_point, wheel_speeds
-from pbrg_mj.world.robot import load_robot_model
+from pbrg_mj.world.scene.robot import load_robot_model
 from tests.worlds import scenario
 
 ROBOT = load_robot_model()

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from pbrg_mj.vehicle.drive import drive_of
-from pbrg_mj.world.gear_friction import wheel_load
-from pbrg_mj.world.mujoco_world import MujocoWorld
-from pbrg_mj.world.robot import load_robot_model
+from pbrg_mj.world.actuation.friction import wheel_load
+from pbrg_mj.world.plant.physics import MujocoPlant
+from pbrg_mj.world.scene.robot import load_robot_model
 from tests.worlds import scenario
 
 ROBOT = load_robot_model()
@@ -21,7 +21,7 @@ def driven(kind: str, friction: float, length: float, circle: bool, stop: float 
     For `stop` seconds after the path's end the command is 0.
     """
     plan = scenario(drive={"kind": kind, "friction": friction})
-    world, drive = MujocoWorld(plan), drive_of(plan, ROBOT)
+    world, drive = MujocoPlant(plan), drive_of(plan, ROBOT)
     goal, wanted, seen = np.zeros(2), [], []
     ticks = round(length / SPEED / TICK)
     for k in range(ticks + round(stop / TICK)):
@@ -89,7 +89,7 @@ def test_the_circle_of_the_open_loop_is_shifted_and_not_shrunk():
 def test_only_the_speed_loop_moves_below_the_voltage_of_breakaway(kind, moves):
     slow = 0.8 * ROBOT.top_speed * ROBOT.static_torque / ROBOT.stall_torque
     plan = scenario(drive={"kind": kind})
-    world, drive = MujocoWorld(plan), drive_of(plan, ROBOT)
+    world, drive = MujocoPlant(plan), drive_of(plan, ROBOT)
     before = world.truth().hand_world[0, 0]
     for _ in range(200):
         world.advance(drive.command(np.array([[slow, 0.0]]), world.truth().body_pose))
@@ -116,7 +116,7 @@ def test_without_friction_or_with_the_speed_loop_it_reaches_its_goal(kind, frict
 def come_to_rest(goal: float, **sections) -> float:
     """Drive the hand point to (goal, 0) by u = goal - q for 12 s; return where it is [m]."""
     plan = scenario(**sections)
-    world, drive = MujocoWorld(plan), drive_of(plan, ROBOT)
+    world, drive = MujocoPlant(plan), drive_of(plan, ROBOT)
     for _ in range(1200):
         truth = world.truth()
         world.advance(drive.command(np.array([[goal, 0.0]]) - truth.hand_world, truth.body_pose))

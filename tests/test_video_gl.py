@@ -7,13 +7,13 @@ import pytest
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.video import gl, render
-from pbrg_mj.video.job import LAYERS
-from pbrg_mj.video.render import View, render_still
+from pbrg_mj.video.render import ViewSettings, render_still
+from pbrg_mj.video.settings import LAYERS
 from tests.needs import need, need_module
 from tests.runs import run
 
 av = need_module("av")
-VIEW = View(size=(320, 180), layers=frozenset(LAYERS) - {"beams"})
+VIEW = ViewSettings(size=(320, 180), layers=frozenset(LAYERS) - {"beams"})
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from pbrg_mj.video.motion import motion_of
-from pbrg_mj.video.overlay import TRAIL, TRAIL_STEP, Moment, Overlay, trail
+from pbrg_mj.video.overlay import TRAIL, TRAIL_STEP, FrameState, Overlay, trail
+from pbrg_mj.video.playback import motion_of
 from tests.runs import resting, run, scenario
 
 
@@ -27,7 +27,7 @@ class Lines:
 def drawn(ticks, time):
     made, pen = run(ticks=ticks), Lines()
     overlay = Overlay(made, {}, motion_of(made.ticks), np.ones((2, 4)))
-    overlay.draw(pen, Moment(time, 0, None), frozenset({"trails"}))
+    overlay.draw(pen, FrameState(time, 0, None), frozenset({"trails"}))
     return pen.lines
 
 

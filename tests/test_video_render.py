@@ -12,18 +12,18 @@ from pbrg_mj.log.reader import read_run
 from pbrg_mj.log.scans import read_scans
 from pbrg_mj.scenario.beam_layout import beam_angles
 from pbrg_mj.video import gl, render
-from pbrg_mj.video.job import Cut
-from pbrg_mj.video.motion import motion_of
-from pbrg_mj.video.render import View, render_movie, render_still
-from pbrg_mj.video.shots import shot_of
-from pbrg_mj.world.compose import compose
-from pbrg_mj.world.robot import load_robot_model
+from pbrg_mj.video.camera import camera_path
+from pbrg_mj.video.playback import motion_of
+from pbrg_mj.video.render import ViewSettings, render_movie, render_still
+from pbrg_mj.video.settings import Clip
+from pbrg_mj.world.plant.compose import compose
+from pbrg_mj.world.scene.robot import load_robot_model
 from tests.needs import need, need_module
 from tests.runs import replaced, resting, run, scenario
 
 av = need_module("av")
 SIZE = (320, 180)
-BARE = View(camera="top", size=SIZE, layers=frozenset())
+BARE = ViewSettings(camera="top", size=SIZE, layers=frozenset())
 
 
 @pytest.fixture(scope="session")
@@ -72,7 +72,7 @@ def hue(picture, pixel):
 
 def assert_robots_where_the_log_says(made, time, picture):
     motion = motion_of(made.ticks)
-    camera = shot_of(render._job(made, render.Path("x.mp4"), BARE, made.ticks.time), motion)(time)
+    camera = camera_path(render._job(made, render.Path("x.mp4"), BARE, made.ticks.time), motion)(time)
     model = compose(made.scenario, load_robot_model()).compile()
     for robot, (x, y, heading) in enumerate(motion.at(time)[0]):
         # beside the white marks on its top
@@ -88,7 +88,7 @@ def assert_robots_where_the_log_says(made, time, picture):
 @pytest.mark.parametrize("suffix", [".mp4", ".webm", ".gif"])
 def test_a_film_has_its_frames_with_the_robots_where_the_log_says(draws, tmp_path, suffix):
     made, path, count = moving(), tmp_path / f"film{suffix}", []
-    render_movie(made, path, BARE, Cut(fps=5.0, speed=5.0, start=2.0, end=10.0), lambda: count.append(1))
+    render_movie(made, path, BARE, Clip(fps=5.0, speed=5.0, start=2.0, end=10.0), lambda: count.append(1))
     frames = pictures(path)
     assert len(frames) == len(count) == 8
     assert frames[0].shape == (180, 320, 3)
@@ -105,7 +105,7 @@ def test_a_still_shows_what_is_not_hidden(draws, tmp_path):
         path = tmp_path / f"{name}.png"
         render_still(made, path, replaced(BARE, layers=frozenset(layers)), 10.0)
         made_of[name] = pictures(path)[0].astype(int)
-    camera = shot_of(render._job(made, tmp_path / "x.png", BARE, made.ticks.time), motion_of(made.ticks))(10.0)
+    camera = camera_path(render._job(made, tmp_path / "x.png", BARE, made.ticks.time), motion_of(made.ticks))(10.0)
     ((x, y),) = np.round(camera.project(np.array([[1.0, 0.5, 0.0]]), SIZE)).astype(int)
     red, _, blue = made_of["marked"][y, x]
     assert red > 2 * blue

@@ -7,9 +7,8 @@ import pytest
 from pbrg_mj.perception import own_wheels
 from pbrg_mj.perception.own_wheels import blocked_beams
 from pbrg_mj.scenario.sensors import Beams
-from pbrg_mj.world.models import load_spec
-from pbrg_mj.world.mujoco_world import MujocoWorld
-from pbrg_mj.world.robot import load_robot_model
+from pbrg_mj.world.plant.physics import MujocoPlant
+from pbrg_mj.world.scene.robot import load_robot_model, load_spec
 from tests import raycast
 from tests.raycast import Scene, cast
 from tests.worlds import scenario, wall
@@ -30,7 +29,7 @@ def ray_to_rectangle(origin: np.ndarray, angle: float, w: dict) -> float:
 
 def test_ranges_agree_with_rays_against_rectangles():
     walls = (wall((1.5, -1.0), (1.1, 2.0)), wall((-1, -0.7), (0.9, -0.9), 0.3))
-    world = MujocoWorld(scenario(walls=walls, beams={"robots": "all", "count": 90}, team={"heading_deg": 17.0}))
+    world = MujocoPlant(scenario(walls=walls, beams={"robots": "all", "count": 90}, team={"heading_deg": 17.0}))
     seen = world.observe()
     assert seen.ranges.shape == (1, 90)
     x, y, heading = seen.body_pose[0]
@@ -42,28 +41,28 @@ def test_ranges_agree_with_rays_against_rectangles():
 
 
 def test_no_part_of_the_robot_hides_its_own_beams():
-    seen = MujocoWorld(scenario(beams="all")).observe().ranges[0]
+    seen = MujocoPlant(scenario(beams="all")).observe().ranges[0]
     np.testing.assert_array_equal(seen, -1.0)
 
 
 def test_beams_see_other_robots():
-    seen = MujocoWorld(scenario(2, beams="all")).observe().ranges
+    seen = MujocoPlant(scenario(2, beams="all")).observe().ranges
     np.testing.assert_allclose(seen[[0, 1], [0, 36]], 0.5 - ROBOT.body_radius, atol=1e-6)  # the other's plate
 
 
 def test_only_carriers_have_rows_in_ascending_order():
     walls = (wall((3, -1), (3, 1)),)
-    seen = MujocoWorld(scenario(3, walls=walls, beams={"robots": (3, 1), "count": 4})).observe()
+    seen = MujocoPlant(scenario(3, walls=walls, beams={"robots": (3, 1), "count": 4})).observe()
     assert seen.ranges.shape == (2, 4)
     np.testing.assert_allclose(seen.ranges[:, 0], [0.5 - ROBOT.body_radius, 3 - 0.05 - (1.0 - 0.04)], atol=1e-6)
-    none = MujocoWorld(scenario(3, beams=())).observe()
+    none = MujocoPlant(scenario(3, beams=())).observe()
     assert none.ranges.shape == (0, 72)
     assert none.scan_frame == -1
 
 
 def test_readings_are_held_between_samples_and_counted():
     sections = {"camera": {"rate_hz": 30.0}}
-    world = MujocoWorld(scenario(beams="all", sensors=sections, walls=(wall((2, -1), (2, 1)),)))
+    world = MujocoPlant(scenario(beams="all", sensors=sections, walls=(wall((2, -1), (2, 1)),)))
     seen = []
     for _ in range(31):
         seen.append(world.observe())
@@ -75,7 +74,7 @@ def test_readings_are_held_between_samples_and_counted():
 
 
 def test_readings_at_a_sampling_tick_are_the_truth_of_that_very_instant():
-    world = MujocoWorld(scenario(beams=(), sensors={"camera": {"rate_hz": 100.0}}))
+    world = MujocoPlant(scenario(beams=(), sensors={"camera": {"rate_hz": 100.0}}))
     for tick in range(20):
         assert world.observe().pose_frame == tick
         np.testing.assert_allclose(world.observe().body_pose, world.truth().body_pose, atol=1e-12)
@@ -84,12 +83,12 @@ def test_readings_at_a_sampling_tick_are_the_truth_of_that_very_instant():
 
 @pytest.mark.parametrize("count", [1, 7])
 def test_any_number_of_beams(count):
-    assert MujocoWorld(scenario(2, beams={"count": count})).observe().ranges.shape == (2, count)
+    assert MujocoPlant(scenario(2, beams={"count": count})).observe().ranges.shape == (2, count)
 
 
 @pytest.mark.parametrize("heading", [0.0, 45.0, 90.0])
 def test_beams_see_the_plates_of_other_robots_and_never_their_wheels(heading: float):
-    world = MujocoWorld(scenario(2, beams={"robots": (1,), "count": 720}, team={"heading_deg": [0.0, heading]}))
+    world = MujocoPlant(scenario(2, beams={"robots": (1,), "count": 720}, team={"heading_deg": [0.0, heading]}))
     seen = world.observe()
     hit = seen.ranges[0] > 0
     angle = seen.body_pose[0, 2] + 2 * np.pi * np.flatnonzero(hit) / 720
@@ -102,7 +101,7 @@ def test_beams_see_the_plates_of_other_robots_and_never_their_wheels(heading: fl
 @pytest.mark.parametrize("heading", [0.0, 20.0, 55.0, 90.0])
 def test_low_beams_see_tubs_and_wheels(height: float, heading: float):
     """Rays against circles and rectangles; the wheels' spokes are level with their axles, lower than the beams."""
-    seen = MujocoWorld(
+    seen = MujocoPlant(
         scenario(2, beams={"count": 720, "height": height}, team={"heading_deg": [0.0, heading]})
     ).observe()
     shapes = [raycast.robot(pose, height) for pose in seen.body_pose]
@@ -119,7 +118,7 @@ def test_low_beams_see_tubs_and_wheels(height: float, heading: float):
 @pytest.mark.parametrize("height", [0.02, 0.03, 0.0395, 0.045, 0.049])
 def test_low_beams_are_blind_where_their_own_wheels_are(height: float, layout: dict):
     blocked = blocked_beams(Beams(height=height, **layout))
-    world = MujocoWorld(scenario(beams={"rate_hz": 100.0, "height": height, **layout}))
+    world = MujocoPlant(scenario(beams={"rate_hz": 100.0, "height": height, **layout}))
     for k in range(40):  # wheels turn, the body pitches
         seen = world.observe().ranges[0]
         wheels = (seen > 0) & (seen < ROBOT.body_radius)
@@ -149,5 +148,5 @@ def test_the_numbers_of_wheels_are_those_of_the_model():
 
 @pytest.mark.parametrize(("height", "radius"), [(0.02, 0.043), (0.04, 0.043), (0.045, 0.06), (0.053, 0.06)])
 def test_beams_of_any_height_meet_other_robots(height: float, radius: float):
-    seen = MujocoWorld(scenario(2, beams={"robots": (1,), "count": 4, "height": height})).observe().ranges
+    seen = MujocoPlant(scenario(2, beams={"robots": (1,), "count": 4, "height": height})).observe().ranges
     assert seen[0, 0] == pytest.approx(0.5 - radius, abs=1e-6)

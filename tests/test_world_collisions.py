@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.world.mujoco_world import MujocoWorld
-from pbrg_mj.world.robot import load_robot_model
+from pbrg_mj.world.plant.physics import MujocoPlant
+from pbrg_mj.world.scene.robot import load_robot_model
 
 ROBOT = load_robot_model()
 
@@ -21,7 +21,7 @@ def test_a_collision_at_full_speed_leaves_bodies_apart_and_on_the_floor(turn):
         "leaders": (1,),
     }
     plan = {"team": team, "operator": {"reference": (0.0, 0.0)}, "sensors": {"beams": {"robots": ()}}}
-    world = MujocoWorld(Scenario.model_validate(plan))
+    world = MujocoPlant(Scenario.model_validate(plan))
     volts = np.array([[6.0, 6.0], [0.0, 0.0] if turn == 90.0 else [6.0, 6.0]])
     gaps, heights = [], []
     for _ in range(200):

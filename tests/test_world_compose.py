@@ -3,11 +3,11 @@ import numpy as np
 import pytest
 
 from pbrg_mj.scenario.checks import whole_number
-from pbrg_mj.world.build import build_world
-from pbrg_mj.world.compose import compose, model_xml
-from pbrg_mj.world.ideal import IdealWorld
-from pbrg_mj.world.mujoco_world import MujocoWorld
-from pbrg_mj.world.robot import load_robot_model
+from pbrg_mj.world.plant.build import build_plant
+from pbrg_mj.world.plant.compose import compose, model_xml
+from pbrg_mj.world.plant.ideal import IdealPlant
+from pbrg_mj.world.plant.physics import MujocoPlant
+from pbrg_mj.world.scene.robot import load_robot_model
 from tests.worlds import scenario, wall
 
 ROBOT = load_robot_model()
@@ -17,7 +17,7 @@ WALLS = (wall((1.1, -1 / 3), (0.7, 1.234567890123)),)
 @pytest.mark.parametrize("robots", [1, 3, 12])
 def test_any_number_of_robots_starts_with_hand_points_in_place(robots):
     headings = tuple(np.linspace(-170, 170, robots))
-    world = MujocoWorld(scenario(robots, team={"heading_deg": headings}))
+    world = MujocoPlant(scenario(robots, team={"heading_deg": headings}))
     np.testing.assert_allclose(world.truth().hand_world, [(0.5 * j, 0) for j in range(robots)], atol=1e-12)
     np.testing.assert_allclose(np.rad2deg(world.truth().body_pose[:, 2]), headings, atol=1e-9)
     np.testing.assert_allclose(world.observe().body_pose, world.truth().body_pose, atol=1e-12)
@@ -40,7 +40,7 @@ def test_saved_xml_compiles_to_the_same_trajectory_bit_for_bit():
 def test_two_runs_are_bit_identical():
     runs = []
     for _ in range(2):
-        world, rng, seen = MujocoWorld(scenario(2, walls=WALLS, beams="all")), np.random.default_rng(4), []
+        world, rng, seen = MujocoPlant(scenario(2, walls=WALLS, beams="all")), np.random.default_rng(4), []
         for _ in range(100):
             world.advance(rng.uniform(-6, 6, (2, 2)))
             truth, readings = world.truth(), world.observe()
@@ -51,7 +51,7 @@ def test_two_runs_are_bit_identical():
 
 def test_the_floor_rules_the_wheels_and_casters_have_no_friction():
     for mu in (0.02, 0.7):
-        world = MujocoWorld(scenario(world={"floor_friction": mu}))
+        world = MujocoPlant(scenario(world={"floor_friction": mu}))
         for _ in range(50):
             world.advance(np.zeros((1, 2)))
         contacts = {
@@ -64,7 +64,7 @@ def test_the_floor_rules_the_wheels_and_casters_have_no_friction():
 
 def test_every_part_lies_within_the_body_radius():
     """The smallest disc: no point of any geom that can touch lies beyond it at any height."""
-    model = MujocoWorld(scenario()).model
+    model = MujocoPlant(scenario()).model
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     axle = data.body("robot0/robot").xpos
@@ -89,12 +89,12 @@ def test_whole_number_refuses_what_does_not_fit():
 
 
 def test_the_scenario_names_the_plant():
-    assert isinstance(build_world(scenario()), MujocoWorld)
-    assert isinstance(build_world(scenario(plant="ideal")), IdealWorld)
+    assert isinstance(build_plant(scenario()), MujocoPlant)
+    assert isinstance(build_plant(scenario(plant="ideal")), IdealPlant)
 
 
 def test_the_ideal_plant_integrates_exactly_and_is_seen_exactly():
-    world = IdealWorld(scenario(2, walls=(wall((2, -1), (2, 1)),), plant="ideal"))
+    world = IdealPlant(scenario(2, walls=(wall((2, -1), (2, 1)),), plant="ideal"))
     u = np.array([[0.5, -0.25], [1.0, 0.0]])
     for _ in range(100):
         world.advance(u)

@@ -1,24 +1,24 @@
-"""Pushes, dead motors and carried robots against closed forms."""
+"""Pushes, dead motors and kidnapped robots against closed forms."""
 
 import numpy as np
 import pytest
 
-from pbrg_mj.world.disturbances import Disturbances
-from pbrg_mj.world.mujoco_world import MujocoWorld
-from pbrg_mj.world.robot import load_robot_model
+from pbrg_mj.world.actuation.disturbances import Disturbances
+from pbrg_mj.world.plant.physics import MujocoPlant
+from pbrg_mj.world.scene.robot import load_robot_model
 from tests.worlds import scenario, wall
 
 ROBOT = load_robot_model()
 
 
-def run(world: MujocoWorld, seconds: float, voltage=(0.0, 0.0)) -> None:
+def run(world: MujocoPlant, seconds: float, voltage=(0.0, 0.0)) -> None:
     command = np.tile(voltage, (len(world.truth().body_pose), 1)).astype(float)
     for _ in range(round(seconds / 0.01)):
         world.advance(command)
 
 
-def settled(**sections) -> MujocoWorld:
-    return MujocoWorld(scenario(drive={"friction": 0.0}, **sections))
+def settled(**sections) -> MujocoPlant:
+    return MujocoPlant(scenario(drive={"friction": 0.0}, **sections))
 
 
 @pytest.mark.parametrize("force", [(0.4, 0.0), (0.0, -0.4), (0.3, 0.2)])
@@ -59,7 +59,7 @@ def test_pushes_act_in_their_steps_alone_and_add_up():
 
 @pytest.mark.parametrize(("side", "sign"), [("left", 1), ("right", -1)])
 def test_a_robot_with_a_dead_motor_turns_about_the_wheel_that_brakes(side, sign):
-    world = MujocoWorld(scenario(disturbances={"dead_motors": [{"robot": 1, "side": side, "time": 0.0}]}))
+    world = MujocoPlant(scenario(disturbances={"dead_motors": [{"robot": 1, "side": side, "time": 0.0}]}))
     pivot = np.array([-ROBOT.hand_offset, sign * ROBOT.track / 2])
     turned = []
     for _ in range(200):
@@ -76,27 +76,27 @@ def test_a_motor_comes_back_and_commands_are_left_as_they_are():
     dead = [{"robot": 1, "side": "left", "time": 0.1, "duration": 0.1}]
     happen, command = Disturbances(scenario(2, disturbances={"dead_motors": dead})), np.full((2, 2), 5.0)
     for step, left in {49: 5, 50: 0, 99: 0, 100: 5}.items():
-        np.testing.assert_array_equal(happen.deaden(command, step), [(left, 5), (5, 5)])
+        np.testing.assert_array_equal(happen.without_dead_motors(command, step), [(left, 5), (5, 5)])
     np.testing.assert_array_equal(command, 5.0)
 
 
-CARRY = {"robot": 2, "time": 0.3, "duration": 0.4, "to": (3.0, 1.0), "heading_deg": 120.0}
+KIDNAPPING = {"robot": 2, "time": 0.3, "duration": 0.4, "to": (3.0, 1.0), "heading_deg": 120.0}
 
 
-def carried(**changes) -> MujocoWorld:
-    return MujocoWorld(
+def kidnapped(**changes) -> MujocoPlant:
+    return MujocoPlant(
         scenario(
             2,
             beams={"count": 8},
             walls=(wall((0.3, 1.0), (0.6, 1.0)),),
-            disturbances={"carries": [CARRY | changes]},
+            disturbances={"carries": [KIDNAPPING | changes]},
             sensors={"camera": {"rate_hz": 30.0}},
         )
     )
 
 
 def test_a_carried_robot_is_put_down_at_rest_in_place():
-    world = carried()
+    world = kidnapped()
     run(world, 0.7, (5.0, 4.0))
     truth = world.truth()
     np.testing.assert_allclose(truth.hand_world[1], (3.0, 1.0), atol=1e-9)
@@ -112,14 +112,14 @@ def test_a_carried_robot_is_put_down_at_rest_in_place():
 
 
 def test_the_speed_loops_do_not_wind_up_in_the_air():
-    world = MujocoWorld(scenario(2, drive={"kind": "speed_loop"}, disturbances={"carries": [CARRY]}))
+    world = MujocoPlant(scenario(2, drive={"kind": "speed_loop"}, disturbances={"carries": [KIDNAPPING]}))
     run(world, 0.7, (0.3, 0.3))  # rad/s, told in vain for 0.4 s; slow enough for the integral to go on
     run(world, 1.0)
     np.testing.assert_allclose(world.truth().hand_world[1], (3.0, 1.0), atol=1e-3)
 
 
 def test_in_the_air_it_hovers_where_it_was_and_nobody_meets_it():
-    world = carried(time=0.2, duration=1.0)
+    world = kidnapped(time=0.2, duration=1.0)
     run(world, 0.2, (2.0, 2.0))
     lifted = world.truth().body_pose[1]
     for _ in range(99):
@@ -132,7 +132,7 @@ def test_in_the_air_it_hovers_where_it_was_and_nobody_meets_it():
 
 
 def test_the_camera_keeps_the_last_frame_before_and_beams_miss_the_robot():
-    world = carried()
+    world = kidnapped()
     seen, truth = [], []
     for _ in range(100):
         seen.append(world.observe())
@@ -150,8 +150,8 @@ def test_the_camera_keeps_the_last_frame_before_and_beams_miss_the_robot():
 
 
 def test_a_late_camera_loses_the_robot_late():
-    world = MujocoWorld(
-        scenario(2, disturbances={"carries": [CARRY]}, sensors={"camera": {"rate_hz": 100.0, "delay": 0.1}})
+    world = MujocoPlant(
+        scenario(2, disturbances={"carries": [KIDNAPPING]}, sensors={"camera": {"rate_hz": 100.0, "delay": 0.1}})
     )
     seen, truth = [], []
     for _ in range(100):
@@ -168,7 +168,7 @@ def test_carried_at_the_start_and_twice_in_a_row():
         {"robot": 1, "time": 0.0, "duration": 0.1, "to": (1.0, 0.0)},
         {"robot": 1, "time": 0.1, "duration": 0.1, "to": (2.0, 0.0)},
     ]
-    world = MujocoWorld(scenario(disturbances={"carries": carries[::-1]}))
+    world = MujocoPlant(scenario(disturbances={"carries": carries[::-1]}))
     places = []
     for _ in range(25):
         places.append((world.truth().hand_world[0, 0], world.observe().body_pose[0, 0]))
@@ -183,13 +183,13 @@ def test_all_of_it_together_runs_the_same_twice():
     happen = {
         "pushes": [{"robot": 1, "time": 0.2, "duration": 0.3, "force": (1.0, -1.0)}],
         "dead_motors": [{"robot": 2, "side": "right", "time": 0.8}],
-        "carries": [CARRY],
+        "carries": [KIDNAPPING],
     }
     around = {"moving_boxes": [{"size": (0.2, 0.2), "stops": [{"time": 0, "center": (-0.5, 0)}]}]}
     runs = []
     for _ in range(2):
         plan = scenario(2, beams="all", world=around, disturbances=happen, radio={"delay": 0.01, "jitter": 0.03})
-        world, rng, seen = MujocoWorld(plan), np.random.default_rng(5), []
+        world, rng, seen = MujocoPlant(plan), np.random.default_rng(5), []
         for _ in range(120):
             world.advance(rng.uniform(-6, 6, (2, 2)))
             truth, readings = world.truth(), world.observe()

@@ -4,15 +4,15 @@ import mujoco
 import numpy as np
 import pytest
 
-from pbrg_mj.world.mujoco_world import MujocoWorld
-from pbrg_mj.world.robot import load_robot_model
+from pbrg_mj.world.plant.physics import MujocoPlant
+from pbrg_mj.world.scene.robot import load_robot_model
 from tests.worlds import scenario, wall
 
 ROBOT = load_robot_model()
 BREAKAWAY = ROBOT.voltage * ROBOT.static_torque / ROBOT.stall_torque  # [V]
 
 
-def drive(world: MujocoWorld, left: float, right: float, seconds: float) -> np.ndarray:
+def drive(world: MujocoPlant, left: float, right: float, seconds: float) -> np.ndarray:
     """Hold voltages; return the body poses (ticks + 1, 3) of the first robot."""
     poses = [world.truth().body_pose[0]]
     command = np.tile([left, right], (len(world.truth().body_pose), 1))
@@ -29,7 +29,7 @@ def steady_wheel_speed(voltage: float) -> float:
 
 @pytest.mark.parametrize("voltage", [1.0, 3.0, 6.0])
 def test_a_straight_line_at_the_speed_of_its_wheels(voltage):
-    world = MujocoWorld(scenario())
+    world = MujocoPlant(scenario())
     poses = drive(world, voltage, voltage, 2.0)
     speed = (poses[-1, 0] - poses[-11, 0]) / 0.1
     wheels = world.truth().wheel_speed[0]
@@ -40,7 +40,7 @@ def test_a_straight_line_at_the_speed_of_its_wheels(voltage):
 
 
 def test_opposite_voltages_turn_on_the_spot():
-    world = MujocoWorld(scenario())
+    world = MujocoPlant(scenario())
     poses = drive(world, -2.0, 2.0, 2.0)
     turn = (np.unwrap(poses[:, 2])[-1] - np.unwrap(poses[:, 2])[-11]) / 0.1
     left, right = world.truth().wheel_speed[0]
@@ -50,14 +50,14 @@ def test_opposite_voltages_turn_on_the_spot():
 
 @pytest.mark.parametrize(("left", "right"), [(0, 0), (0.5, 0.5), (0.9, 0.9), (0.9, -0.9), (0, 0.9)])
 def test_a_robot_does_not_creep_below_breakaway(left, right):
-    world = MujocoWorld(scenario())
+    world = MujocoPlant(scenario())
     poses = drive(world, left * BREAKAWAY, right * BREAKAWAY, 4.0)
     assert np.linalg.norm(poses[-1, :2] - poses[200, :2]) / 2.0 < 1e-5
     assert abs(poses[-1, 2] - poses[200, 2]) / 2.0 < 1e-4
 
 
 def test_a_coasting_robot_only_loses_energy_and_comes_to_rest():
-    world = MujocoWorld(scenario())
+    world = MujocoPlant(scenario())
     drive(world, 3.0, 3.0, 1.5)
     model, data = world.model, world.data
     momentum, kinetic = np.zeros(model.nv), []
@@ -74,7 +74,7 @@ def test_a_coasting_robot_only_loses_energy_and_comes_to_rest():
 
 def test_a_wall_is_touched_exactly_when_the_body_reaches_it_and_stops_the_robot():
     face = 0.5
-    world = MujocoWorld(scenario(walls=(wall((face + 0.05, -1), (face + 0.05, 1)),)))
+    world = MujocoPlant(scenario(walls=(wall((face + 0.05, -1), (face + 0.05, 1)),)))
     gaps, touched = [], []
     for _ in range(200):
         world.advance(np.full((1, 2), 2.0))
@@ -90,7 +90,7 @@ def test_a_wall_is_touched_exactly_when_the_body_reaches_it_and_stops_the_robot(
 
 
 def test_only_the_robot_that_touches_is_flagged_and_the_flag_falls_again():
-    world = MujocoWorld(scenario(3, walls=(wall((1.3, -1), (1.3, 1)),)))
+    world = MujocoPlant(scenario(3, walls=(wall((1.3, -1), (1.3, 1)),)))
     apart = np.array([[0.0, 0.0], [0.0, 0.0], [2.0, 2.0]])
     for _ in range(150):
         world.advance(apart)
@@ -101,7 +101,7 @@ def test_only_the_robot_that_touches_is_flagged_and_the_flag_falls_again():
 
 
 def test_robots_that_meet_do_not_count_as_touching_a_wall():
-    world = MujocoWorld(scenario(2, walls=(wall((3, -1), (3, 1)),)))
+    world = MujocoPlant(scenario(2, walls=(wall((3, -1), (3, 1)),)))
     for _ in range(100):
         world.advance(np.array([[3.0, 3.0], [-3.0, -3.0]]))
     first, second = world.truth().body_pose[:, 0]

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from pbrg_mj.scenario.streams import Source, stream
-from pbrg_mj.world.mujoco_world import MujocoWorld
-from pbrg_mj.world.radio import RadioLink
+from pbrg_mj.world.actuation.radio import RadioLink
+from pbrg_mj.world.plant.physics import MujocoPlant
 from tests.worlds import scenario
 
 EVERY_STEP = {"timing": {"tick": 0.002, "physics_step": 0.002}}
@@ -20,7 +20,7 @@ def weave(step: int) -> np.ndarray:
     [(500, 0.002, 1), (500, 0.05, 25), (1000, 0.0101, 6), (30, 0.1, 50), (30, 0.011, 6), (7, 0.5, 250), (60, 0.0, 0)],
 )
 def test_the_camera_shows_the_pose_of_exactly_its_delay_ago(rate_hz, delay, steps):
-    world = MujocoWorld(scenario(sensors={"camera": {"rate_hz": rate_hz, "delay": delay}}, **EVERY_STEP))
+    world = MujocoPlant(scenario(sensors={"camera": {"rate_hz": rate_hz, "delay": delay}}, **EVERY_STEP))
     was = []
     for step in range(1000):
         seen = world.observe()
@@ -36,7 +36,7 @@ def test_the_camera_shows_the_pose_of_exactly_its_delay_ago(rate_hz, delay, step
 
 def test_until_the_first_late_frame_the_robots_know_where_they_start():
     headings = (30.0, -100.0)
-    world = MujocoWorld(scenario(2, team={"heading_deg": headings}, sensors={"camera": {"delay": 0.2}}))
+    world = MujocoPlant(scenario(2, team={"heading_deg": headings}, sensors={"camera": {"delay": 0.2}}))
     start = world.truth().body_pose
     for _ in range(20):
         seen = world.observe()
@@ -49,7 +49,7 @@ def test_until_the_first_late_frame_the_robots_know_where_they_start():
 def test_a_late_camera_changes_what_is_seen_and_nothing_else():
     states = []
     for camera in ({}, {"delay": 0.08}):
-        world = MujocoWorld(scenario(beams="all", sensors={"camera": camera}))
+        world = MujocoPlant(scenario(beams="all", sensors={"camera": camera}))
         for step in range(50):
             world.advance(weave(5 * step))
         states.append((world.data.qpos.tobytes(), world.observe().ranges.tobytes()))
@@ -114,8 +114,8 @@ def test_jitter_is_each_robots_own_and_the_seeds():
 
 def test_late_commands_make_the_same_run_later():
     """In 12 ms: six physics steps, more than a tick; until then the motors are shorted."""
-    now = MujocoWorld(scenario(**EVERY_STEP))
-    late = MujocoWorld(scenario(radio={"delay": 0.012}, **EVERY_STEP))
+    now = MujocoPlant(scenario(**EVERY_STEP))
+    late = MujocoPlant(scenario(radio={"delay": 0.012}, **EVERY_STEP))
     for step in range(206):
         now.advance(np.zeros((1, 2)) if step < 6 else weave(step - 6))
         late.advance(weave(step))

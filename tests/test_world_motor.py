@@ -4,8 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from pbrg_mj.world.models import load_spec
-from pbrg_mj.world.robot import load_robot_model
+from pbrg_mj.world.scene.robot import load_robot_model, load_spec
 
 ROBOT = load_robot_model()
 BREAKAWAY = ROBOT.voltage * ROBOT.static_torque / ROBOT.stall_torque  # [V]

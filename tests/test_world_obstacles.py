@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from pbrg_mj.scenario.surroundings import Box, MovingBox
-from pbrg_mj.world.geometry import signed_distance, wall_rectangles
-from pbrg_mj.world.mujoco_world import MujocoWorld
-from pbrg_mj.world.obstacles import box_centre
-from pbrg_mj.world.robot import load_robot_model
-from tests.test_world_geometry import inside
+from pbrg_mj.world.plant.physics import MujocoPlant
+from pbrg_mj.world.scene.footprints import signed_distance, wall_rectangles
+from pbrg_mj.world.scene.obstacles import box_centre
+from pbrg_mj.world.scene.robot import load_robot_model
+from tests.test_world_footprints import inside
 from tests.worlds import scenario, wall
 
 ROBOT = load_robot_model()
@@ -40,7 +40,7 @@ def test_margins_of_boxes_agree_with_the_nearest_of_many_points():
 def test_boxes_stand_in_physics_where_the_margin_has_them():
     """Margin and beam agree: straight ahead lies the nearest corner of a turned box."""
     boxes = [{"center": (1.0, 0.0), "size": (0.4, 0.4), "angle_deg": 45.0}]
-    world = MujocoWorld(scenario(beams={"count": 4}, world={"boxes": boxes}))
+    world = MujocoPlant(scenario(beams={"count": 4}, world={"boxes": boxes}))
     corner = 1.0 - 0.2 * np.sqrt(2)
     assert world.truth().wall_margin[0] == pytest.approx(corner - ROBOT.clearance, abs=1e-9)
     assert world.observe().ranges[0, 0] == pytest.approx(corner + ROBOT.hand_offset, abs=1e-9)
@@ -49,11 +49,11 @@ def test_boxes_stand_in_physics_where_the_margin_has_them():
 def test_the_least_of_walls_and_boxes_counts():
     boxes = [{"center": (0.0, -0.8), "size": (4.0, 0.2)}]
     plan = scenario(2, walls=(wall((1.0, -1), (1.0, 1)),), world={"boxes": boxes, "walls": (wall((1, -1), (1, 1)),)})
-    np.testing.assert_allclose(MujocoWorld(plan).truth().wall_margin, [0.7 - 0.1, 0.45 - 0.1], atol=1e-9)
+    np.testing.assert_allclose(MujocoPlant(plan).truth().wall_margin, [0.7 - 0.1, 0.45 - 0.1], atol=1e-9)
 
 
-def drive_into(around: dict) -> tuple[MujocoWorld, list[bool]]:
-    world = MujocoWorld(scenario(world=around))
+def drive_into(around: dict) -> tuple[MujocoPlant, list[bool]]:
+    world = MujocoPlant(scenario(world=around))
     touched = []
     for _ in range(100):
         world.advance(np.full((1, 2), 3.0))
@@ -87,7 +87,7 @@ def test_a_moving_box_rests_and_moves_between_its_stops(time, centre):
 def test_beams_see_a_moving_box_at_the_range_of_its_face():
     """Robot 1's first beam looks along +x, and a scan at every physics step shows the box of that very step."""
     around = {"moving_boxes": [{"size": (0.2, 0.4), "stops": STOPS}]}
-    world = MujocoWorld(scenario(beams={"count": 1, "rate_hz": 500.0}, world=around))
+    world = MujocoPlant(scenario(beams={"count": 1, "rate_hz": 500.0}, world=around))
     for tick in range(200):
         x, y = box_centre(MovingBox.model_validate({"size": (0.2, 0.4), "stops": STOPS}), tick * 0.01)
         face = x - 0.1 + ROBOT.hand_offset if abs(y) < 0.2 else -1.0
@@ -98,7 +98,7 @@ def test_beams_see_a_moving_box_at_the_range_of_its_face():
 
 def test_a_moving_box_pushes_a_robot_out_of_its_way():
     stops = [{"time": 0.0, "center": (-0.5, 0.0)}, {"time": 2.0, "center": (0.1, 0.0)}]
-    world = MujocoWorld(scenario(world={"moving_boxes": [{"size": (0.2, 0.2), "stops": stops}]}))
+    world = MujocoPlant(scenario(world={"moving_boxes": [{"size": (0.2, 0.2), "stops": stops}]}))
     for _ in range(220):
         world.advance(np.zeros((1, 2)))
     gap = world.truth().body_pose[0, 0] - (0.2 + ROBOT.body_radius)

@@ -3,21 +3,21 @@
 import numpy as np
 import pytest
 
-from pbrg_mj.world.motor_driver import quantise, saturate
-from pbrg_mj.world.mujoco_world import MujocoWorld
-from pbrg_mj.world.robot import load_robot_model
-from pbrg_mj.world.speed_loop import TIME_CONSTANT, speed_loop
+from pbrg_mj.world.actuation.motor_driver import quantise, saturate
+from pbrg_mj.world.actuation.speed_loop import TIME_CONSTANT, speed_loop
+from pbrg_mj.world.plant.physics import MujocoPlant
+from pbrg_mj.world.scene.robot import load_robot_model
 from tests.worlds import scenario, wall
 
 ROBOT = load_robot_model()
 
 
-def looped(**sections) -> MujocoWorld:
+def looped(**sections) -> MujocoPlant:
     drive = {"kind": "speed_loop"} | sections.pop("drive", {})
-    return MujocoWorld(scenario(drive=drive, **sections))
+    return MujocoPlant(scenario(drive=drive, **sections))
 
 
-def speeds(world: MujocoWorld, command: tuple[float, float], seconds: float) -> np.ndarray:
+def speeds(world: MujocoPlant, command: tuple[float, float], seconds: float) -> np.ndarray:
     seen = []
     for _ in range(round(seconds / 0.01)):
         world.advance(np.array([command]))
@@ -34,8 +34,8 @@ def test_poles_lie_where_the_derivation_puts_them():
 
 def test_one_step_by_hand_and_no_wind_up():
     loop = speed_loop(ROBOT, 0.002, 0)
-    wanted, speed, wound = np.array([[1.0, 40.0]]), np.array([[0.5, 0.0]]), np.array([[0.2, 0.1]])
-    voltage, after = loop.voltage(wanted, speed, wound)
+    wanted, speed, integral_voltage = np.array([[1.0, 40.0]]), np.array([[0.5, 0.0]]), np.array([[0.2, 0.1]])
+    voltage, after = loop.voltage(wanted, speed, integral_voltage)
     first = loop.feed_forward + 0.5 * loop.proportional + 0.2
     np.testing.assert_allclose(voltage, [[first, ROBOT.voltage]], rtol=1e-12)
     np.testing.assert_allclose(after, [[0.2 + 0.5 * loop.integral * 0.002, 0.1]], rtol=1e-12)
@@ -79,9 +79,9 @@ def test_a_wheel_in_the_air_is_stable_at_every_allowed_step():
     """The loaded gains on a fifth of the inertia: J dw = dt k (V - K w), stepped as the physics does, no friction."""
     for step in (0.001, 0.002, 0.005):
         loop, k = speed_loop(ROBOT, step, 0), ROBOT.stall_torque / ROBOT.voltage
-        w, wound = np.zeros((1, 1)), np.zeros((1, 1))
+        w, integral_voltage = np.zeros((1, 1)), np.zeros((1, 1))
         for _ in range(2000):
-            voltage, wound = loop.voltage(np.full((1, 1), 10.0), w, wound)
+            voltage, integral_voltage = loop.voltage(np.full((1, 1), 10.0), w, integral_voltage)
             w = w + step * k * (voltage - ROBOT.motor_constant * w) / ROBOT.wheel_inertia
         np.testing.assert_allclose(w, 10.0, rtol=1e-6)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pbrg_mj.world.mujoco_world import MujocoWorld
+from pbrg_mj.world.plant.physics import MujocoPlant
 from tests.worlds import scenario, wall
 
 EVENTS = {
@@ -16,7 +16,7 @@ EVENTS = {
 
 @pytest.mark.parametrize("name", EVENTS)
 def test_steps_in_one_go_are_steps_one_by_one_bit_for_bit(name, monkeypatch):
-    at_once, one_by_one = MujocoWorld(scenario(2, **EVENTS[name])), MujocoWorld(scenario(2, **EVENTS[name]))
+    at_once, one_by_one = MujocoPlant(scenario(2, **EVENTS[name])), MujocoPlant(scenario(2, **EVENTS[name]))
     monkeypatch.setattr(one_by_one, "_asked_every_step", True)
     rng = np.random.default_rng(1)
     for _ in range(40):
@@ -28,7 +28,7 @@ def test_steps_in_one_go_are_steps_one_by_one_bit_for_bit(name, monkeypatch):
         assert at_once.truth().body_pose.tobytes() == one_by_one.truth().body_pose.tobytes()
 
 
-def wall_pairs(world: MujocoWorld) -> bool:
+def wall_pairs(world: MujocoPlant) -> bool:
     """Return whether MuJoCo lists a contact between robot 0 and a wall now."""
     model = world.model
     of_geom = [model.body_rootid[body] for body in model.geom_bodyid]
@@ -43,8 +43,8 @@ def test_a_contact_in_any_step_of_a_tick_is_a_contact_of_the_tick(steps):
     """The robot drives into a wall and bounces; another world, asked after every step, is the witness."""
     timing = {"tick": 0.002 * steps, "physics_step": 0.002}
     obstacles = {"world": {"walls": [wall([0.35, -1.0], [0.35, 1.0])]}}
-    world = MujocoWorld(scenario(timing=timing, **obstacles))
-    witness = MujocoWorld(scenario(timing={"tick": 0.002, "physics_step": 0.002}, **obstacles))
+    world = MujocoPlant(scenario(timing=timing, **obstacles))
+    witness = MujocoPlant(scenario(timing={"tick": 0.002, "physics_step": 0.002}, **obstacles))
     rng, seen = np.random.default_rng(2), []
     for tick in range(800 // steps):
         command = np.full((1, 2), 6.0) if tick < 500 // steps else rng.uniform(-6, 6, (1, 2))

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from pbrg_mj.scenario.surroundings import World
-from pbrg_mj.world.floor import floor_of
-from pbrg_mj.world.gear_friction import friction_torques, wheel_load
-from pbrg_mj.world.mujoco_world import MujocoWorld
-from pbrg_mj.world.robot import load_robot_model
+from pbrg_mj.world.actuation.friction import friction_torques, wheel_load
+from pbrg_mj.world.plant.physics import MujocoPlant
+from pbrg_mj.world.scene.floor import floor_of
+from pbrg_mj.world.scene.robot import load_robot_model
 from tests.worlds import scenario
 
 ROBOT = load_robot_model()
@@ -18,7 +18,7 @@ def patch(start, end, **floor) -> dict:
     return {"from": start, "to": end, **floor}
 
 
-def moved(world: MujocoWorld, command: tuple[float, float], seconds: float) -> float:
+def moved(world: MujocoPlant, command: tuple[float, float], seconds: float) -> float:
     """Hold the command; return the mean speed of the body over the last half [m/s]."""
     places = [world.truth().body_pose[0, :2]]
     for _ in range(round(seconds / 0.01)):
@@ -55,7 +55,7 @@ def test_a_floor_without_patches_is_bare_everywhere():
 
 def test_wheels_and_casters_share_the_weight_at_rest_and_at_speed():
     assert 2 * wheel_load() == pytest.approx(0.883 * ROBOT.mass * 9.81, rel=0.01)
-    world = MujocoWorld(scenario())
+    world = MujocoPlant(scenario())
     moved(world, (5.0, 5.0), 2.0)
     force, load = np.zeros(6), {}
     for k, contact in enumerate(world.data.contact):
@@ -76,7 +76,7 @@ def test_rolling_resistance_adds_its_torque_to_friction_at_rest_and_in_motion():
 @pytest.mark.parametrize("laid", ["floor", "patch"])
 def test_a_resisting_floor_slows_a_rolling_robot_by_its_torque(resistance, laid):
     floor = {"rolling_resistance": resistance}
-    world = MujocoWorld(scenario(world=floor if laid == "floor" else {"patches": [patch((-9, -9), (9, 9), **floor)]}))
+    world = MujocoPlant(scenario(world=floor if laid == "floor" else {"patches": [patch((-9, -9), (9, 9), **floor)]}))
     torque = ROBOT.coulomb_torque + resistance * wheel_load() * ROBOT.wheel_radius
     moved(world, (3.0, 3.0), 2.0)
     want = ROBOT.no_load_speed * (0.5 - torque / ROBOT.stall_torque)
@@ -85,7 +85,7 @@ def test_a_resisting_floor_slows_a_rolling_robot_by_its_torque(resistance, laid)
 
 @pytest.mark.parametrize("resistance", [0.03, 0.1])
 def test_a_resisting_floor_holds_without_creep_and_gives_way_at_its_torque(resistance):
-    world = MujocoWorld(scenario(world={"rolling_resistance": resistance}))
+    world = MujocoPlant(scenario(world={"rolling_resistance": resistance}))
     torque = ROBOT.static_torque + resistance * wheel_load() * ROBOT.wheel_radius
     voltage = ROBOT.voltage * torque / ROBOT.stall_torque
     assert moved(world, (0.9 * voltage, 0.9 * voltage), 4.0) < 1e-5
@@ -95,8 +95,8 @@ def test_a_resisting_floor_holds_without_creep_and_gives_way_at_its_torque(resis
 def test_the_same_floor_bare_or_as_a_patch_moves_the_robot_alike():
     """To rounding at most: a patch is felt through the tyres' contact parameters instead of the floor's."""
     floor = {"friction": 0.3, "rolling_resistance": 0.05}
-    bare = MujocoWorld(scenario(world={"floor_friction": 0.3, "rolling_resistance": 0.05}))
-    laid = MujocoWorld(scenario(world={"patches": [patch((-9, -9), (9, 9), **floor)]}))
+    bare = MujocoPlant(scenario(world={"floor_friction": 0.3, "rolling_resistance": 0.05}))
+    laid = MujocoPlant(scenario(world={"patches": [patch((-9, -9), (9, 9), **floor)]}))
     for world in (bare, laid):
         moved(world, (3.0, 2.0), 2.0)
     np.testing.assert_allclose(laid.truth().body_pose, bare.truth().body_pose, atol=1e-4)
@@ -105,7 +105,7 @@ def test_the_same_floor_bare_or_as_a_patch_moves_the_robot_alike():
 def test_a_wheel_slips_on_a_slippery_patch_alone():
     """The right wheel stands on ice, the left one grips: stalled at 6 V it could push far harder than ice holds."""
     ice = patch((-1, -1), (3, 0), friction=0.02)
-    world = MujocoWorld(scenario(world={"patches": [ice]}))
+    world = MujocoPlant(scenario(world={"patches": [ice]}))
     for _ in range(10):
         world.advance(np.array([[6.0, 6.0]]))
     rim = ROBOT.wheel_radius * world.truth().wheel_speed[0]
@@ -117,8 +117,8 @@ def test_a_wheel_slips_on_a_slippery_patch_alone():
 
 
 def test_patches_at_another_place_change_nothing():
-    far = MujocoWorld(scenario(world={"patches": [patch((8, 8), (9, 9), friction=0.1, rolling_resistance=0.2)]}))
-    none = MujocoWorld(scenario())
+    far = MujocoPlant(scenario(world={"patches": [patch((8, 8), (9, 9), friction=0.1, rolling_resistance=0.2)]}))
+    none = MujocoPlant(scenario())
     for world in (far, none):
         moved(world, (2.0, 1.0), 1.0)
     np.testing.assert_allclose(far.truth().body_pose, none.truth().body_pose, atol=1e-6)
@@ -127,7 +127,7 @@ def test_patches_at_another_place_change_nothing():
 @pytest.mark.parametrize("scale", [0.5, 2.0])
 def test_drive_friction_scales_what_a_motor_needs_to_start_and_loses_in_motion(scale):
     voltage = scale * ROBOT.voltage * ROBOT.static_torque / ROBOT.stall_torque
-    world = MujocoWorld(scenario(drive={"friction": scale}))
+    world = MujocoPlant(scenario(drive={"friction": scale}))
     assert moved(world, (0.9 * voltage, 0.9 * voltage), 3.0) < 1e-5
     assert moved(world, (1.05 * voltage, 1.05 * voltage), 3.0) > 1e-2
     moved(world, (3.0, 3.0), 2.0)
@@ -136,14 +136,14 @@ def test_drive_friction_scales_what_a_motor_needs_to_start_and_loses_in_motion(s
 
 
 def test_without_friction_there_is_no_friction_element_and_the_slightest_voltage_moves_the_robot():
-    world = MujocoWorld(scenario(drive={"friction": 0.0}))
+    world = MujocoPlant(scenario(drive={"friction": 0.0}))
     assert world.model.na == 0
     moved(world, (0.01, 0.01), 2.0)
     np.testing.assert_allclose(world.truth().wheel_speed[0], 0.01 / ROBOT.motor_constant, rtol=1e-3)
 
 
 def test_frictionless_motors_still_feel_a_resisting_patch():
-    world = MujocoWorld(
+    world = MujocoPlant(
         scenario(drive={"friction": 0.0}, world={"patches": [patch((-1, -1), (1, 1), rolling_resistance=0.1)]})
     )
     voltage = ROBOT.voltage * 0.1 * wheel_load() * ROBOT.wheel_radius / ROBOT.stall_torque

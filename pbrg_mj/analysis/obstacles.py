@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.world.geometry import Rectangles, signed_distance, wall_rectangles
+from pbrg_mj.world.scene.footprints import Rectangles, signed_distance, wall_rectangles
 
 
 def footprints(scenario: Scenario) -> Rectangles:

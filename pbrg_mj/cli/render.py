@@ -32,10 +32,10 @@ def render(
 ) -> None:
     """Film a log offscreen, or take a still of it."""
     from pbrg_mj.video.encode import FORMATS, STILL
-    from pbrg_mj.video.job import Cut, frame_times, shown_layers
-    from pbrg_mj.video.render import View, check_output, render_movie, render_still
+    from pbrg_mj.video.render import ViewSettings, check_output, render_movie, render_still
+    from pbrg_mj.video.settings import Clip, frame_times, shown_layers
 
-    view = View(camera, _size(size), shown_layers(tuple(filter(None, hide.split(",")))))
+    view = ViewSettings(camera, _size(size), shown_layers(tuple(filter(None, hide.split(",")))))
     check_output(output, view.size)
     suffix = output.suffix.lower()
     if suffix == STILL:
@@ -46,7 +46,7 @@ def render(
     if at is not None:
         raise InputError("--at is for stills (.png); a video has --start and --end")
     run = open_log(log)
-    cut = Cut(FORMATS[suffix].fps if fps is None else fps, speed, start, end)
+    cut = Clip(FORMATS[suffix].fps if fps is None else fps, speed, start, end)
     with _progress(len(frame_times(run.ticks.time, cut, FORMATS[suffix].fastest))) as each:
         render_movie(run, output, view, cut, each)
 

@@ -23,7 +23,7 @@ from pbrg_mj.log.schemas import array_head
 from pbrg_mj.log.team_scene import frame_of, robots
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.scenario.surroundings import Box, Wall, World
-from pbrg_mj.world.robot import load_robot_model
+from pbrg_mj.world.scene.robot import load_robot_model
 
 FLOOR_MARGIN = 1.0  # of drawn floor around all that is on it [m]
 FLOOR_THICKNESS = 0.01  # [m]

@@ -20,8 +20,8 @@ from pbrg_mj.log.payload import stamp
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.surroundings import MovingBox
-from pbrg_mj.world.obstacles import box_centre
-from pbrg_mj.world.robot import RobotModel
+from pbrg_mj.world.scene.obstacles import box_centre
+from pbrg_mj.world.scene.robot import RobotModel
 
 NAMES = ("half_spaces", "references", "moving_boxes")
 LINE_REACH = 1.0  # of a half-space's line to either side of the point nearest to its robot [m]

@@ -20,7 +20,7 @@ from pbrg_mj.team.network import Network
 from pbrg_mj.team.pre_stabiliser import write_pre_stabilised
 from pbrg_mj.vehicle.drive import DifferentialDrive, wheel_voltages
 from pbrg_mj.vehicle.hand_point import hand_point, write_hand_points
-from pbrg_mj.world.robot import load_robot_model
+from pbrg_mj.world.scene.robot import load_robot_model
 
 
 @dataclass(frozen=True)

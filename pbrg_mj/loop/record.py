@@ -12,7 +12,7 @@ from pbrg_mj.governor.passivity import Passivity
 from pbrg_mj.governor.problem import Problem, Solution
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.sensing.readings import Readings
-from pbrg_mj.world.interface import Truth
+from pbrg_mj.world.plant.interface import Truth
 
 
 class Timings(NamedTuple):

@@ -29,8 +29,8 @@ from pbrg_mj.sensing.noise import sensor_noise
 from pbrg_mj.team.graph import network
 from pbrg_mj.team.wind_up import WindUpRule
 from pbrg_mj.vehicle.drive import drive_of
-from pbrg_mj.world.build import build_world
-from pbrg_mj.world.robot import load_robot_model
+from pbrg_mj.world.plant.build import build_plant
+from pbrg_mj.world.scene.robot import load_robot_model
 
 AHEAD = 100  # ticks
 PATIENCE = 0.1  # wall clock [s]: of a slow world, fewer ticks pass at a time
@@ -52,7 +52,7 @@ class Simulation:
         answering = governor(scenario)
         parts = Parts(
             scenario=scenario,
-            world=build_world(scenario),
+            world=build_plant(scenario),
             noise=sensor_noise(scenario),
             perception=perception_setup(scenario, robot.clearance, robot.hand_offset),
             network=graph,

@@ -26,7 +26,7 @@ from pbrg_mj.team.network import Network
 from pbrg_mj.team.pre_stabiliser import pre_stabilise
 from pbrg_mj.vehicle.drive import Drive
 from pbrg_mj.vehicle.hand_point import hand_point
-from pbrg_mj.world.interface import World
+from pbrg_mj.world.plant.interface import Plant
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Parts:
     """What the closed loop is made of; nothing here changes but the world inside `world`."""
 
     scenario: Scenario
-    world: World
+    world: Plant
     noise: SensorNoise
     perception: PerceptionSetup
     network: Network

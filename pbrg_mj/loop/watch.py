@@ -19,7 +19,7 @@ from pbrg_mj.governor.stretch import Stretch, in_a_row
 from pbrg_mj.loop.record import TickRecord, Timings
 from pbrg_mj.loop.tick import Decision
 from pbrg_mj.team.wind_up import WindUp, WindUpRule, wind_up
-from pbrg_mj.world.interface import Truth
+from pbrg_mj.world.plant.interface import Truth
 
 SIDE_BY_SIDE = 300_000  # bytes of a stretch's estimates: a hundred ticks of five robots, one of forty
 

@@ -27,8 +27,8 @@ from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.sensing.noise import SensorNoise, sensor_noise
 from pbrg_mj.sensing.readings import Readings
 from pbrg_mj.sensing.sense import sense
-from pbrg_mj.world.many_worlds import ManyWorlds
-from pbrg_mj.world.robot import load_robot_model
+from pbrg_mj.world.plant.batch import PlantBatch
+from pbrg_mj.world.scene.robot import load_robot_model
 
 
 @dataclass(frozen=True)
@@ -74,14 +74,14 @@ class Worlds:
     def __init__(self, scenario: Scenario, seeds: Sequence[int], threads: int | None = None):
         """Build the worlds; `threads` None means one for each core.
 
-        Raises InputError for what cannot be stepped side by side: see `check_side_by_side` and `Team.of`.
+        Raises InputError for what cannot be stepped side by side: see `check_batchable` and `Team.of`.
         """
         if not seeds:
             raise InputError("no seeds are given; at least one is needed", key="seeds")
         self.threads = min(threads or os.cpu_count() or 1, len(seeds))
         self.seeds, self._scenario = tuple(seeds), scenario
         self._team = Team.of(scenario)
-        self._plant = ManyWorlds(scenario, len(seeds), self.threads)
+        self._plant = PlantBatch(scenario, len(seeds), self.threads)
         bounds = np.linspace(0, len(seeds), self.threads + 1).astype(int).tolist()
         self._shares = [range(first, last) for first, last in pairwise(bounds)]
         robot = load_robot_model()

@@ -7,7 +7,7 @@ import numpy as np
 from pbrg_mj.sensing.beam_model import noisy_scans
 from pbrg_mj.sensing.noise import SensorNoise
 from pbrg_mj.sensing.readings import Readings
-from pbrg_mj.world.interface import Observation
+from pbrg_mj.world.plant.interface import Observation
 
 
 def sense(observation: Observation, previous: Readings | None, noise: SensorNoise) -> Readings:

@@ -11,8 +11,8 @@ import numpy as np
 from pbrg_mj.kernel import kernel
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.vehicle.hand_point import robot_sizes, wheel_speeds, wheel_speeds_of
-from pbrg_mj.world.motor_driver import quantised, saturate, saturated
-from pbrg_mj.world.robot import RobotModel
+from pbrg_mj.world.actuation.motor_driver import quantised, saturate, saturated
+from pbrg_mj.world.scene.robot import RobotModel
 
 
 class Drive(Protocol):

@@ -16,7 +16,7 @@ import math
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.world.robot import RobotModel
+from pbrg_mj.world.scene.robot import RobotModel
 
 
 def hand_point(body_pose: np.ndarray, hand_offset: float) -> np.ndarray:

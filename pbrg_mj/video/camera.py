@@ -1,14 +1,19 @@
-"""A camera whose projection is known: the same numbers place MuJoCo's camera and tell where a point is seen."""
-
-# MuJoCo ships no type stubs for its compiled modules.
-# pyright: reportAttributeAccessIssue=false
+"""Cameras with a known projection, and the path of each named camera over a run."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+
+from pbrg_mj.log.run import Run
+from pbrg_mj.video.playback import Motion, between, held, smoothed
+from pbrg_mj.video.settings import ROBOT_CAMERA, RenderTask
+
+# MuJoCo ships no type stubs for its compiled modules.
+# pyright: reportAttributeAccessIssue=false
 
 
 @dataclass(frozen=True)
@@ -48,7 +53,7 @@ class Camera:
                 light.pos, light.dir = self.eye, self.forward
 
 
-def looking(eye: np.ndarray, target: np.ndarray, half_height: float, far: float, mark: float) -> Camera:
+def perspective_camera(eye: np.ndarray, target: np.ndarray, half_height: float, far: float, mark: float) -> Camera:
     """Return the upright perspective camera at `eye` (3,) that looks at `target` (3,) [m]."""
     forward = (target - eye) / np.linalg.norm(target - eye)
     right = np.cross(forward, [0.0, 0.0, 1.0])
@@ -56,7 +61,89 @@ def looking(eye: np.ndarray, target: np.ndarray, half_height: float, far: float,
     return Camera(eye, forward, np.cross(right, forward), half_height, False, 0.02, far, mark)
 
 
-def from_above(centre: np.ndarray, half_height: float, mark: float) -> Camera:
+def top_camera(centre: np.ndarray, half_height: float, mark: float) -> Camera:
     """Return the orthographic camera above `centre` (2,) [m], with +y up in the picture."""
     eye, down, up = np.array([*centre, 10.0]), np.array([0.0, 0.0, -1.0]), np.array([0.0, 1.0, 0.0])
     return Camera(eye, down, up, half_height, True, 0.5, 100.0, mark)
+
+
+CameraPath = Callable[[float], Camera]
+
+FARTHEST = 30.0  # from the team's start, what is farther is not fitted [m]: a run may diverge
+LEAST_RADIUS = 0.8  # of what the chase camera fits [m]
+BORDER = 0.35  # around what the top camera fits [m]
+BESIDE = 0.8  # beyond the team's own area, how far the top camera looks for things [m]
+CHASE_SMOOTHING, ROBOT_SMOOTHING = 4.0, 0.8  # [s]
+CHASE_ELEVATION = np.deg2rad(42.0)
+CHASE_HALF_HEIGHT, ROBOT_HALF_HEIGHT = np.tan(np.deg2rad(20.0)), np.tan(np.deg2rad(30.0))
+BEHIND, ABOVE, AHEAD = 0.55, 0.34, 0.6  # the robot camera's eye and target from the body [m]
+
+
+def camera_path(job: RenderTask, motion: Motion) -> CameraPath:
+    """Return the camera over time that the job names."""
+    if job.camera.startswith(ROBOT_CAMERA):
+        return _robot(motion, int(job.camera.removeprefix(ROBOT_CAMERA)) - 1)
+    if job.camera == "top":
+        camera = _top(job)
+        return lambda _time: camera
+    return _chase(job.run, job.size)
+
+
+def _seen(run: Run) -> np.ndarray:
+    """Return what must be in view at every tick (T, k, 2) [m]: hand points, governed references, and r."""
+    ticks = run.ticks
+    points = held(np.concatenate([ticks.hand_true, ticks.m, ticks.reference[:, None]], axis=1))
+    start = np.mean(run.scenario.team.start, axis=0)
+    return np.clip(points, start - FARTHEST, start + FARTHEST)
+
+
+def _top(job: RenderTask) -> Camera:
+    world = job.run.scenario.world
+    goals = job.run.ticks.reference[-1] + np.array(job.run.scenario.team.formation)
+    team = np.vstack([_seen(job.run).reshape(-1, 2), goals])
+    stops = [stop.center for box in world.moving_boxes for stop in box.stops]
+    things = np.reshape([*stops, *(box.center for box in world.boxes)], (-1, 2))
+    # Of what stands or drives around only what is near: far things must not make the team small.
+    points = np.vstack([team, np.clip(things, team.min(axis=0) - BESIDE, team.max(axis=0) + BESIDE)])
+    low, high = points.min(axis=0) - BORDER, points.max(axis=0) + BORDER
+    width, height = job.size
+    half = float(max((high[1] - low[1]) / 2, (high[0] - low[0]) / 2 * height / width))
+    return top_camera((low + high) / 2, half, mark=0.02 * half)
+
+
+def _chase(run: Run, size: tuple[int, int]) -> CameraPath:
+    """From behind the team as it starts off, at a steady bearing: near enough for robots, far enough for all."""
+    ticks, points = run.ticks, _seen(run)
+    window = round(CHASE_SMOOTHING / run.scenario.timing.tick)
+    middle = (points.min(axis=1) + points.max(axis=1)) / 2
+    radius = np.linalg.norm(points - middle[:, None], axis=2).max(axis=1)
+    centre, radius = smoothed(middle, window), smoothed(np.maximum(radius, LEAST_RADIUS), window)
+    way = points[-1, -1] - points[0, : ticks.m.shape[1]].mean(axis=0)
+    way = way / np.linalg.norm(way) if np.linalg.norm(way) > 0.1 else np.array([0.0, 1.0])
+    backward = np.array([*(-np.cos(CHASE_ELEVATION) * way), np.sin(CHASE_ELEVATION)])
+    fit = 0.9 * min(1.0, 0.75 * size[0] / size[1]) * CHASE_HALF_HEIGHT
+
+    def at(time: float) -> Camera:
+        target = np.array([*between(ticks.time, centre, time), 0.0])
+        size_now = float(between(ticks.time, radius, time))
+        distance = size_now / fit
+        return perspective_camera(
+            target + distance * backward, target, CHASE_HALF_HEIGHT, 30 * distance, mark=0.025 * size_now
+        )
+
+    return at
+
+
+def _robot(motion: Motion, robot: int) -> CameraPath:
+    """Over the robot's shoulder."""
+    step = float(np.median(np.diff(motion.time))) if len(motion.time) > 1 else 1.0
+    pose = motion.pose[:, robot].copy()
+    pose[:, 2] = smoothed(pose[:, 2], round(ROBOT_SMOOTHING / step))
+
+    def at(time: float) -> Camera:
+        x, y, heading = between(motion.time, pose, time)
+        body, ahead = np.array([x, y, 0.0]), np.array([np.cos(heading), np.sin(heading), 0.0])
+        eye = body - BEHIND * ahead + [0.0, 0.0, ABOVE]
+        return perspective_camera(eye, body + AHEAD * ahead, ROBOT_HALF_HEIGHT, 60.0, mark=0.025)
+
+    return at

@@ -6,7 +6,7 @@ import numpy as np
 
 from pbrg_mj.analysis.text import plain
 from pbrg_mj.log.run import Run
-from pbrg_mj.video.motion import latest
+from pbrg_mj.video.playback import latest
 
 LONGEST = 48  # characters of a name
 LEGEND = "red star  r\nblack cross  m*\ndiscs  m_i\npale discs  m_i + b_i"

@@ -11,8 +11,8 @@ from pbrg_mj.log.run import Run
 from pbrg_mj.log.scans import ScanSeries
 from pbrg_mj.scenario.graph import edge_list
 from pbrg_mj.video.camera import Camera
-from pbrg_mj.video.motion import Motion, between, held, latest
-from pbrg_mj.video.pen import Pen
+from pbrg_mj.video.markers import Markers
+from pbrg_mj.video.playback import Motion, between, held, latest
 
 # Heights above the floor [m]: what lies on what.
 SHADOW, SIDE, TRAIL, GOAL, EDGE, BOUNDARY, MARK = 0.0022, 0.003, 0.004, 0.0045, 0.005, 0.006, 0.007
@@ -30,7 +30,7 @@ FEW = 8  # robots whose references can be told apart as rings around each other
 
 
 @dataclass(frozen=True)
-class Moment:
+class FrameState:
     """One frame's view of the run."""
 
     time: float  # [s]
@@ -50,10 +50,10 @@ class Overlay:
         self._formation = np.array(run.scenario.team.formation)
         self._trail = trail(run.ticks.time, self._hand)
 
-    def draw(self, pen: Pen, moment: Moment, layers: frozenset[str]) -> None:
+    def draw(self, pen: Markers, moment: FrameState, layers: frozenset[str]) -> None:
         """Add the layers to the scene that `pen` draws into; shadows always."""
         self._shadows(pen, moment)
-        drawn: dict[str, Callable[[Pen, Moment], None]] = {
+        drawn: dict[str, Callable[[Markers, FrameState], None]] = {
             "half_spaces": self._half_spaces,
             "trails": self._trails,
             "formation": self._network,
@@ -64,12 +64,12 @@ class Overlay:
             if name in layers:
                 draw(pen, moment)
 
-    def _shadows(self, pen: Pen, moment: Moment) -> None:
+    def _shadows(self, pen: Markers, moment: FrameState) -> None:
         """Put a shade under every robot: it sets robots on the floor at a fraction of a shadow map's cost."""
         for x, y, _ in self._motion.at(moment.time)[0].tolist():
             pen.disc(np.array([x + 0.008, y + 0.012, SHADOW]), 0.068, SHADOW_COLOUR)
 
-    def _half_spaces(self, pen: Pen, moment: Moment) -> None:
+    def _half_spaces(self, pen: Markers, moment: FrameState) -> None:
         """Draw each sensed line G q = h for hand points in its robot's colour, shaded on the side that is forbidden."""
         ticks, k = self._run.ticks, moment.tick
         middle = self._hand[k].mean(axis=0)
@@ -85,7 +85,7 @@ class Overlay:
             pen.bar(side, (NEAR, depth), angle, (*colour[:3], 0.16))
             pen.bar(edge, (NEAR, 0.16 * moment.camera.mark), angle, (*colour[:3], 0.95))
 
-    def _trails(self, pen: Pen, moment: Moment) -> None:
+    def _trails(self, pen: Markers, moment: FrameState) -> None:
         knots, places = self._trail
         first, last = np.searchsorted(knots, [moment.time - TRAIL_SECONDS, moment.time])
         now = _on_the_floor(between(self._run.ticks.time, self._hand, moment.time))
@@ -98,13 +98,13 @@ class Overlay:
                 paths[piece, robot], paths[piece + 1, robot], 3.0, (*self._colour[robot][:3], float(fades[piece + 1]))
             )
 
-    def _network(self, pen: Pen, moment: Moment) -> None:
+    def _network(self, pen: Markers, moment: FrameState) -> None:
         """Join neighbours in the network: who talks to whom, and the formation's shape."""
         q = between(self._run.ticks.time, self._hand, moment.time)
         for i, j in self._edges:
             pen.line(_above(q[i], EDGE), _above(q[j], EDGE), 1.5, EDGE_COLOUR)
 
-    def _references(self, pen: Pen, moment: Moment) -> None:
+    def _references(self, pen: Markers, moment: FrameState) -> None:
         """Mark m_j (discs), where each sends its robot (shades), m* (a cross) and r (a star)."""
         run, size = self._run, moment.camera.mark
         m = between(run.ticks.time, self._m, moment.time)
@@ -122,7 +122,7 @@ class Overlay:
         reference = _above(run.ticks.reference[moment.tick], top + 2 * APART)
         pen.star(reference, 1.5 * size, np.pi * np.array([0.5, 5 / 6, 7 / 6]), REFERENCE_COLOUR)
 
-    def _beams(self, pen: Pen, moment: Moment) -> None:
+    def _beams(self, pen: Markers, moment: FrameState) -> None:
         """Draw each robot's latest scan from where it was taken; a beam that returned nothing is left out."""
         for robot, scans in self._scans.items():
             k = latest(scans.time, moment.time)

@@ -14,13 +14,13 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.log.run import Run
 from pbrg_mj.log.scans import read_scans
 from pbrg_mj.video.encode import FORMATS, STILL, SUFFIXES, need_av, write_movie, write_still
-from pbrg_mj.video.frames import frames
 from pbrg_mj.video.gl import working_backend
-from pbrg_mj.video.job import LAYERS, Cut, Job, check_camera, check_size, frame_times, still_time
+from pbrg_mj.video.settings import LAYERS, Clip, RenderTask, check_camera, check_size, frame_times, still_time
+from pbrg_mj.video.worker import frames
 
 
 @dataclass(frozen=True)
-class View:
+class ViewSettings:
     """How to look at a run."""
 
     camera: str = "chase"  # chase, top, robot:<k>
@@ -28,7 +28,7 @@ class View:
     layers: frozenset[str] = frozenset(LAYERS)
 
 
-def render_movie(run: Run, path: Path, view: View, cut: Cut, each: Callable[[], None]) -> None:
+def render_movie(run: Run, path: Path, view: ViewSettings, cut: Clip, each: Callable[[], None]) -> None:
     """Film `cut` of a run into .mp4, .webm or .gif; `each` is called after every frame.
 
     Raises InputError when something asked for cannot be, PbrgError when drawing fails; then no file is left.
@@ -40,7 +40,7 @@ def render_movie(run: Run, path: Path, view: View, cut: Cut, each: Callable[[], 
         write_whole(path, lambda whole: write_movie(pictures, whole, cut.fps, each))
 
 
-def render_still(run: Run, path: Path, view: View, at: float | None) -> None:
+def render_still(run: Run, path: Path, view: ViewSettings, at: float | None) -> None:
     """Draw the run at a time [s] (None: at its end) as .png. Raises as `render_movie` does."""
     job = _job(run, path, view, still_time(run.ticks.time, at))
     with _drawn(job) as pictures:
@@ -57,15 +57,15 @@ def check_output(path: Path, size: tuple[int, int]) -> None:
         raise InputError(f"the size is {size[0]}x{size[1]}; {suffix} needs even numbers", file=str(path))
 
 
-def _job(run: Run, path: Path, view: View, times: np.ndarray) -> Job:
+def _job(run: Run, path: Path, view: ViewSettings, times: np.ndarray) -> RenderTask:
     check_output(path, view.size)
     check_camera(view.camera, run.scenario.robots)
     need_av()
     scans = read_scans(run.path, run.scenario.robots) if "beams" in view.layers else {}
-    return Job(run, scans, view.camera, view.size, view.layers, times)
+    return RenderTask(run, scans, view.camera, view.size, view.layers, times)
 
 
 @contextmanager
-def _drawn(job: Job) -> Iterator[Iterator[np.ndarray]]:
+def _drawn(job: RenderTask) -> Iterator[Iterator[np.ndarray]]:
     with frames(job, working_backend()) as pictures:
         yield pictures

@@ -14,12 +14,11 @@ from typing import Any
 from pbrg_mj.errors import InputError
 from pbrg_mj.log.run import Run
 from pbrg_mj.log.scans import read_scans
-from pbrg_mj.video.job import LAYERS, Job
-from pbrg_mj.video.motion import latest, motion_of
-from pbrg_mj.video.overlay import Moment, Overlay
-from pbrg_mj.video.pen import Pen
-from pbrg_mj.video.puppet import Puppet
-from pbrg_mj.video.shots import shot_of
+from pbrg_mj.video.camera import camera_path
+from pbrg_mj.video.markers import Markers
+from pbrg_mj.video.overlay import FrameState, Overlay
+from pbrg_mj.video.playback import Playback, latest, motion_of
+from pbrg_mj.video.settings import LAYERS, RenderTask
 
 SIZE = (1280, 720)  # assumed of the window [pixels]
 PAUSE = 1 / 60  # [s]
@@ -35,9 +34,9 @@ def view(run: Run, speed: float = 1.0) -> None:
     import mujoco.viewer
 
     ticks, motion = run.ticks, motion_of(run.ticks)
-    puppet = Puppet(run, motion)
+    puppet = Playback(run, motion)
     overlay = Overlay(run, read_scans(run.path, run.scenario.robots), motion, puppet.colour)
-    shot = shot_of(Job(run, {}, "chase", SIZE, frozenset(LAYERS), ticks.time), motion)
+    shot = camera_path(RenderTask(run, {}, "chase", SIZE, frozenset(LAYERS), ticks.time), motion)
     first, last = float(ticks.time[0]), float(ticks.time[-1])
     shown = frozenset(LAYERS) - {"text"}
     with mujoco.viewer.launch_passive(puppet.model, puppet.data, show_left_ui=False, show_right_ui=False) as window:
@@ -46,15 +45,15 @@ def view(run: Run, speed: float = 1.0) -> None:
         began = time.monotonic()
         while window.is_running():
             now = first + (time.monotonic() - began) * speed % max(last - first, PAUSE)
-            _show(window, puppet, overlay, Moment(now, latest(ticks.time, now), shot(now)), shown)
+            _show(window, puppet, overlay, FrameState(now, latest(ticks.time, now), shot(now)), shown)
             time.sleep(PAUSE)
 
 
-def _show(window: Any, puppet: Puppet, overlay: Overlay, moment: Moment, layers: frozenset[str]) -> None:
+def _show(window: Any, puppet: Playback, overlay: Overlay, moment: FrameState, layers: frozenset[str]) -> None:
     with window.lock():
         puppet.pose(moment.time)
         window.user_scn.ngeom = 0
-        overlay.draw(Pen(window.user_scn, 1.0), moment, layers)
+        overlay.draw(Markers(window.user_scn, 1.0), moment, layers)
     window.sync()
 
 

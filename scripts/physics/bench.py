@@ -8,9 +8,8 @@ import mujoco  # noqa: TID251
 import numpy as np
 
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.world.models import load_spec
-from pbrg_mj.world.mujoco_world import MujocoWorld
-from pbrg_mj.world.robot import load_robot_model
+from pbrg_mj.world.plant.physics import MujocoPlant
+from pbrg_mj.world.scene.robot import load_robot_model, load_spec
 
 ROBOT = load_robot_model()
 TICK = 0.01  # [s]
@@ -35,12 +34,12 @@ def plan(**sections: Any) -> Scenario:
     return Scenario.model_validate(data | sections)
 
 
-def on_floor(**sections: Any) -> MujocoWorld:
+def on_floor(**sections: Any) -> MujocoPlant:
     """Return the world of `plan`."""
-    return MujocoWorld(plan(**sections))
+    return MujocoPlant(plan(**sections))
 
 
-def hold(world: MujocoWorld, left: float, right: float, seconds: float) -> np.ndarray:
+def hold(world: MujocoPlant, left: float, right: float, seconds: float) -> np.ndarray:
     """Hold a command; return the body poses (ticks, 3) after each tick."""
     poses = []
     for _ in range(round(seconds / TICK)):

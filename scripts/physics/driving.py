@@ -10,8 +10,8 @@ from bench import ROBOT, TICK, hold, on_floor, plan
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_scenario
 from pbrg_mj.vehicle.drive import drive_of
-from pbrg_mj.world.gear_friction import wheel_load
-from pbrg_mj.world.mujoco_world import MujocoWorld
+from pbrg_mj.world.actuation.friction import wheel_load
+from pbrg_mj.world.plant.physics import MujocoPlant
 
 SPEED, RADIUS, LENGTH = 0.2, 0.3, 1.0  # [m/s], [m], [m]
 SHAPES = {"line": LENGTH, "circle": 2 * np.pi * RADIUS}  # lengths of the paths [m]
@@ -29,7 +29,7 @@ def tracking(shape: str, kind: str, friction: float) -> dict:
     `rest` is how far from the path's end it comes to rest when it is told to stop there.
     """
     scenario = plan(drive={"kind": kind, "friction": friction})
-    world, drive = MujocoWorld(scenario), drive_of(scenario, ROBOT)
+    world, drive = MujocoPlant(scenario), drive_of(scenario, ROBOT)
     length = SHAPES[shape]
     wanted, seen = [], []
     for k in range(round(length / SPEED / TICK)):

@@ -6,7 +6,7 @@ import mujoco  # noqa: TID251
 import numpy as np
 from bench import ROBOT, VOLT, hold, on_floor, on_stands
 
-from pbrg_mj.world.gear_friction import wheel_load
+from pbrg_mj.world.actuation.friction import wheel_load
 
 
 def speed_against_voltage() -> dict:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bench import ROBOT
 
-from pbrg_mj.world.gear_friction import wheel_load
+from pbrg_mj.world.actuation.friction import wheel_load
 
 
 def numbers_table() -> str:

@@ -8,10 +8,10 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from pbrg_mj.world.sampling import Sampler
+from pbrg_mj.world.sensors.sampling import Sampler
 
 
-def remember_start(model: mujoco.MjModel, data: mujoco.MjData, robots: int, camera: Sampler) -> None:
+def fill_camera_history(model: mujoco.MjModel, data: mujoco.MjData, robots: int, camera: Sampler) -> None:
     """Fill a delayed camera's history with the poses at the start, as if robots had stood there for long."""
     mujoco.mj_kinematics(model, data)
     for j in range(robots):

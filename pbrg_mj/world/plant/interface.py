@@ -31,7 +31,7 @@ class Truth(NamedTuple):
     wall_contact: np.ndarray  # (n,) bool: some part of the robot touched a wall since the previous tick
 
 
-class World(Protocol):
+class Plant(Protocol):
     """A plant. Time moves only in `advance`."""
 
     @property

@@ -13,23 +13,23 @@ import numpy as np
 from pbrg_mj.kernel import kernel
 from pbrg_mj.scenario.checks import whole_number
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.world.camera import remember_start
-from pbrg_mj.world.carries import Carries
-from pbrg_mj.world.complaints import listen
-from pbrg_mj.world.compose import compose, model_xml, start_pose
-from pbrg_mj.world.disturbances import Disturbances
-from pbrg_mj.world.geometry import margin, wall_rectangles
-from pbrg_mj.world.interface import Observation, Truth
-from pbrg_mj.world.model_index import index_model
-from pbrg_mj.world.obstacles import box_centre
-from pbrg_mj.world.patches import Patches
-from pbrg_mj.world.radio import RadioLink
-from pbrg_mj.world.robot import load_robot_model
-from pbrg_mj.world.sampling import Sampler
-from pbrg_mj.world.speed_loop import speed_loop
+from pbrg_mj.world.actuation.disturbances import Disturbances
+from pbrg_mj.world.actuation.friction import WheelFriction
+from pbrg_mj.world.actuation.kidnapping import Kidnappings
+from pbrg_mj.world.actuation.radio import RadioLink
+from pbrg_mj.world.actuation.speed_loop import speed_loop
+from pbrg_mj.world.plant.compose import compose, model_xml, start_pose
+from pbrg_mj.world.plant.interface import Observation, Truth
+from pbrg_mj.world.plant.mujoco_warnings import log_first_warning
+from pbrg_mj.world.scene.footprints import margin, wall_rectangles
+from pbrg_mj.world.scene.model_index import index_model
+from pbrg_mj.world.scene.obstacles import box_centre
+from pbrg_mj.world.scene.robot import load_robot_model
+from pbrg_mj.world.sensors.camera import fill_camera_history
+from pbrg_mj.world.sensors.sampling import Sampler
 
 
-class MujocoWorld:
+class MujocoPlant:
     """The scenario in physics.
 
     Commands (n, 2) left, right are wheel voltages [V], clipped to the motors' range, or with `drive.kind: speed_loop`
@@ -38,7 +38,7 @@ class MujocoWorld:
 
     def __init__(self, scenario: Scenario):
         """Compose the model and take the sensors' first samples. Raises ValueError when steps do not fit the tick."""
-        listen()
+        log_first_warning()
         timing = scenario.timing
         self.robot = load_robot_model()
         self.steps_per_tick = whole_number(timing.tick, timing.physics_step)
@@ -51,28 +51,28 @@ class MujocoWorld:
         self._camera = Sampler(sensors.camera.rate_hz, timing.physics_step, sensors.camera.delay)
         self._beams = Sampler(sensors.beams.rate_hz, timing.physics_step)
         data, index, walls = self.data, self._index, wall_rectangles(scenario.world.obstacles)
-        self._to_look_at = (  # arrays of `data` are views of MuJoCo's memory, always the same
+        self._state_views = (  # arrays of `data` are views of MuJoCo's memory, always the same
             (data.xpos, data.xmat, data.site_xpos, data.qvel, data.sensordata, data.history),
             (index.body, index.hand, index.wheel_speed, index.wall_contacts, index.earlier_contacts),
             (walls.centre, walls.axis, walls.half_size),
             self.robot.clearance,
         )
         self._moving_boxes = scenario.world.moving_boxes
-        self._patches = Patches(scenario, self.robot, self.model) if scenario.world.patches else None
+        self._wheel_friction = WheelFriction(scenario, self.robot, self.model) if scenario.world.patches else None
         drive = scenario.drive
         looped = drive.kind == "speed_loop"
         self._speed_loop = speed_loop(self.robot, timing.physics_step, drive.pwm_levels) if looped else None
-        self._wound = np.zeros((scenario.robots, 2))  # the speed loops' integral parts [V]
+        self._integral = np.zeros((scenario.robots, 2))  # the speed loops' integral parts [V]
         self._radio = RadioLink(scenario)
         self._disturbances = Disturbances(scenario)
-        carried = bool(scenario.disturbances.carries)
-        self._carries = Carries(scenario, self.robot, start_pose(scenario, self.robot)) if carried else None
-        self._asked_every_step = bool(looped or self._moving_boxes or self._carries)
+        kidnapped = bool(scenario.disturbances.carries)
+        self._kidnappings = Kidnappings(scenario, self.robot, start_pose(scenario, self.robot)) if kidnapped else None
+        self._stepwise = bool(looped or self._moving_boxes or self._kidnappings)
         self._step = 0
         self._voltage: np.ndarray | None = None  # what ctrl holds
         self._observed: Observation | None = None
         if self._camera.delay_steps:
-            remember_start(self.model, self.data, scenario.robots, self._camera)
+            fill_camera_history(self.model, self.data, scenario.robots, self._camera)
         self._begin_step()
 
     @property
@@ -93,7 +93,7 @@ class MujocoWorld:
         """Return poses, wheel speeds and wall contacts as they are."""
         n = len(self._index.body)
         out = (np.empty((n, 3)), np.empty((n, 2)), np.empty((n, 2)), np.empty(n), np.empty(n, dtype=bool))
-        true_state(*self._to_look_at, out)
+        true_state(*self._state_views, out)
         return Truth(*out)
 
     def advance(self, command: np.ndarray) -> None:
@@ -103,8 +103,8 @@ class MujocoWorld:
         are those of the tick's very start, and the command acts from the second half on.
         """
         self._radio.send(command, self._step)
-        if self._patches:
-            self._patches.meet(self.data)
+        if self._wheel_friction:
+            self._wheel_friction.update(self.data)
         last = self._step + self.steps_per_tick
         while self._step < last:
             self._end_step()
@@ -116,15 +116,15 @@ class MujocoWorld:
 
     def _next_change(self) -> int:
         """Return the first step after this one at which more than MuJoCo has to be asked."""
-        if self._asked_every_step:
+        if self._stepwise:
             return self._step + 1
         return min(self._radio.next_arrival, self._disturbances.next_change(self._step))
 
     def _sample(self, pose_frame: int, scan_frame: int) -> Observation:
         readings, index = self.data.sensordata, self._index
         body_pose = camera_poses(readings, index.camera_position, index.camera_ahead)
-        if self._carries:
-            body_pose = self._carries.camera(body_pose, self._camera.step(pose_frame))
+        if self._kidnappings:
+            body_pose = self._kidnappings.camera_readings(body_pose, self._camera.step(pose_frame))
         last = self._observed
         ranges = last.ranges if last and last.scan_frame == scan_frame else readings[index.beams]
         return Observation(body_pose, pose_frame, ranges, scan_frame)
@@ -133,20 +133,20 @@ class MujocoWorld:
         """Move what does not move by forces, then work out positions, contacts and sensors."""
         for k, box in enumerate(self._moving_boxes):
             self.data.mocap_pos[k, :2] = box_centre(box, self.time)
-        if self._carries:
-            self._carries.place(self.model, self.data, self._index, self._step)
-            self._wound[self._carries.aloft(self._step)] = 0.0
+        if self._kidnappings:
+            self._kidnappings.place(self.model, self.data, self._index, self._step)
+            self._integral[self._kidnappings.lifted(self._step)] = 0.0
         mujoco.mj_step1(self.model, self.data)
-        if self._carries and self._camera.step(self._camera.newest(self._step)) == self._step:
-            self._carries.watch(body_poses(self.data.xpos, self.data.xmat, self._index.body), self._step)
+        if self._kidnappings and self._camera.step(self._camera.newest(self._step)) == self._step:
+            self._kidnappings.record_frame(body_poses(self.data.xpos, self.data.xmat, self._index.body), self._step)
 
     def _end_step(self) -> None:
         """Let motors and pushes act over the physics step."""
         voltage = self._radio.received(self._step)
         if self._speed_loop:
             speed = self.data.qvel[self._index.wheel_speed]
-            voltage, self._wound = self._speed_loop.voltage(voltage, speed, self._wound)
-        voltage = self._disturbances.deaden(voltage, self._step)
+            voltage, self._integral = self._speed_loop.voltage(voltage, speed, self._integral)
+        voltage = self._disturbances.without_dead_motors(voltage, self._step)
         if voltage is not self._voltage:
             self.data.ctrl[self._index.motor] = self._voltage = voltage
         if self._disturbances.pushing:

@@ -7,7 +7,7 @@ import logging
 import numpy as np
 
 from pbrg_mj.cli.main import main
-from pbrg_mj.world.mujoco_world import MujocoWorld
+from pbrg_mj.world.plant.physics import MujocoPlant
 from tests.worlds import scenario
 
 PUSH = {"robot": 1, "time": 0.0, "duration": 1.0, "force": (1e12, 0.0)}
@@ -16,7 +16,7 @@ PUSH = {"robot": 1, "time": 0.0, "duration": 1.0, "force": (1e12, 0.0)}
 def test_an_unstable_simulation_is_told_once_per_world_and_writes_no_file(tmp_path, monkeypatch, caplog):
     monkeypatch.chdir(tmp_path)
     for _ in range(2):
-        world = MujocoWorld(scenario(disturbances={"pushes": [PUSH]}))
+        world = MujocoPlant(scenario(disturbances={"pushes": [PUSH]}))
         for _ in range(20):
             world.advance(np.zeros((1, 2)))
     assert [record.levelno for record in caplog.records] == [logging.WARNING] * 2

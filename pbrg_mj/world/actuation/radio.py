@@ -9,7 +9,7 @@ import numpy as np
 
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.scenario.streams import Source, Streams
-from pbrg_mj.world.sampling import steps_until
+from pbrg_mj.world.sensors.sampling import steps_until
 
 
 class RadioLink:
@@ -24,7 +24,7 @@ class RadioLink:
         self._immediate = not (self._delay_steps or scenario.radio.jitter)
         self._sent = 0
         self._latest = np.zeros(scenario.robots, dtype=np.int64)  # arrival of the last command sent to each robot
-        self._under_way: deque[tuple[np.ndarray, np.ndarray]] = deque()  # arrival step and command of each robot
+        self._in_flight: deque[tuple[np.ndarray, np.ndarray]] = deque()  # arrival step and command of each robot
         self.next_arrival = sys.maxsize  # the step at which something arrives next
         self._held = np.zeros((scenario.robots, 2))
 
@@ -34,8 +34,8 @@ class RadioLink:
             self._held = command
             return
         # One that is ready waits behind one that is not: no command overtakes.
-        self._latest = np.maximum(self._latest, step + self._travel())
-        self._under_way.append((self._latest, command))
+        self._latest = np.maximum(self._latest, step + self._delays())
+        self._in_flight.append((self._latest, command))
         self.next_arrival = min(self.next_arrival, int(self._latest.min()))
         self._sent += 1
 
@@ -47,15 +47,15 @@ class RadioLink:
 
     def _deliver(self, step: int) -> None:
         held = self._held.copy()
-        for arrival, command in self._under_way:
+        for arrival, command in self._in_flight:
             held[arrival <= step] = command[arrival <= step]
         self._held = held
-        while self._under_way and self._under_way[0][0].max() <= step:
-            self._under_way.popleft()
-        coming = [int(arrival[arrival > step].min()) for arrival, _ in self._under_way if arrival.max() > step]
+        while self._in_flight and self._in_flight[0][0].max() <= step:
+            self._in_flight.popleft()
+        coming = [int(arrival[arrival > step].min()) for arrival, _ in self._in_flight if arrival.max() > step]
         self.next_arrival = min(coming, default=sys.maxsize)
 
-    def _travel(self) -> int | np.ndarray:
+    def _delays(self) -> int | np.ndarray:
         """Return how many steps the commands that are sent now take, to all robots or to each, (n,)."""
         delay, jitter = self._settings.delay, self._settings.jitter
         if not jitter:

@@ -1,16 +1,27 @@
-"""The robot's numbers, read from its compiled MJCF so that they are stated once."""
-
-# MuJoCo ships no type stubs for its compiled modules.
-# pyright: reportAttributeAccessIssue=false
+"""The hand-written MJCF of robot and arena, and the robot's numbers, read from it so that they are stated once."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Literal
 
 import mujoco
 
-from pbrg_mj.world.models import load_spec
+from pbrg_mj.scenario.bundled import data_dir
+
+# MuJoCo ships no type stubs for its compiled modules.
+# pyright: reportAttributeAccessIssue=false
+
+
+def load_spec(name: Literal["robot", "arena"]) -> mujoco.MjSpec:
+    """Return a fresh, editable copy of a model."""
+    return mujoco.MjSpec.from_file(str(data_dir("models") / f"{name}.xml"))
+
+
+# MuJoCo ships no type stubs for its compiled modules.
+# pyright: reportAttributeAccessIssue=false
+
 
 # Places in MuJoCo's dcmotor parameter arrays; the closed-form tests of the motor would see a shift.
 _GAIN_RESISTANCE, _GAIN_CONSTANT = 0, 1

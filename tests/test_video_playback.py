@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pbrg_mj.video.motion import between, held, latest, motion_of, smoothed
+from pbrg_mj.video.playback import between, held, latest, motion_of, smoothed
 from tests.runs import replaced as changed
 from tests.runs import resting, scenario
 

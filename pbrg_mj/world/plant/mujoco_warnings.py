@@ -15,14 +15,14 @@ import mujoco
 _LOG = logging.getLogger(__name__)
 
 
-def listen() -> None:
+def log_first_warning() -> None:
     """Tell the next warning of MuJoCo's in this process, and none after it: the others follow from the first."""
-    told = False
+    logged = False
 
-    def tell(warning: str) -> None:
-        nonlocal told
-        if not told:
-            told = True
+    def log_once(warning: str) -> None:
+        nonlocal logged
+        if not logged:
+            logged = True
             _LOG.warning("MuJoCo: %s", " ".join(warning.split()))
 
-    mujoco.set_mju_user_warning(tell)
+    mujoco.set_mju_user_warning(log_once)

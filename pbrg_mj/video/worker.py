@@ -1,7 +1,8 @@
-"""Pictures from the drawing process, as they come."""
+"""The drawing process and its client: a task goes in, raw pictures come out."""
 
 from __future__ import annotations
 
+import os
 import pickle
 import subprocess
 import sys
@@ -10,27 +11,26 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from queue import Empty, Queue
 from threading import Thread
-from typing import IO, BinaryIO
+from typing import IO, TYPE_CHECKING, BinaryIO
 
 import numpy as np
 
 from pbrg_mj.errors import InputError, PbrgError
-from pbrg_mj.video.draw import WRONG_INPUT
 from pbrg_mj.video.gl import environment
-from pbrg_mj.video.job import Job
+from pbrg_mj.video.settings import RenderTask
 
 AHEAD = 4  # pictures drawn ahead of those encoded
 
 
 @contextmanager
-def frames(job: Job, backend: str) -> Iterator[Iterator[np.ndarray]]:
+def frames(job: RenderTask, backend: str) -> Iterator[Iterator[np.ndarray]]:
     """Give the job's pictures (height, width, 3) RGB, rows from the top down; a thread fetches them ahead.
 
     Raises InputError when the drawing process refuses the job, PbrgError when it fails.
     """
     with tempfile.TemporaryFile() as words:
         process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "pbrg_mj.video.draw"],
+            [sys.executable, "-P", "-m", "pbrg_mj.video.worker"],
             env=environment(backend),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -51,7 +51,7 @@ def frames(job: Job, backend: str) -> Iterator[Iterator[np.ndarray]]:
 class _Ahead:
     """A thread that fetches pictures while others are encoded."""
 
-    def __init__(self, source: IO[bytes], job: Job):
+    def __init__(self, source: IO[bytes], job: RenderTask):
         self._source, self._count = source, len(job.times)
         self._size = 3 * job.size[0] * job.size[1]
         self._queue: Queue[bytes] = Queue(AHEAD)
@@ -78,7 +78,7 @@ class _Ahead:
                 return
 
 
-def _hand_over(job: Job, stdin: IO[bytes]) -> None:
+def _hand_over(job: RenderTask, stdin: IO[bytes]) -> None:
     try:
         with stdin:
             pickle.dump(job, stdin)
@@ -86,7 +86,9 @@ def _hand_over(job: Job, stdin: IO[bytes]) -> None:
         pass  # it died; what it said comes with the missing first picture
 
 
-def _pictures(job: Job, process: subprocess.Popen[bytes], ahead: _Ahead, words: BinaryIO) -> Iterator[np.ndarray]:
+def _pictures(
+    job: RenderTask, process: subprocess.Popen[bytes], ahead: _Ahead, words: BinaryIO
+) -> Iterator[np.ndarray]:
     width, height = job.size
     for _ in job.times:
         picture = ahead.next()
@@ -102,3 +104,39 @@ def _failure(process: subprocess.Popen[bytes], words: BinaryIO) -> PbrgError:
     if code == WRONG_INPUT and lines:
         return InputError(lines[-1])
     return PbrgError(f"drawing failed: {lines[-1] if lines else f'the process ended with {code}'}")
+
+
+if TYPE_CHECKING:
+    from pbrg_mj.video.settings import RenderTask
+
+WRONG_INPUT = 2
+
+
+def draw_all(job: RenderTask, out: BinaryIO) -> None:
+    """Draw the job's frames, one after the other, rows from the bottom up, RGB."""
+    from pbrg_mj.video.offscreen import OffscreenRenderer
+
+    with OffscreenRenderer(job) as stage:
+        for time in job.times.tolist():
+            out.write(stage.draw(time).data)
+        out.flush()
+
+
+def main() -> int:
+    """Do the one job; started by `pbrg_mj.video.worker` with MUJOCO_GL set."""
+    # Nothing that a library prints may come between the pictures.
+    out = os.fdopen(os.dup(1), "wb", buffering=0)
+    os.dup2(2, 1)
+    job = pickle.load(sys.stdin.buffer)
+    try:
+        draw_all(job, out)
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return WRONG_INPUT
+    except BrokenPipeError:
+        pass  # whoever wanted pictures has gone away
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -18,13 +18,11 @@ from pbrg_mj.scenario.beam_layout import beam_angles
 from pbrg_mj.scenario.checks import whole_number
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.scenario.sensors import Beams
-from pbrg_mj.world.gear_friction import set_friction
-from pbrg_mj.world.geometry import body_pose
-from pbrg_mj.world.models import load_spec
-from pbrg_mj.world.obstacles import add_obstacles
-from pbrg_mj.world.patches import add_patches, let_tyres_rule
-from pbrg_mj.world.robot import RobotModel
-from pbrg_mj.world.sampling import Sampler
+from pbrg_mj.world.actuation.friction import add_patches, prioritise_tyres, set_friction
+from pbrg_mj.world.scene.footprints import body_pose
+from pbrg_mj.world.scene.obstacles import add_obstacles
+from pbrg_mj.world.scene.robot import RobotModel, load_spec
+from pbrg_mj.world.sensors.sampling import Sampler
 
 GOLDEN_RATIO = (np.sqrt(5) - 1) / 2
 
@@ -48,7 +46,7 @@ def compose(scenario: Scenario, robot: RobotModel) -> mujoco.MjSpec:
         child = _robot_spec(scenario, j, beams=j in carriers)
         set_friction(child, scenario, robot)
         if scenario.world.patches:
-            let_tyres_rule(child, spec.geom("floor"))
+            prioritise_tyres(child, spec.geom("floor"))
         _add_robot(spec, child, j, pose)
         _add_contact_sensor(spec, j, whole_number(scenario.timing.tick, scenario.timing.physics_step))
     spec.compile()

@@ -13,26 +13,26 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.kernel import kernel
 from pbrg_mj.scenario.checks import whole_number
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.world.camera import remember_start
-from pbrg_mj.world.compose import compose
-from pbrg_mj.world.disturbances import Disturbances
-from pbrg_mj.world.geometry import wall_rectangles
-from pbrg_mj.world.interface import Observation
-from pbrg_mj.world.model_index import index_model
-from pbrg_mj.world.mujoco_world import camera_poses, true_state
-from pbrg_mj.world.robot import load_robot_model
-from pbrg_mj.world.sampling import Sampler
+from pbrg_mj.world.actuation.disturbances import Disturbances
+from pbrg_mj.world.plant.compose import compose
+from pbrg_mj.world.plant.interface import Observation
+from pbrg_mj.world.plant.physics import camera_poses, true_state
+from pbrg_mj.world.scene.footprints import wall_rectangles
+from pbrg_mj.world.scene.model_index import index_model
+from pbrg_mj.world.scene.robot import load_robot_model
+from pbrg_mj.world.sensors.camera import fill_camera_history
+from pbrg_mj.world.sensors.sampling import Sampler
 
 
-class ManyWorlds:
-    """W copies of a scenario's physics at the same time, each bit for bit what MujocoWorld makes of it.
+class PlantBatch:
+    """W copies of a scenario's physics at the same time, each bit for bit what MujocoPlant makes of it.
 
     All worlds have the same model and the same clock; pushes and dead motors are the same in all of them.
     """
 
     def __init__(self, scenario: Scenario, worlds: int, threads: int):
         """Compose the model once. Raises InputError for what cannot be stepped side by side."""
-        check_side_by_side(scenario)
+        check_batchable(scenario)
         timing, camera, beams = scenario.timing, scenario.sensors.camera, scenario.sensors.beams
         self._robot = load_robot_model()
         self._steps_per_tick = whole_number(timing.tick, timing.physics_step)
@@ -49,7 +49,7 @@ class ManyWorlds:
         self._ctrl, self._push = self._batch.bind("ctrl"), self._batch.bind("xfrc_applied")
         if self._camera.delay_steps:
             data = mujoco.MjData(model)
-            remember_start(model, data, scenario.robots, self._camera)
+            fill_camera_history(model, data, scenario.robots, self._camera)
             self._batch.bind("history")[:] = data.history
         self._batch.forward(stage=mujoco.mjtStage.mjSTAGE_VEL)
 
@@ -76,7 +76,7 @@ class ManyWorlds:
         """Hold voltages (W, n, 2) left, right [V] over one tick."""
         last = self._step + self._steps_per_tick
         while self._step < last:
-            self._ctrl[:, self._index.motor] = self._disturbances.deaden(voltage, self._step)
+            self._ctrl[:, self._index.motor] = self._disturbances.without_dead_motors(voltage, self._step)
             if self._disturbances.pushing:
                 self._push[:, self._index.body, :2] = self._disturbances.force(self._step)
             steps = min(last, self._disturbances.next_change(self._step)) - self._step
@@ -84,7 +84,7 @@ class ManyWorlds:
             self._step += steps
 
 
-def check_side_by_side(scenario: Scenario) -> None:
+def check_batchable(scenario: Scenario) -> None:
     """Raise InputError for a scenario whose plant needs more than MuJoCo within a tick, or a model of its own."""
     obstacles = {
         "plant": scenario.plant != "physics",

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pbrg_mj.world.motor_driver import quantise
-from pbrg_mj.world.robot import RobotModel
+from pbrg_mj.world.actuation.motor_driver import quantise
+from pbrg_mj.world.scene.robot import RobotModel
 
 TIME_CONSTANT = 0.01  # tau [s]
 _STEPS = 5  # least tau in physics steps
@@ -33,16 +33,18 @@ class SpeedLoop:
     pwm_levels: int  # duty cycles each way; 0: any
     step: float  # [s]
 
-    def voltage(self, wanted: np.ndarray, speed: np.ndarray, wound: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def voltage(
+        self, reference: np.ndarray, speed: np.ndarray, integral_voltage: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return voltages and the integral parts [V] after this step, all (n, 2), for speeds (n, 2) [rad/s].
 
         The integral waits while the supply is exhausted, unless that takes it back (no wind-up).
         """
-        error = wanted - speed
-        asked = self.feed_forward * wanted + self.proportional * error + wound
-        free = (np.abs(asked) <= self.supply) | (asked * error < 0)
-        wound = wound + self.integral * self.step * np.where(free, error, 0.0)
-        return quantise(np.clip(asked, -self.supply, self.supply), self.supply, self.pwm_levels), wound
+        error = reference - speed
+        unsaturated = self.feed_forward * reference + self.proportional * error + integral_voltage
+        free = (np.abs(unsaturated) <= self.supply) | (unsaturated * error < 0)
+        integral_voltage = integral_voltage + self.integral * self.step * np.where(free, error, 0.0)
+        return quantise(np.clip(unsaturated, -self.supply, self.supply), self.supply, self.pwm_levels), integral_voltage
 
 
 def speed_loop(robot: RobotModel, step: float, pwm_levels: int) -> SpeedLoop:

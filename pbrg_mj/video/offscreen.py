@@ -11,15 +11,14 @@ from typing import Self
 import mujoco
 import numpy as np
 
+from pbrg_mj.video.camera import camera_path
 from pbrg_mj.video.caption import caption, legend
-from pbrg_mj.video.job import Job
-from pbrg_mj.video.motion import latest, motion_of
-from pbrg_mj.video.overlay import Moment, Overlay
-from pbrg_mj.video.pen import Pen
-from pbrg_mj.video.puppet import Puppet
-from pbrg_mj.video.shots import shot_of
+from pbrg_mj.video.markers import Markers
+from pbrg_mj.video.overlay import FrameState, Overlay
+from pbrg_mj.video.playback import Playback, latest, motion_of
+from pbrg_mj.video.settings import RenderTask
 
-ROOM = 12_000  # geoms in a scene: fifty robots with trails, and thousands of beams
+MAX_GEOMS = 12_000  # geoms in a scene: fifty robots with trails, and thousands of beams
 # Pieces that round and flat things are drawn of: MuJoCo's own 28, 16 and 4 look the same and take a third longer.
 SLICES, STACKS, QUADS = 24, 4, 1
 AMBIENT, HEADLIGHT = 0.45, 0.22
@@ -28,15 +27,15 @@ FULL_HEIGHT = 720  # of a picture whose thinnest line is a pixel wide [pixels]
 FONT_STEP, SMALLEST_FONT, LARGEST_FONT = 50, 100, 300  # the sizes that MuJoCo has [%]
 
 
-class Stage:
+class OffscreenRenderer:
     """Draws a job's frames. A context manager; the context belongs to the thread that enters."""
 
-    def __init__(self, job: Job):
+    def __init__(self, job: RenderTask):
         """Set the scene. Raises InputError when the log's model is of no use."""
         self._job = job
         motion = motion_of(job.run.ticks)
-        self._puppet = Puppet(job.run, motion)
-        self._shot = shot_of(job, motion)
+        self._puppet = Playback(job.run, motion)
+        self._shot = camera_path(job, motion)
         self._overlay = Overlay(job.run, job.scans, motion, self._puppet.colour)
         model, (width, height) = self._puppet.model, job.size
         model.vis.global_.offwidth, model.vis.global_.offheight = width, height
@@ -47,7 +46,7 @@ class Stage:
             AMBIENT,
             HEADLIGHT,
         )  # faces that no light meets, such as a wall's, stay readable
-        self._scene = mujoco.MjvScene(model, ROOM)
+        self._scene = mujoco.MjvScene(model, MAX_GEOMS)
         self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = False
         self._free, self._option = mujoco.MjvCamera(), mujoco.MjvOption()
         self._option.flags[mujoco.mjtVisFlag.mjVIS_RANGEFINDER] = False
@@ -82,8 +81,8 @@ class Stage:
             mujoco.mjtCatBit.mjCAT_ALL,
             scene,
         )
-        moment = Moment(time, latest(job.run.ticks.time, time), self._shot(time))
-        self._overlay.draw(Pen(scene, job.size[1] / FULL_HEIGHT), moment, job.layers)
+        moment = FrameState(time, latest(job.run.ticks.time, time), self._shot(time))
+        self._overlay.draw(Markers(scene, job.size[1] / FULL_HEIGHT), moment, job.layers)
         moment.camera.place(scene, job.size)
         mujoco.mjr_render(self._view, scene, self._context)
         if "text" in job.layers:

@@ -31,7 +31,7 @@ class ModelIndex:
     earlier_contacts: np.ndarray  # (n, s) in history: the same at the s steps before
 
 
-def index_model(model: mujoco.MjModel, robots: int, carriers: tuple[int, ...], beams: int) -> ModelIndex:
+def index_model(model: mujoco.MjModel, robots: int, beam_robots: tuple[int, ...], beams: int) -> ModelIndex:
     """Look the names of `compose` up. Raises KeyError when one is missing."""
     every = range(robots)
 
@@ -54,8 +54,8 @@ def index_model(model: mujoco.MjModel, robots: int, carriers: tuple[int, ...], b
         wheel_speed=np.array([[model.joint(f"robot{j}/wheel_{s}").dofadr[0] for s in WHEELS] for j in every]),
         camera_position=position[:, None] + np.arange(2),
         camera_ahead=ahead[:, None] + np.arange(2),
-        beams=np.array([[sensor(f"robot{j}/beam{k}") for k in range(beams)] for j in carriers], dtype=int).reshape(
-            len(carriers), beams
+        beams=np.array([[sensor(f"robot{j}/beam{k}") for k in range(beams)] for j in beam_robots], dtype=int).reshape(
+            len(beam_robots), beams
         ),
         wall_contacts=np.array([sensor(f"robot{j}/wall_contacts") for j in every]),
         earlier_contacts=np.array([_history(model, model.sensor(f"robot{j}/wall_contacts").id) for j in every]),

@@ -16,7 +16,7 @@ _NOTHING = np.zeros(3)
 _UPRIGHT = np.eye(3).ravel()
 
 
-class Pen:
+class Markers:
     """Draws into what is left of a scene's room; what does not fit is left out."""
 
     def __init__(self, scene: mujoco.MjvScene, pixel: float):

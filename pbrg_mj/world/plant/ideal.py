@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.world.geometry import wall_margin, wall_rectangles
-from pbrg_mj.world.interface import Observation, Truth
-from pbrg_mj.world.robot import load_robot_model
+from pbrg_mj.world.plant.interface import Observation, Truth
+from pbrg_mj.world.scene.footprints import wall_margin, wall_rectangles
+from pbrg_mj.world.scene.robot import load_robot_model
 
 
-class IdealWorld:
+class IdealPlant:
     """Integrators without beams. Bodies trail their hand points, all headed along +x."""
 
     model_xml = ""

@@ -10,7 +10,7 @@ import numpy as np
 
 from pbrg_mj.scenario.surroundings import MovingBox, Wall, World
 
-SMOOTH = (0.2, 0.005, 0.0001)  # friction: robots slide along obstacles rather than climb them
+LOW_FRICTION = (0.2, 0.005, 0.0001)  # friction: robots slide along obstacles rather than climb them
 MOVING_COLOUR = (0.80, 0.52, 0.16, 1.0)
 
 
@@ -41,7 +41,7 @@ def _add_wall(spec: mujoco.MjSpec, name: str, wall: Wall) -> None:
         pos=[*(start + end) / 2, wall.height / 2],
         quat=[np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)],
         material="wall",
-        friction=SMOOTH,
+        friction=LOW_FRICTION,
     )
 
 
@@ -52,5 +52,5 @@ def _add_moving_box(spec: mujoco.MjSpec, name: str, box: MovingBox) -> None:
         type=mujoco.mjtGeom.mjGEOM_BOX,
         size=[box.size[0] / 2, box.size[1] / 2, box.height / 2],
         rgba=MOVING_COLOUR,
-        friction=SMOOTH,
+        friction=LOW_FRICTION,
     )

@@ -1,4 +1,4 @@
-"""What is to be filmed: the frames' times, the camera, the layers; checked before anything is drawn."""
+"""What to film: the frames' times, the camera, the layers; checked before anything is drawn."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ ROUNDING = 1e-9  # share of a frame
 
 
 @dataclass(frozen=True)
-class Cut:
+class Clip:
     """Which part of the run, how fast. None: from the first tick, to the last one."""
 
     fps: float = 30.0  # [frames/s]
@@ -30,7 +30,7 @@ class Cut:
 
 
 @dataclass(frozen=True)
-class Job:
+class RenderTask:
     """All that the drawing process needs to know."""
 
     run: Run
@@ -63,7 +63,7 @@ def shown_layers(hidden: tuple[str, ...]) -> frozenset[str]:
     return frozenset() if "all" in hidden else frozenset(LAYERS) - set(hidden)
 
 
-def frame_times(time: np.ndarray, cut: Cut, fastest: float) -> np.ndarray:
+def frame_times(time: np.ndarray, cut: Clip, fastest: float) -> np.ndarray:
     """Return the simulated time of every frame; `time` (T,) [s] are the log's ticks.
 
     `fastest` [frames/s] is the most the format can hold. Raises InputError.

@@ -8,8 +8,8 @@ from bisect import bisect_right
 import numpy as np
 
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.world.model_index import WHEELS
-from pbrg_mj.world.sampling import steps_during
+from pbrg_mj.world.scene.model_index import WHEELS
+from pbrg_mj.world.sensors.sampling import steps_during
 
 
 class Disturbances:
@@ -48,7 +48,7 @@ class Disturbances:
                 force[robot] += push
         return force
 
-    def deaden(self, voltage: np.ndarray, step: int) -> np.ndarray:
+    def without_dead_motors(self, voltage: np.ndarray, step: int) -> np.ndarray:
         """Return the voltages (..., n, 2) [V] that are left during `step`: 0 at dead motors."""
         gone = [(robot, side) for steps, robot, side in self._dead if step in steps]
         if gone:

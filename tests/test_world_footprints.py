@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from pbrg_mj.scenario.surroundings import Wall
-from pbrg_mj.world.geometry import signed_distance, wall_margin, wall_rectangles
+from pbrg_mj.world.scene.footprints import signed_distance, wall_margin, wall_rectangles
 
 
 def random_walls(rng: np.random.Generator, count: int) -> list[Wall]:

@@ -4,10 +4,18 @@ import numpy as np
 import pytest
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.video.camera import from_above, looking
-from pbrg_mj.video.job import LAYERS, Cut, Job, check_camera, check_size, frame_times, shown_layers, still_time
-from pbrg_mj.video.motion import motion_of
-from pbrg_mj.video.shots import shot_of
+from pbrg_mj.video.camera import camera_path, perspective_camera, top_camera
+from pbrg_mj.video.playback import motion_of
+from pbrg_mj.video.settings import (
+    LAYERS,
+    Clip,
+    RenderTask,
+    check_camera,
+    check_size,
+    frame_times,
+    shown_layers,
+    still_time,
+)
 from tests.runs import resting, run, scenario
 
 SIZE = (640, 360)
@@ -23,7 +31,7 @@ def moving():
 
 
 def job(camera, made):
-    return Job(made, {}, camera, SIZE, frozenset(LAYERS), made.ticks.time)
+    return RenderTask(made, {}, camera, SIZE, frozenset(LAYERS), made.ticks.time)
 
 
 def inside(pixels):
@@ -32,14 +40,14 @@ def inside(pixels):
 
 def test_from_above_metres_are_pixels():
     """A picture 360 high that shows 4 m has 90 pixels a metre; y points up."""
-    camera = from_above(np.array([1.0, 2.0]), half_height=2.0, mark=0.1)
+    camera = top_camera(np.array([1.0, 2.0]), half_height=2.0, mark=0.1)
     points = np.array([[1.0, 2.0, 0.0], [2.0, 2.0, 0.3], [1.0, 3.0, 0.0]])
     np.testing.assert_allclose(camera.project(points, SIZE), [[320, 180], [410, 180], [320, 90]], atol=1e-9)
 
 
 def test_a_perspective_shrinks_with_distance():
     """At distance d a metre to the right is half of the height over (d tan) pixels."""
-    camera = looking(np.array([0.0, -4.0, 0.0]), np.zeros(3), 0.5, 50.0, 0.1)
+    camera = perspective_camera(np.array([0.0, -4.0, 0.0]), np.zeros(3), 0.5, 50.0, 0.1)
     points = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 4.0, 0.0], [0.0, 0.0, 1.0]])
     expected = [[320, 180], [320 + 180 / 2, 180], [320 + 180 / 4, 180], [320, 180 - 180 / 2]]
     np.testing.assert_allclose(camera.project(points, SIZE), expected, atol=1e-9)
@@ -48,7 +56,7 @@ def test_a_perspective_shrinks_with_distance():
 @pytest.mark.parametrize("camera", ["top", "chase"])
 def test_team_and_reference_are_always_in_the_picture(camera):
     made = moving()
-    shot = shot_of(job(camera, made), motion_of(made.ticks))
+    shot = camera_path(job(camera, made), motion_of(made.ticks))
     for k in range(21):
         seen = np.vstack([made.ticks.hand_true[k], made.ticks.m[k], made.ticks.reference[k]])
         assert inside(shot(TICKS[k]).project(np.column_stack([seen, np.zeros(len(seen))]), SIZE))
@@ -56,7 +64,7 @@ def test_team_and_reference_are_always_in_the_picture(camera):
 
 def test_the_robot_camera_follows_its_robot():
     made = moving()
-    shot = shot_of(job("robot:2", made), motion_of(made.ticks))
+    shot = camera_path(job("robot:2", made), motion_of(made.ticks))
     for k in (0, 10, 20):
         x, y, _ = made.ticks.body_pose_true[k, 1]
         (pixel,) = shot(TICKS[k]).project(np.array([[x, y, 0.02]]), SIZE)
@@ -68,33 +76,33 @@ def test_a_run_that_diverges_still_has_a_picture():
     made = moving()
     made.ticks.hand_true[15:] = 1e200
     made.ticks.hand_true[18:] = np.nan
-    camera = shot_of(job("top", made), motion_of(made.ticks))(0.0)
+    camera = camera_path(job("top", made), motion_of(made.ticks))(0.0)
     assert camera.half_height < 50
-    assert np.isfinite(shot_of(job("chase", made), motion_of(made.ticks))(9.0).eye).all()
+    assert np.isfinite(camera_path(job("chase", made), motion_of(made.ticks))(9.0).eye).all()
 
 
 def test_frames_are_evenly_spaced_and_end_before_the_end():
-    times = frame_times(TICKS, Cut(fps=10.0, speed=2.0, start=1.0, end=4.0), 240.0)
+    times = frame_times(TICKS, Clip(fps=10.0, speed=2.0, start=1.0, end=4.0), 240.0)
     np.testing.assert_allclose(times, 1.0 + 0.2 * np.arange(15))
-    assert len(frame_times(TICKS, Cut(fps=30.0), 240.0)) == 300
-    np.testing.assert_array_equal(frame_times(TICKS[:1], Cut(), 240.0), [0.0])
+    assert len(frame_times(TICKS, Clip(fps=30.0), 240.0)) == 300
+    np.testing.assert_array_equal(frame_times(TICKS[:1], Clip(), 240.0), [0.0])
     np.testing.assert_array_equal(still_time(TICKS, None), [10.0])
 
 
 @pytest.mark.parametrize(
     ("call", "says"),
     [
-        (lambda: frame_times(TICKS, Cut(fps=0.0), 240.0), "the fps is 0; allowed: 0.001 to 240"),
-        (lambda: frame_times(TICKS, Cut(fps=float("nan")), 240.0), "the fps is nan"),
-        (lambda: frame_times(TICKS, Cut(fps=1e-9), 240.0), "the fps is 1e-09; allowed: 0.001 to 240"),
-        (lambda: frame_times(TICKS, Cut(fps=60.0), 50.0), "the fps is 60; allowed: 0.001 to 50"),
-        (lambda: frame_times(TICKS, Cut(speed=-1.0), 240.0), "the speed is -1"),
-        (lambda: frame_times(TICKS, Cut(start=11.0), 240.0), "the time is 11 s; the log has 0 to 10 s"),
+        (lambda: frame_times(TICKS, Clip(fps=0.0), 240.0), "the fps is 0; allowed: 0.001 to 240"),
+        (lambda: frame_times(TICKS, Clip(fps=float("nan")), 240.0), "the fps is nan"),
+        (lambda: frame_times(TICKS, Clip(fps=1e-9), 240.0), "the fps is 1e-09; allowed: 0.001 to 240"),
+        (lambda: frame_times(TICKS, Clip(fps=60.0), 50.0), "the fps is 60; allowed: 0.001 to 50"),
+        (lambda: frame_times(TICKS, Clip(speed=-1.0), 240.0), "the speed is -1"),
+        (lambda: frame_times(TICKS, Clip(start=11.0), 240.0), "the time is 11 s; the log has 0 to 10 s"),
         (
-            lambda: frame_times(TICKS, Cut(start=5.0, end=4.0), 240.0),
+            lambda: frame_times(TICKS, Clip(start=5.0, end=4.0), 240.0),
             "the end is 4 s; allowed: from the start, 5 s",
         ),
-        (lambda: frame_times(TICKS, Cut(end=float("nan")), 240.0), "the end is nan s"),
+        (lambda: frame_times(TICKS, Clip(end=float("nan")), 240.0), "the end is nan s"),
         (lambda: still_time(TICKS, -1.0), "the time is -1 s"),
         (lambda: check_camera("robot:3", 2), "no camera 'robot:3'; allowed: top, chase, robot:1 to robot:2"),
         (lambda: check_camera("robot:0", 2), "no camera"),

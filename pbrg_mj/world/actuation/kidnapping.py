@@ -1,4 +1,4 @@
-"""Robots that are lifted off the floor and put down elsewhere."""
+"""Kidnapped robots: lifted off the floor and put down elsewhere."""
 
 # MuJoCo ships no type stubs for its compiled modules.
 # pyright: reportAttributeAccessIssue=false
@@ -11,17 +11,17 @@ import mujoco
 import numpy as np
 
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.world.geometry import body_pose
-from pbrg_mj.world.model_index import ModelIndex
-from pbrg_mj.world.robot import RobotModel
-from pbrg_mj.world.sampling import steps_during
+from pbrg_mj.world.scene.footprints import body_pose
+from pbrg_mj.world.scene.model_index import ModelIndex
+from pbrg_mj.world.scene.robot import RobotModel
+from pbrg_mj.world.sensors.sampling import steps_during
 
 ABOVE = 0.5  # the tallest obstacle the lowest robot hovers [m]
 APART = 0.1  # robots hover above each other, so that they cannot meet in the air [m]
 
 
 @dataclass(frozen=True)
-class Carry:
+class Kidnapping:
     """One carry in physics steps and body poses."""
 
     robot: int
@@ -30,22 +30,22 @@ class Carry:
 
 
 @dataclass(frozen=True)
-class Lift:
+class LiftPose:
     """Where a carried robot was, as poses (3,) of its body."""
 
     true: np.ndarray  # when it was lifted
     seen: np.ndarray  # in the camera's last frame before
 
 
-class Carries:
+class Kidnappings:
     """All carries of a run. A robot in the air hovers, upright and still, over the place where it was lifted."""
 
     def __init__(self, scenario: Scenario, robot: RobotModel, start: np.ndarray):
         """Turn seconds into physics steps; `start` (n, 3) are the bodies' poses, which the camera knows at first."""
         step, around = scenario.timing.physics_step, scenario.world
         # In the order of time: a robot that is lifted as it is put down has been put down first.
-        self._carries = [
-            Carry(
+        self._kidnappings = [
+            Kidnapping(
                 robot=carry.robot - 1,
                 steps=steps_during(carry.time, carry.duration, step),
                 destination=body_pose(np.array(carry.to), np.deg2rad(carry.heading_deg), robot.hand_offset),
@@ -54,33 +54,35 @@ class Carries:
         ]
         self._hover = ABOVE + max((thing.height for thing in (*around.obstacles, *around.moving_boxes)), default=0.0)
         self._seen = start.copy()  # by the camera's newest frame
-        self._lifts: dict[int, Lift] = {}
+        self._lift_poses: dict[int, LiftPose] = {}
 
     def place(self, model: mujoco.MjModel, data: mujoco.MjData, index: ModelIndex, step: int) -> None:
         """Lift, hold or put down whom physics step `step` finds carried, before positions are worked out."""
-        for number, carry in enumerate(self._carries):
+        for number, carry in enumerate(self._kidnappings):
             if step == carry.steps.start:
-                self._lifts[number] = Lift(_pose(data, index, carry.robot), self._seen[carry.robot].copy())
+                self._lift_poses[number] = LiftPose(_pose(data, index, carry.robot), self._seen[carry.robot].copy())
             if step in carry.steps:
-                _put(model, data, index, carry.robot, (self._lifts[number].true, self._hover + APART * carry.robot))
+                _set_pose(
+                    model, data, index, carry.robot, (self._lift_poses[number].true, self._hover + APART * carry.robot)
+                )
             elif step == carry.steps.stop:
-                _put(model, data, index, carry.robot, (carry.destination, 0.0))
+                _set_pose(model, data, index, carry.robot, (carry.destination, 0.0))
 
-    def aloft(self, step: int) -> np.ndarray:
+    def lifted(self, step: int) -> np.ndarray:
         """Return the robots (k,) that are off the floor at `step`."""
-        return np.array([carry.robot for carry in self._carries if step in carry.steps], dtype=int)
+        return np.array([carry.robot for carry in self._kidnappings if step in carry.steps], dtype=int)
 
-    def watch(self, pose: np.ndarray, step: int) -> None:
+    def record_frame(self, pose: np.ndarray, step: int) -> None:
         """Take the poses (n, 3) in a camera frame taken at `step`; robots off the floor are not in it."""
-        on_floor = np.setdiff1d(np.arange(len(pose)), self.aloft(step))
+        on_floor = np.setdiff1d(np.arange(len(pose)), self.lifted(step))
         self._seen[on_floor] = pose[on_floor]
 
-    def camera(self, pose: np.ndarray, taken: int) -> np.ndarray:
+    def camera_readings(self, pose: np.ndarray, taken: int) -> np.ndarray:
         """Return the camera's readings (n, 3) of a frame taken at step `taken`: whom it does not see stays in place."""
         pose = pose.copy()
-        for number, carry in enumerate(self._carries):
+        for number, carry in enumerate(self._kidnappings):
             if taken in carry.steps:
-                pose[carry.robot] = self._lifts[number].seen
+                pose[carry.robot] = self._lift_poses[number].seen
         return pose
 
 
@@ -90,7 +92,7 @@ def _pose(data: mujoco.MjData, index: ModelIndex, robot: int) -> np.ndarray:
     return np.array([x, y, np.arctan2(2 * (w * k + i * j), 1 - 2 * (j * j + k * k))])
 
 
-def _put(model: mujoco.MjModel, data: mujoco.MjData, index: ModelIndex, robot: int, where: tuple) -> None:
+def _set_pose(model: mujoco.MjModel, data: mujoco.MjData, index: ModelIndex, robot: int, where: tuple) -> None:
     """Put a robot's body upright and at rest at a pose (3,), so many metres above the floor."""
     (x, y, heading), above = where
     joint, dofs = index.free_joint[robot], index.dofs[robot]

@@ -1,0 +1,117 @@
+"""Friction of gears, bearings and rolling, in the motors' LuGre element, and how it changes between working areas.
+
+Rolling resistance of coefficient c turns a wheel of load N and radius r with c N r against its motion, and holds it
+with as much at rest. It is added to the LuGre Coulomb and static torques because bristles hold without creeping:
+MuJoCo's own rolling friction of contacts is a soft constraint, which lets a robot creep by up to 1e-3 m/s below
+breakaway (docs/physics.md has the measurement).
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import mujoco
+import numpy as np
+
+from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.world.scene.floor import floor_of
+from pbrg_mj.world.scene.model_index import WHEELS
+from pbrg_mj.world.scene.robot import BIAS_FRICTION, DYN_BRISTLES, RobotModel, load_spec
+
+# MuJoCo ships no type stubs for its compiled modules.
+# pyright: reportAttributeAccessIssue=false
+
+
+_SETTLED = 1.0  # [s] after which the robot stands still on its contacts
+
+
+def friction_torques(robot: RobotModel, scale: float, rolling_resistance: np.ndarray) -> np.ndarray:
+    """Return Coulomb and static torque (..., 2) [N m] of wheels on floors of `rolling_resistance` (...,) [-]."""
+    gear = scale * np.array([robot.coulomb_torque, robot.static_torque])
+    if not np.any(rolling_resistance):
+        return np.broadcast_to(gear, (*np.shape(rolling_resistance), 2))
+    return gear + (rolling_resistance * wheel_load() * robot.wheel_radius)[..., None]
+
+
+def set_friction(child: mujoco.MjSpec, scenario: Scenario, robot: RobotModel) -> None:
+    """Give a robot's motors the friction of `drive.friction` and the bare floor; no element where there is none."""
+    resistance = floor_of(scenario.world).rolling_resistance
+    coulomb_static = friction_torques(robot, scenario.drive.friction, resistance)[0]
+    frictionless = scenario.drive.friction == 0 and not resistance.any()
+    for side in WHEELS:
+        motor = child.actuator(f"motor_{side}")
+        motor.biasprm = _replaced(motor.biasprm, BIAS_FRICTION, coulomb_static)
+        if frictionless:
+            motor.dynprm = _replaced(motor.dynprm, DYN_BRISTLES, 0.0)
+            motor.actdim = 0
+
+
+@cache
+def wheel_load() -> float:
+    """Return the force [N] between one wheel and a level floor while the robot stands; the casters bear the rest."""
+    arena = load_spec("arena")
+    arena.attach(load_spec("robot"), prefix="robot/", frame=arena.worldbody.add_frame())
+    model = arena.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, nstep=round(_SETTLED / model.opt.timestep))
+    tyre, force = model.geom("robot/tyre_left").id, np.zeros(6)
+    contact = int(np.flatnonzero((data.contact.geom == tyre).any(axis=1))[0])
+    mujoco.mj_contactForce(model, data, contact, force)
+    return float(force[0])
+
+
+def _replaced(numbers: np.ndarray, place: slice, values: np.ndarray | float) -> np.ndarray:
+    changed = np.array(numbers)
+    changed[place] = values
+    return changed
+
+
+# MuJoCo ships no type stubs for its compiled modules.
+# pyright: reportAttributeAccessIssue=false
+
+
+_THICKNESS = 2e-4  # of a patch's picture [m]; patches collide with nothing
+
+
+class WheelFriction:
+    """Looks up what lies under each wheel and gives its tyre and its motor the friction of that area."""
+
+    def __init__(self, scenario: Scenario, robot: RobotModel, model: mujoco.MjModel):
+        """Find the wheels of a model that `add_patches` and `prioritise_tyres` prepared."""
+        names = [f"robot{j}/{{}}_{side}" for j in range(scenario.robots) for side in WHEELS]
+        self._model = model
+        self._wheel = np.array([model.body(name.format("wheel")).id for name in names])
+        self._tyre = np.array([model.geom(name.format("tyre")).id for name in names])
+        self._motor = np.array([model.actuator(name.format("motor")).id for name in names])
+        self._floor = floor_of(scenario.world)
+        self._torques = friction_torques(robot, scenario.drive.friction, self._floor.rolling_resistance)
+
+    def update(self, data: mujoco.MjData) -> None:
+        """Let every wheel feel the area below its centre from the next collision check on."""
+        area = self._floor.area(data.xpos[self._wheel, :2])
+        self._model.geom_friction[self._tyre, 0] = self._floor.friction[area]
+        self._model.actuator_biasprm[self._motor, BIAS_FRICTION] = self._torques[area]
+
+
+def add_patches(spec: mujoco.MjSpec, scenario: Scenario) -> None:
+    """Draw the patches on the floor, a later one above earlier ones; brownish where wheels roll harder, else bluish."""
+    floor = floor_of(scenario.world)
+    for k, (low, high) in enumerate(zip(floor.low, floor.high, strict=True)):
+        rougher = floor.rolling_resistance[k + 1] > floor.rolling_resistance[0]
+        spec.worldbody.add_geom(
+            name=f"patch{k}",
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            size=[*(high - low) / 2, _THICKNESS * (k + 1) / 2],
+            pos=[*(low + high) / 2, _THICKNESS * (k + 1) / 2],
+            rgba=[0.72, 0.60, 0.45, 1] if rougher else [0.62, 0.74, 0.86, 1],
+            contype=0,
+            conaffinity=0,
+        )
+
+
+def prioritise_tyres(child: mujoco.MjSpec, floor: mujoco.MjsGeom) -> None:
+    """Give a robot's tyres the floor's contact parameters and a higher priority, so that each can differ by place."""
+    for side in WHEELS:
+        tyre = child.geom(f"tyre_{side}")
+        tyre.priority = floor.priority + 1
+        tyre.friction, tyre.solref, tyre.solimp = floor.friction, floor.solref, floor.solimp

@@ -1,0 +1,1 @@
+"""What the robots' sensors read, and when."""

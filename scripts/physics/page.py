@@ -171,9 +171,9 @@ def _drives(found: dict) -> str:
 {_table(rows)}
 Both scale a robot's two commands together, so that it keeps its direction when it cannot keep its speed. The loop is
 proportional-integral with feed-forward at the physics rate; its gains follow from the model and one time constant of
-10 ms (`pbrg_mj/world/actuation/speed_loop.py`). It is not MuJoCo's own velocity input, whose integral needs a position set-point,
-and which no duty cycles can stand behind. `drive.pwm_levels` rounds voltages of either drive to the duty cycles of a
-motor driver. The loop measures wheel speeds exactly; an encoder's steps are not modelled."""
+10 ms (`pbrg_mj/world/actuation/speed_loop.py`). It is not MuJoCo's own velocity input, whose integral needs a position
+set-point, and which no duty cycles can stand behind. `drive.pwm_levels` rounds voltages of either drive to the duty
+cycles of a motor driver. The loop measures wheel speeds exactly; an encoder's steps are not modelled."""
 
 
 def _floor(found: dict) -> str:

@@ -9,11 +9,11 @@ from pathlib import Path
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.bundled import bundled_scenarios
-from pbrg_mj.scenario.document import MOST_BYTES, TOO_LARGE, Document, read_document, write_document
-from pbrg_mj.scenario.overrides import apply_overrides
+from pbrg_mj.scenario.parse.document import MOST_BYTES, TOO_LARGE, Document, read_document, write_document
+from pbrg_mj.scenario.parse.overrides import apply_overrides
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.scenario.validation import build
-from pbrg_mj.scenario.words import show
+from pbrg_mj.scenario.parse.validation import build
+from pbrg_mj.scenario.diagnostics import yaml_text
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ def _document(text: str, file: str) -> Document:
         raise InputError("is empty; allowed: a scenario in YAML", file=file, line=1)
     if not isinstance(document.data, dict):
         raise InputError(
-            f"is no scenario: its top level is {show(document.data)}; allowed: keys and values in YAML",
+            f"is no scenario: its top level is {yaml_text(document.data)}; allowed: keys and values in YAML",
             file=file,
             line=1,
         )
@@ -73,7 +73,7 @@ def _find(source: str | Path) -> tuple[Path, str]:
         raise InputError("is a folder; allowed: a scenario's YAML file", file=str(path))
     near = difflib.get_close_matches(name, bundled, n=1)
     hint = f"did you mean {near[0]}?" if near else "see: pbrg list"
-    raise InputError(f"{show(str(source))} is neither a file nor a bundled scenario; {hint}")
+    raise InputError(f"{yaml_text(str(source))} is neither a file nor a bundled scenario; {hint}")
 
 
 def _is_there(path: Path) -> bool:

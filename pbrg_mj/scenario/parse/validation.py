@@ -8,12 +8,12 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from pbrg_mj.scenario.checks import check
-from pbrg_mj.scenario.describe import describe_at, describe_field, keys, section_at
-from pbrg_mj.scenario.document import Document
-from pbrg_mj.scenario.findings import Finding, first_error
+from pbrg_mj.errors import InputError
+from pbrg_mj.scenario.checks.check import check
+from pbrg_mj.scenario.schema.describe import describe_at, describe_field, keys, section_at
+from pbrg_mj.scenario.parse.document import Document
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.scenario.words import Path, show
+from pbrg_mj.scenario.diagnostics import Diagnostic, KeyPath, dotted_key, yaml_text
 
 
 def build(document: Document, file: str) -> Scenario:
@@ -24,12 +24,35 @@ def build(document: Document, file: str) -> Scenario:
     try:
         # Strict: neither `true` nor "1" is a number. By alias: a wall has `from` and `to`, no second spelling.
         scenario = Scenario.model_validate(_tuples(document.data), strict=True, by_alias=True, by_name=False)
-        findings: Sequence[Finding] = check(scenario)
+        diagnostics: Sequence[Diagnostic] = check(scenario)
     except ValidationError as error:
-        raise first_error(_findings(error, document.data), document, file) from None
-    if findings:
-        raise first_error(findings, document, file)
+        raise _first_error(_diagnostics(error, document.data), document, file) from None
+    if diagnostics:
+        raise _first_error(diagnostics, document, file)
     return scenario
+
+
+def _first_error(diagnostics: Sequence[Diagnostic], document: Document, file: str) -> InputError:
+    """Return the error that reports the first diagnostic, and how many more there are.
+
+    First are those that an override caused, then those of the file in the order of its lines.
+    """
+    origins = [_origin(diagnostic.path, document) for diagnostic in diagnostics]
+    order = [0 if isinstance(origin, str) else origin for origin in origins]
+    first = min(range(len(diagnostics)), key=lambda k: (order[k], k))
+    diagnostic, origin = diagnostics[first], origins[first]
+    more = f" (and {len(diagnostics) - 1} more)" if len(diagnostics) > 1 else ""
+    if isinstance(origin, str):
+        return InputError(f"{diagnostic.message}; set by override {origin!r}{more}", key=dotted_key(diagnostic.path))
+    return InputError(diagnostic.message + more, file=file, line=origin, key=dotted_key(diagnostic.path))
+
+
+def _origin(path: KeyPath, document: Document) -> int | str:
+    """Return where the entry came from, or the nearest section around it when it stands nowhere itself."""
+    for length in range(len(path), -1, -1):
+        if path[:length] in document.origins:
+            return document.origins[path[:length]]
+    return 1
 
 
 def _tuples(data: Any) -> Any:
@@ -39,44 +62,44 @@ def _tuples(data: Any) -> Any:
     return tuple(map(_tuples, data)) if isinstance(data, list) else data
 
 
-def _findings(error: ValidationError, data: Any) -> list[Finding]:
+def _diagnostics(error: ValidationError, data: Any) -> list[Diagnostic]:
     """Return pydantic's errors, unknown keys first, one a place and only the innermost, in our words."""
     items = error.errors(include_url=False, include_context=False, include_input=False)
     unknown = [item["loc"] for item in items if item["type"] == "extra_forbidden"]
     # A key that is misspelt is not missing as well.
     meant = {(*loc[:-1], _nearest(loc)) for loc in unknown}
-    found: dict[Path, Finding] = {loc: Finding(loc, _unknown(loc)) for loc in unknown}
+    found: dict[KeyPath, Diagnostic] = {loc: Diagnostic(loc, _unknown(loc)) for loc in unknown}
     for item in items:
         if item["type"] == "missing" and item["loc"] in meant:
             continue
         if item["type"] != "extra_forbidden":
-            finding = _finding(item, data)
-            found.setdefault(finding.path, finding)
+            diagnostic = _diagnostic(item, data)
+            found.setdefault(diagnostic.path, diagnostic)
     outer = {path[:length] for path in found for length in range(len(path))}
-    return [finding for path, finding in found.items() if path not in outer]
+    return [diagnostic for path, diagnostic in found.items() if path not in outer]
 
 
-def _finding(item: Mapping[str, Any], data: Any) -> Finding:
+def _diagnostic(item: Mapping[str, Any], data: Any) -> Diagnostic:
     kind, loc = item["type"], item["loc"]
     path, value = _locate(loc, data)
     if kind == "missing" and isinstance(loc[-1], str):
         field = keys(section_at(path))[loc[-1]]
         meaning = f" ({field.description})" if field.description else ""
-        return Finding((*path, loc[-1]), f"is missing; required: {describe_field(field)}{meaning}")
+        return Diagnostic((*path, loc[-1]), f"is missing; required: {describe_field(field)}{meaning}")
     if kind == "too_short" and isinstance(path[-1], str):
         meaning = keys(section_at(path[:-1]))[path[-1]].description
-        return Finding(path, f"is empty; allowed: {describe_at(path)} ({meaning})")
+        return Diagnostic(path, f"is empty; allowed: {describe_at(path)} ({meaning})")
     quoted = isinstance(value, str) and kind in ("float_type", "int_type") and _is_number(value)
     hint = " (a number stands without quotes)" if quoted else ""
-    return Finding(path, f"is {show(value)}; allowed: {describe_at(path)}{hint}")
+    return Diagnostic(path, f"is {yaml_text(value)}; allowed: {describe_at(path)}{hint}")
 
 
-def _locate(loc: tuple[str | int, ...], data: Any) -> tuple[Path, Any]:
+def _locate(loc: tuple[str | int, ...], data: Any) -> tuple[KeyPath, Any]:
     """Return the part of pydantic's location that is in the data, and the value there.
 
     The rest names members of unions, or entries that are missing.
     """
-    path: Path = ()
+    path: KeyPath = ()
     for part in loc:
         entries: Any = dict(enumerate(data)) if isinstance(data, list) else data
         if isinstance(entries, dict) and part in entries:
@@ -84,17 +107,17 @@ def _locate(loc: tuple[str | int, ...], data: Any) -> tuple[Path, Any]:
     return path, data
 
 
-def _unknown(path: Path) -> str:
+def _unknown(path: KeyPath) -> str:
     near = _nearest(path)
     return f"is unknown; did you mean `{near}`?" if near else f"is unknown; known: {', '.join(_known(path))}"
 
 
-def _nearest(path: Path) -> str | None:
+def _nearest(path: KeyPath) -> str | None:
     near = difflib.get_close_matches(str(path[-1]), _known(path), n=1)
     return near[0] if near else None
 
 
-def _known(path: Path) -> list[str]:
+def _known(path: KeyPath) -> list[str]:
     return list(keys(section_at(path[:-1])))
 
 

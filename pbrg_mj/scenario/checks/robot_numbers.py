@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from pbrg_mj.scenario.findings import Finding
+from pbrg_mj.scenario.diagnostics import Diagnostic, KeyPath
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.scenario.words import Path
 
 
-def robot_numbers(scenario: Scenario) -> Iterator[Finding]:
+def robot_numbers(scenario: Scenario) -> Iterator[Diagnostic]:
     """Yield numbers of robots that are not there, and robots listed twice."""
     n = scenario.robots
     yield from _listed(("team", "leaders"), scenario.team.leaders, n)
@@ -20,13 +19,13 @@ def robot_numbers(scenario: Scenario) -> Iterator[Finding]:
         yield from in_range(path, robot, n)
 
 
-def in_range(path: Path, robot: int, n: int) -> Iterator[Finding]:
-    """Yield a finding if there is no robot of that number, counted from 1, among n."""
+def in_range(path: KeyPath, robot: int, n: int) -> Iterator[Diagnostic]:
+    """Yield a diagnostic if there is no robot of that number, counted from 1, among n."""
     if robot > n:
-        yield Finding(path, f"is robot {robot}; allowed: 1 to {n}, the number of robots in team.start")
+        yield Diagnostic(path, f"is robot {robot}; allowed: 1 to {n}, the number of robots in team.start")
 
 
-def _single(scenario: Scenario) -> Iterator[tuple[Path, int]]:
+def _single(scenario: Scenario) -> Iterator[tuple[KeyPath, int]]:
     """Yield the entries that concern one robot each."""
     happen = scenario.disturbances
     entries = {
@@ -44,8 +43,8 @@ def _single(scenario: Scenario) -> Iterator[tuple[Path, int]]:
             yield ("network", "links", k, "robots", end), robot
 
 
-def _listed(path: Path, robots: Sequence[int], n: int) -> Iterator[Finding]:
+def _listed(path: KeyPath, robots: Sequence[int], n: int) -> Iterator[Diagnostic]:
     for k, robot in enumerate(robots):
         yield from in_range((*path, k), robot, n)
         if robot in robots[:k]:
-            yield Finding((*path, k), f"is {robot}, which stands in the list twice; allowed: each robot once")
+            yield Diagnostic((*path, k), f"is {robot}, which stands in the list twice; allowed: each robot once")

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import pairwise
 
-from pbrg_mj.scenario.findings import Finding
+from pbrg_mj.scenario.diagnostics import Diagnostic, yaml_text
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.scenario.words import show
 
 LONGEST_DELAY = 10.0  # [s]
 PHYSICS_ONLY: tuple[tuple[str, ...], ...] = (
@@ -27,7 +26,7 @@ PHYSICS_ONLY: tuple[tuple[str, ...], ...] = (
 )
 
 
-def physical(scenario: Scenario) -> Iterator[Finding]:
+def physics(scenario: Scenario) -> Iterator[Diagnostic]:
     """Yield what the ideal plant would ignore; in physics, delays and disturbances that cannot be."""
     if scenario.plant == "ideal":
         yield from _ignored(scenario)
@@ -37,7 +36,7 @@ def physical(scenario: Scenario) -> Iterator[Finding]:
     yield from _carries(scenario)
 
 
-def _ignored(scenario: Scenario) -> Iterator[Finding]:
+def _ignored(scenario: Scenario) -> Iterator[Diagnostic]:
     for path in PHYSICS_ONLY:
         *sections, key = path
         section = scenario
@@ -45,38 +44,38 @@ def _ignored(scenario: Scenario) -> Iterator[Finding]:
             section = getattr(section, name)
         value = getattr(section, key)
         if value != type(section).model_fields[key].default:
-            what = "given" if isinstance(value, tuple) else show(value)
-            yield Finding(path, f"is {what}, which the ideal plant knows nothing of; allowed: with `plant: physics`")
+            what = "given" if isinstance(value, tuple) else yaml_text(value)
+            yield Diagnostic(path, f"is {what}, which the ideal plant knows nothing of; allowed: with `plant: physics`")
 
 
-def _delays(scenario: Scenario) -> Iterator[Finding]:
+def _delays(scenario: Scenario) -> Iterator[Diagnostic]:
     camera, radio = scenario.sensors.camera, scenario.radio
     if camera.delay > LONGEST_DELAY:
-        yield Finding(("sensors", "camera", "delay"), f"is {camera.delay} s; allowed: at most {LONGEST_DELAY} s")
+        yield Diagnostic(("sensors", "camera", "delay"), f"is {camera.delay} s; allowed: at most {LONGEST_DELAY} s")
     if radio.delay + radio.jitter > LONGEST_DELAY:
-        yield Finding(
+        yield Diagnostic(
             ("radio",), f"has delay and jitter of {radio.delay + radio.jitter} s; allowed: at most {LONGEST_DELAY} s"
         )
 
 
-def _durations(scenario: Scenario) -> Iterator[Finding]:
+def _durations(scenario: Scenario) -> Iterator[Diagnostic]:
     happen, step = scenario.disturbances, scenario.timing.physics_step
     for name, entries in (("pushes", happen.pushes), ("dead_motors", happen.dead_motors), ("carries", happen.carries)):
         for k, entry in enumerate(entries):
             if entry.duration is not None and entry.duration < step:
-                yield Finding(
+                yield Diagnostic(
                     ("disturbances", name, k, "duration"),
                     f"is {entry.duration} s; allowed: at least timing.physics_step, {step} s",
                 )
 
 
-def _carries(scenario: Scenario) -> Iterator[Finding]:
+def _carries(scenario: Scenario) -> Iterator[Diagnostic]:
     """Yield carries that lift a robot which is still in the air."""
     in_time = sorted(enumerate(scenario.disturbances.carries), key=lambda entry: (entry[1].robot, entry[1].time))
     for (_, before), (k, after) in pairwise(in_time):
         down = before.time + before.duration
         if before.robot == after.robot and after.time < down:
-            yield Finding(
+            yield Diagnostic(
                 ("disturbances", "carries", k, "time"),
                 f"is {after.time} s, with robot {after.robot} still in the air; allowed: {down} s or later",
             )

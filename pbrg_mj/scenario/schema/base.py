@@ -1,10 +1,11 @@
-"""What all sections of a scenario share."""
+"""What all sections share."""
 
 from __future__ import annotations
 
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
+
 
 Vector = tuple[float, float]
 Positive = Annotated[float, Field(gt=0)]

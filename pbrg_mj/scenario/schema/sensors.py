@@ -1,12 +1,14 @@
-"""What the robots see with. SI units unless the key says otherwise."""
+"""`sensors`: range beams and the overhead camera. SI units unless the key says otherwise."""
 
 from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import Field, model_validator
 
-from pbrg_mj.scenario.base import NonNegative, Positive, Probability, RobotNumber, Section
+from pbrg_mj.scenario.schema.base import NonNegative, Positive, Probability, RobotNumber, Section
+
 
 PRESETS: dict[str, dict[str, float | int]] = {
     "ideal": {"noise_std": 0.0},
@@ -85,7 +87,7 @@ class Beams(Section):
 
 
 class Camera(Section):
-    """Overhead camera that tells every robot its own pose. A robot that is carried is told where it was seen last."""
+    """Overhead camera that tells every robot its own pose. A robot that is carried is message where it was seen last."""
 
     rate_hz: Positive = Field(default=30.0, description="frames per second [Hz]")
     position_std: NonNegative = Field(default=0.001, description="standard deviation of x and y [m]")
@@ -100,3 +102,14 @@ class Sensors(Section):
 
     beams: Beams = Beams()
     camera: Camera = Camera()
+
+
+def beam_angles(beams: Beams) -> np.ndarray:
+    """Return the directions (count,) [rad] of the beams from straight ahead, counter-clockwise, ascending.
+
+    A sweep of 360 degrees spreads them evenly round the circle, the first beam's direction being met again by the
+    beam after the last. Any other sweep reaches from the first beam to the last inclusive. One beam is the first.
+    """
+    count, sweep = beams.count, np.deg2rad(beams.sweep_deg)
+    gaps = count if beams.sweep_deg == 360 else max(count - 1, 1)
+    return np.deg2rad(beams.start_deg) + sweep * np.arange(count) / gaps

@@ -1,12 +1,25 @@
-"""From the scenario's graph to pairs of robots."""
+"""`graph`: which robots exchange messages."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Literal
 
-from pbrg_mj.scenario.schema import Graph
+from pydantic import Field
+
+from pbrg_mj.scenario.schema.base import RobotNumber, Section
+
 
 Edge = tuple[int, int]
+
+
+class Graph(Section):
+    """Who talks to whom: fixed, undirected, connected."""
+
+    kind: Literal["ring", "path", "complete", "edges"] = Field(default="ring", description="shape of the network")
+    edges: tuple[tuple[RobotNumber, RobotNumber], ...] = Field(
+        default=(), description="pairs of robots, for `kind: edges`"
+    )
 
 
 def edge_list(graph: Graph, n: int) -> tuple[Edge, ...]:

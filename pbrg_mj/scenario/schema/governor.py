@@ -1,4 +1,4 @@
-"""How the team is governed: pre-stabiliser, network, distributed governor, centralized reference. SI units."""
+"""`control`, `governor` and `reference`: pre-stabiliser, reference governor, centralized optimum."""
 
 from __future__ import annotations
 
@@ -6,9 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from pbrg_mj.scenario.base import NonNegative, Positive, Probability, RobotNumber, Section
-
-Rounds = Annotated[int, Field(ge=0)]
+from pbrg_mj.scenario.schema.base import NonNegative, Positive, Section
 
 
 class Control(Section):
@@ -24,40 +22,6 @@ class Control(Section):
     )
     speed_facets: Annotated[int, Field(ge=3, le=64)] = Field(
         default=8, description="sides of the regular polygon inside the disc of `speed_limit`"
-    )
-
-
-class Link(Section):
-    """A link between two robots that differs from the others."""
-
-    robots: tuple[RobotNumber, RobotNumber] = Field(description="its two ends")
-    delay_rounds: Rounds = Field(description="rounds from sending to use, both ways")
-
-
-class Silence(Section):
-    """A robot that neither sends nor hears for a while."""
-
-    robot: RobotNumber = Field(description="the robot concerned")
-    time: NonNegative = Field(description="from when on [s]")
-    duration: Positive | None = Field(default=None, description="for how long [s]; null: for good")
-
-
-class Network(Section):
-    """What happens to the governor's messages on the links of the graph."""
-
-    exchange: Literal["plain", "scattering"] = Field(
-        default="plain", description="messages are estimates as in the paper, or wave variables (arXiv 1609.04666)"
-    )
-    impedance: Positive = Field(default=2.0, description="of the waves, for `exchange: scattering` [-]")
-    delay_rounds: Rounds = Field(default=0, description="rounds from sending to use; waves need at least 1")
-    links: tuple[Link, ...] = Field(default=(), description="links with a delay of their own")
-    loss: Probability = Field(default=0.0, description="share of messages lost [-]; the last one that came is held")
-    loss_burst: Annotated[float, Field(ge=1)] | None = Field(
-        default=None, description="mean length of a run of lost messages, in rounds [-]; null: losses are independent"
-    )
-    silences: tuple[Silence, ...] = Field(default=(), description="robots that fall silent")
-    silent_after: Positive = Field(
-        default=0.5, description="a neighbour that has not been heard for this long counts as lost [s]"
     )
 
 

@@ -1,13 +1,12 @@
-"""What stands around the robots and what happens to them. SI units."""
+"""`world`: walls, boxes and the floor."""
 
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
 
 from pydantic import Field
 
-from pbrg_mj.scenario.base import NonNegative, Positive, RobotNumber, Section, Vector
+from pbrg_mj.scenario.schema.base import NonNegative, Positive, Section, Vector
 
 
 class Wall(Section):
@@ -86,69 +85,3 @@ class World(Section):
     def obstacles(self) -> tuple[Wall, ...]:
         """All that stands still and must not be touched: the walls, then the boxes as walls."""
         return (*self.walls, *(box.as_wall() for box in self.boxes))
-
-
-class Push(Section):
-    """A force on a robot's body, at its centre of mass; times are rounded up to whole physics steps."""
-
-    robot: RobotNumber = Field(description="the robot pushed")
-    time: NonNegative = Field(description="from when on [s]")
-    duration: Positive = Field(description="for how long [s]")
-    force: Vector = Field(description="in the world [N]")
-
-
-class DeadMotor(Section):
-    """A motor that gets no voltage: it brakes, as a shorted motor does."""
-
-    robot: RobotNumber = Field(description="the robot concerned")
-    side: Literal["left", "right"] = Field(description="which wheel")
-    time: NonNegative = Field(description="from when on [s]")
-    duration: Positive | None = Field(default=None, description="for how long [s]; null: for good")
-
-
-class Carry(Section):
-    """A robot that is lifted straight up and, later, put down at rest elsewhere.
-
-    While it is off the floor neither beams nor robots meet it, its own beams return nothing, its wheels stand still,
-    and the camera does not see it: its pose reading stays that of the last frame before. Its true place in the plane is
-    where it was lifted.
-    """
-
-    robot: RobotNumber = Field(description="the robot concerned")
-    time: NonNegative = Field(description="when it is lifted [s]")
-    duration: Positive = Field(default=1.0, description="until it is put down [s]")
-    to: Vector = Field(description="hand point where it is put down [m]")
-    heading_deg: float = Field(default=0.0, description="heading it is put down with [deg]")
-
-
-class Disturbances(Section):
-    """What happens to the robots of the physics plant."""
-
-    pushes: tuple[Push, ...] = Field(default=(), description="forces on robots")
-    dead_motors: tuple[DeadMotor, ...] = Field(default=(), description="motors that fail")
-    carries: tuple[Carry, ...] = Field(default=(), description="robots that are carried away and put back")
-
-
-class Drive(Section):
-    """From wanted wheel speeds to the motors."""
-
-    kind: Literal["voltage", "speed_loop"] = Field(
-        default="voltage", description="open-loop voltage as in the paper, or an on-board wheel-speed loop"
-    )
-    pwm_levels: Annotated[int, Field(ge=0)] = Field(
-        default=0, description="duty cycles a motor driver can make each way, e.g. 255; 0: any voltage"
-    )
-    friction: NonNegative = Field(
-        default=1.0, description="scale of the motors' static and Coulomb friction [-]; 0: none"
-    )
-
-
-class Radio(Section):
-    """How long a command takes to a robot's motors, at most 10 s in all. Before the first one the motors get 0.
-
-    Every command is delayed by itself, but commands arrive in the order in which they were sent: one that would
-    overtake the one before arrives together with it, and takes its place.
-    """
-
-    delay: NonNegative = Field(default=0.0, description="constant part [s]")
-    jitter: NonNegative = Field(default=0.0, description="largest of the random part, uniform from 0 [s]")

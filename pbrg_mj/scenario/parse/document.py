@@ -16,7 +16,7 @@ from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from ruamel.yaml.representer import SafeRepresenter
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.scenario.words import Path, dotted, show
+from pbrg_mj.scenario.diagnostics import KeyPath, dotted_key, yaml_text
 
 MOST_BYTES = 256 * 1024
 TOO_LARGE = f"is larger than {MOST_BYTES // 1024} KiB, the most a scenario may be"
@@ -45,7 +45,7 @@ class Document:
     """Plain data, and where each entry of it came from: a line counted from 1, or the text of an override."""
 
     data: Any
-    origins: dict[Path, int | str]
+    origins: dict[KeyPath, int | str]
 
 
 def read_document(text: str, file: str) -> Document:
@@ -100,7 +100,7 @@ def _compose(text: str, file: str) -> Node | None:
     except RecursionError:
         raise InputError(f"is nested too deeply; allowed: {DEEPEST} levels", file=file) from None
     if yaml.version not in (None, (1, 2)):
-        raise InputError(f"is YAML {show(yaml.version)}; allowed: YAML 1.2", file=file, line=1)
+        raise InputError(f"is YAML {yaml_text(yaml.version)}; allowed: YAML 1.2", file=file, line=1)
     return root
 
 
@@ -119,10 +119,10 @@ class _Builder:
 
     def __init__(self, file: str):
         self.file = file
-        self.lines: dict[Path, int | str] = {}
+        self.lines: dict[KeyPath, int | str] = {}
         self.nodes = 0
 
-    def build(self, node: Node, path: Path) -> Any:
+    def build(self, node: Node, path: KeyPath) -> Any:
         self.lines.setdefault(path, node.start_mark.line + 1)
         self.nodes += 1
         if self.nodes > MOST_NODES:
@@ -136,9 +136,9 @@ class _Builder:
                 return [self.build(item, (*path, i)) for i, item in enumerate(node.value)]
             case ScalarNode(tag=tag):
                 return self.scalar(node, path)
-        raise self.error(path, f"carries the tag {show(str(node.tag))}; tags are not allowed")
+        raise self.error(path, f"carries the tag {yaml_text(str(node.tag))}; tags are not allowed")
 
-    def mapping(self, node: MappingNode, path: Path) -> dict[str, Any]:
+    def mapping(self, node: MappingNode, path: KeyPath) -> dict[str, Any]:
         data: dict[str, Any] = {}
         for key_node, value_node in node.value:
             if not isinstance(key_node, ScalarNode):
@@ -147,32 +147,32 @@ class _Builder:
             inner = (*path, key)
             if key in data:
                 first = self.lines[inner]
-                raise InputError(f"is there twice, first in line {first}", file=self.file, line=line, key=dotted(inner))
+                raise InputError(f"is there twice, first in line {first}", file=self.file, line=line, key=dotted_key(inner))
             self.lines[inner] = line
             data[key] = self.build(value_node, inner)
         return data
 
-    def scalar(self, node: ScalarNode, path: Path) -> Any:
+    def scalar(self, node: ScalarNode, path: KeyPath) -> Any:
         if node.tag in TEXT_TAGS:
             return _text(node.value)
         kind = str(node.tag).removeprefix(TAG)
         if kind == "null":
             return None
         if kind not in ("bool", "int", "float"):
-            raise self.error(path, f"carries the tag {show(str(node.tag))}; tags are not allowed")
+            raise self.error(path, f"carries the tag {yaml_text(str(node.tag))}; tags are not allowed")
         if len(node.value) > LONGEST_NUMBER:
             raise self.error(path, f"is a number of more than {LONGEST_NUMBER} characters")
         return self.number(node, path, kind)
 
-    def number(self, node: ScalarNode, path: Path, kind: str) -> bool | int | float:
+    def number(self, node: ScalarNode, path: KeyPath, kind: str) -> bool | int | float:
         try:
             return NUMBERS[kind](node.value.replace("_", "").lower())
         except (ValueError, KeyError):  # an explicit tag such as `!!int north`
-            raise self.error(path, f"is {show(node.value)}, which its tag says is {kind}") from None
+            raise self.error(path, f"is {yaml_text(node.value)}, which its tag says is {kind}") from None
 
-    def error(self, path: Path, message: str) -> InputError:
+    def error(self, path: KeyPath, message: str) -> InputError:
         line = self.lines.get(path)
-        return InputError(message, file=self.file, line=line if isinstance(line, int) else None, key=dotted(path))
+        return InputError(message, file=self.file, line=line if isinstance(line, int) else None, key=dotted_key(path))
 
 
 def _text(value: str) -> str:

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.scenario.document import Document, read_document
-from pbrg_mj.scenario.words import Path, dotted, show
+from pbrg_mj.scenario.parse.document import Document, read_document
+from pbrg_mj.scenario.diagnostics import KeyPath, dotted_key, yaml_text
 
 
 def apply_overrides(document: Document, overrides: Sequence[str]) -> Document:
@@ -34,14 +34,14 @@ def _parse(text: str) -> tuple[list[str], Any]:
     key, equals, value = text.partition("=")
     path = [part.strip() for part in key.split(".")]
     if not equals or not all(path):
-        raise InputError(f"override {show(text)}; allowed: path.to.key=value")
+        raise InputError(f"override {yaml_text(text)}; allowed: path.to.key=value")
     try:
         return path, read_document(value, "").data
     except InputError as error:
-        raise InputError(f"override {show(text)}: the value {error.message}") from None
+        raise InputError(f"override {yaml_text(text)}: the value {error.message}") from None
 
 
-def _replaced(data: Any, path: list[str], done: Path, value: Any, text: str) -> tuple[Any, Path]:
+def _replaced(data: Any, path: list[str], done: KeyPath, value: Any, text: str) -> tuple[Any, KeyPath]:
     """Return the data with the value at `path`, below `done`, and the whole path with indices as numbers."""
     if not path:
         return value, done
@@ -53,11 +53,11 @@ def _replaced(data: Any, path: list[str], done: Path, value: Any, text: str) -> 
         k = _index(part, data, done, text)
         inner, whole = _replaced(data[k], rest, (*done, k), value, text)
         return [*data[:k], inner, *data[k + 1 :]], whole
-    raise InputError(f"override {show(text)}: {dotted(done)} is {show(data)}, neither a section nor a list")
+    raise InputError(f"override {yaml_text(text)}: {dotted_key(done)} is {yaml_text(data)}, neither a section nor a list")
 
 
-def _index(part: str, data: list[Any], done: Path, text: str) -> int:
+def _index(part: str, data: list[Any], done: KeyPath, text: str) -> int:
     allowed = f"an index from 0 to {len(data) - 1}" if data else "nothing, the list is empty"
     if not (part.isascii() and part.isdigit() and len(part) < 10 and int(part) < len(data)):
-        raise InputError(f"override {show(text)}: {dotted(done)} has no entry {show(part)}; allowed: {allowed}")
+        raise InputError(f"override {yaml_text(text)}: {dotted_key(done)} has no entry {yaml_text(part)}; allowed: {allowed}")
     return int(part)

@@ -9,9 +9,8 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from annotated_types import Ge, Gt, Le, Lt, MinLen
 from pydantic.fields import FieldInfo
 
-from pbrg_mj.scenario.base import Section
-from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.scenario.words import Path
+from pbrg_mj.scenario.diagnostics import KeyPath
+from pbrg_mj.scenario.schema import Scenario, Section
 
 
 def keys(section: type[Section]) -> dict[str, FieldInfo]:
@@ -24,7 +23,7 @@ def describe_field(field: FieldInfo) -> str:
     return describe(field.annotation, field.metadata)
 
 
-def describe_at(path: Path) -> str:
+def describe_at(path: KeyPath) -> str:
     """Return what is allowed at a path into a scenario; the path must exist in the schema."""
     kind, metadata = Scenario, ()
     for part in path:
@@ -32,7 +31,7 @@ def describe_at(path: Path) -> str:
     return describe(kind, metadata)
 
 
-def section_at(path: Path) -> type[Section]:
+def section_at(path: KeyPath) -> type[Section]:
     """Return the section that the schema has at a path."""
     kind: Any = Scenario
     for part in path:

@@ -1,19 +1,28 @@
-"""How errors speak of keys and values."""
+"""What is wrong with a scenario: the path of a key, and one line that names value and allowed values."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
-Path = tuple[str | int, ...]
+KeyPath = tuple[str | int, ...]
 LONGEST = 60  # characters of a value shown
 
 
-def dotted(path: Path) -> str | None:
+@dataclass(frozen=True)
+class Diagnostic:
+    """One thing wrong: the path of the key, and a message with the value and what is allowed."""
+
+    path: KeyPath
+    message: str
+
+
+def dotted_key(path: KeyPath) -> str | None:
     """Return `world.walls.0.from` for ("world", "walls", 0, "from"); None for the top level."""
     return ".".join(_key(part) for part in path) or None
 
 
-def show(value: Any) -> str:
+def yaml_text(value: Any) -> str:
     """Return a value on one line, much as YAML has it, cut when long."""
     text = _flow(value)
     return text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."
@@ -21,7 +30,7 @@ def show(value: Any) -> str:
 
 def _key(part: str | int) -> str:
     text = str(part)
-    return text if text and text.isprintable() and len(text) <= LONGEST else show(text)
+    return text if text and text.isprintable() and len(text) <= LONGEST else yaml_text(text)
 
 
 def _flow(value: Any) -> str:

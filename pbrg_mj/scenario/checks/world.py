@@ -1,22 +1,19 @@
-"""Where robots and obstacles stand at the start, where robots are put down, and that none stands in another."""
+"""Walls, boxes and patches have an extent, and at the start no robot or obstacle stands in another."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, pairwise
 
-from pbrg_mj.scenario.base import Vector
-from pbrg_mj.scenario.findings import Finding
-from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.scenario.surroundings import Wall
-from pbrg_mj.scenario.words import Path
+from pbrg_mj.scenario.diagnostics import Diagnostic, KeyPath, yaml_text
+from pbrg_mj.scenario.schema import MovingBox, Scenario, Vector, Wall
 
 # The size of the robot in models/robot.xml; a test holds the two together.
 BODY_RADIUS = 0.06  # of the disc that the body fits in, around the body's centre [m]
 HAND_OFFSET = 0.04  # of the hand point ahead of the body's centre [m]
-
+SHORTEST = 1e-6  # side of a wall, box or patch [m]
 ROUNDING = 1e-9  # [m] robots that just touch do not overlap
 
 
@@ -24,12 +21,32 @@ ROUNDING = 1e-9  # [m] robots that just touch do not overlap
 class Obstacle:
     """Something that stands on the floor at the start."""
 
-    path: Path  # of its key
+    path: KeyPath  # of its key
     wall: Wall  # the room it takes up
     meets: str  # what it does to a robot in its way
 
 
-def placement(scenario: Scenario) -> Iterator[Finding]:
+def extents(scenario: Scenario) -> Iterator[Diagnostic]:
+    """Yield walls without length, boxes and patches without area, and stops out of order."""
+    world = scenario.world
+    for k, wall in enumerate(world.walls):
+        if math.dist(wall.start, wall.end) < SHORTEST:
+            message = f"runs from {yaml_text(wall.start)} to {yaml_text(wall.end)}; allowed: two different points"
+            yield Diagnostic(("world", "walls", k), message)
+    for name, boxes in (("boxes", world.boxes), ("moving_boxes", world.moving_boxes)):
+        for k, box in enumerate(boxes):
+            if min(box.size) < SHORTEST:
+                path = ("world", name, k, "size")
+                yield Diagnostic(path, f"is {yaml_text(box.size)}; allowed: at least {SHORTEST} m either way")
+    for k, box in enumerate(world.moving_boxes):
+        yield from _stops(("world", "moving_boxes", k, "stops"), box)
+    for k, patch in enumerate(world.patches):
+        if min(abs(a - b) for a, b in zip(patch.start, patch.end, strict=True)) < SHORTEST:
+            message = f"reaches from {yaml_text(patch.start)} to {yaml_text(patch.end)}; allowed: corners apart along x and along y"
+            yield Diagnostic(("world", "patches", k), message)
+
+
+def placement(scenario: Scenario) -> Iterator[Diagnostic]:
     """Yield obstacles that stand in a robot, robots that stand in each other, and carries onto any of them.
 
     Robots of the ideal plant are points: they hold no place against each other, only against obstacles.
@@ -82,12 +99,12 @@ def _first_stops(scenario: Scenario) -> Iterator[Obstacle]:
         yield Obstacle(("world", "moving_boxes", k), box.at(box.stops[0]).as_wall(), "stands in")
 
 
-def _in_robots(obstacle: Obstacle, places: Sequence[Vector], radius: float) -> Iterator[Finding]:
+def _in_robots(obstacle: Obstacle, places: Sequence[Vector], radius: float) -> Iterator[Diagnostic]:
     for robot, place in enumerate(places, start=1):
         distance = distance_to_wall(obstacle.wall, place)
         if distance < radius or distance == 0:
-            told = f"{obstacle.meets} robot {robot} at its start; allowed: {_room(obstacle, radius, distance)}"
-            yield Finding(obstacle.path, told)
+            message = f"{obstacle.meets} robot {robot} at its start; allowed: {_room(obstacle, radius, distance)}"
+            yield Diagnostic(obstacle.path, message)
 
 
 def _room(obstacle: Obstacle, radius: float, distance: float) -> str:
@@ -100,32 +117,39 @@ def _kind(obstacle: Obstacle, plural: str = "") -> str:
     return "wall" + plural if obstacle.path[1] == "walls" else "box" + ("es" if plural else "")
 
 
-def _overlaps(places: Sequence[Vector]) -> Iterator[Finding]:
+def _overlaps(places: Sequence[Vector]) -> Iterator[Diagnostic]:
     for (i, a), (j, b) in combinations(enumerate(places), 2):
         distance = math.dist(a, b)
         if distance < 2 * BODY_RADIUS - ROUNDING:
-            yield Finding(
+            yield Diagnostic(
                 ("team", "start", j),
                 f"puts robot {j + 1} onto robot {i + 1}, their bodies' centres {distance:.3g} m apart; "
                 f"allowed: {2 * BODY_RADIUS} m or more",
             )
 
 
-def _put_down(scenario: Scenario, still: Sequence[Obstacle], places: Sequence[Vector]) -> Iterator[Finding]:
+def _put_down(scenario: Scenario, still: Sequence[Obstacle], places: Sequence[Vector]) -> Iterator[Diagnostic]:
     for k, carry in enumerate(scenario.disturbances.carries):
         path, centre = ("disturbances", "carries", k, "to"), body_centre(carry.to, carry.heading_deg)
         for obstacle in still:
             distance = distance_to_wall(obstacle.wall, centre)
             if distance < BODY_RADIUS:
                 name = f"{_kind(obstacle)} {obstacle.path[2]}"
-                yield Finding(
+                yield Diagnostic(
                     path, f"puts robot {carry.robot} onto {name}; allowed: {_room(obstacle, BODY_RADIUS, distance)}"
                 )
         for other, place in enumerate(places, start=1):
             distance = math.dist(centre, place)
             if other != carry.robot and distance < 2 * BODY_RADIUS - ROUNDING:
-                yield Finding(
+                yield Diagnostic(
                     path,
                     f"puts robot {carry.robot} onto robot {other}'s start, their bodies' centres {distance:.3g} m "
                     f"apart; allowed: {2 * BODY_RADIUS} m or more",
                 )
+
+
+def _stops(path: KeyPath, box: MovingBox) -> Iterator[Diagnostic]:
+    for k, (before, after) in enumerate(pairwise(box.stops), start=1):
+        if after.time <= before.time:
+            message = f"is {after.time} s; allowed: later than the one before, {before.time} s"
+            yield Diagnostic((*path, k, "time"), message)

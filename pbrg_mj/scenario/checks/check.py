@@ -1,0 +1,99 @@
+"""What must hold between the keys of a scenario."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+from pbrg_mj.scenario.diagnostics import Diagnostic, KeyPath, yaml_text
+from pbrg_mj.scenario.checks.network import graph, messages
+from pbrg_mj.scenario.checks.physics import physics
+from pbrg_mj.scenario.checks.robot_numbers import robot_numbers
+from pbrg_mj.scenario.checks.world import extents, placement
+from pbrg_mj.scenario.schema import Scenario, whole_multiple
+
+MOST_TICKS = 100_000_000  # eleven days at 10 ms, and a log of some 100 GB
+MOST_STEPS = 10_000  # of physics in a tick
+COARSEST_STEP = 0.005  # [s] at 10 ms the motors' static friction creeps by 7e-4 m/s
+
+
+def check(scenario: Scenario) -> list[Diagnostic]:
+    """Return all that is wrong between keys that are right one by one; empty for a good scenario."""
+    lengths = list(_lengths(scenario))
+    # Where the lists of the team differ in length, places of robots mean nothing.
+    rest = (robot_numbers, _given, graph, _timing, _sensing, _operator, physics, extents, messages)
+    rest += () if lengths else (placement,)
+    return lengths + [diagnostic for part in rest for diagnostic in part(scenario)]
+
+
+def _lengths(scenario: Scenario) -> Iterator[Diagnostic]:
+    team, n = scenario.team, scenario.robots
+    if len(team.formation) != n:
+        yield Diagnostic(
+            ("team", "formation"), f"has {len(team.formation)} entries; allowed: {n}, one per robot in team.start"
+        )
+    if isinstance(team.heading_deg, tuple) and len(team.heading_deg) != n:
+        yield Diagnostic(
+            ("team", "heading_deg"),
+            f"has {len(team.heading_deg)} entries; allowed: one number, or {n}, one per robot in team.start",
+        )
+
+
+def _given(scenario: Scenario) -> Iterator[Diagnostic]:
+    for k, given in enumerate(scenario.estimator.given):
+        if math.hypot(*given.normal) == 0:
+            path = ("estimator", "given", k, "normal")
+            yield Diagnostic(path, f"is {yaml_text(given.normal)}; allowed: any direction, not zero")
+
+
+def _timing(scenario: Scenario) -> Iterator[Diagnostic]:
+    timing = scenario.timing
+    if scenario.plant == "physics":  # the ideal plant takes no physics steps
+        if timing.physics_step > COARSEST_STEP:
+            yield Diagnostic(("timing", "physics_step"), f"is {timing.physics_step} s; allowed: at most {COARSEST_STEP} s")
+        yield from _few(("timing", "tick"), timing.tick, "timing.physics_step", timing.physics_step, MOST_STEPS)
+    yield from _few(("timing", "duration"), timing.duration, "timing.tick", timing.tick, MOST_TICKS)
+    yield from _whole(("reference", "period"), scenario.reference.period, "timing.tick", timing.tick)
+
+
+def _whole(path: KeyPath, period: float, name: str, step: float) -> Iterator[Diagnostic]:
+    if whole_multiple(period, step) is None:
+        yield Diagnostic(path, f"is {period} s; allowed: a whole multiple of {name}, {step} s")
+
+
+def _few(path: KeyPath, period: float, name: str, step: float, most: int) -> Iterator[Diagnostic]:
+    if period / step > most * (1 + 1e-9):
+        yield Diagnostic(path, f"is {period:g} s; allowed: at most {most} times {name}, {step:g} s")
+    else:
+        yield from _whole(path, period, name, step)
+
+
+def _sensing(scenario: Scenario) -> Iterator[Diagnostic]:
+    beams, estimator = scenario.sensors.beams, scenario.estimator
+    if beams.range_min >= beams.range_max:
+        yield Diagnostic(
+            ("sensors", "beams"),
+            f"has range_min {beams.range_min} m; allowed: less than range_max, {beams.range_max} m",
+        )
+    if estimator.source == "given":
+        return
+    if scenario.plant == "ideal":
+        yield Diagnostic(("plant",), "is ideal, which has no beams; allowed: with `estimator.source: given` only")
+    elif estimator.given:
+        yield Diagnostic(("estimator", "given"), "is given, but estimator.source is beams; allowed: with `source: given`")
+
+
+def _operator(scenario: Scenario) -> Iterator[Diagnostic]:
+    operator = scenario.operator
+    if (operator.reference is None) == (not operator.waypoints):
+        both = "has both reference and waypoints" if operator.waypoints else "has neither reference nor waypoints"
+        yield Diagnostic(("operator",), f"{both}; allowed: one of them")
+    times = [waypoint.time for waypoint in operator.waypoints]
+    if times and times[0] != 0:
+        yield Diagnostic(("operator", "waypoints", 0, "time"), f"is {times[0]} s; allowed: 0, the first waypoint's time")
+    for k, (before, after) in enumerate(pairwise(times), start=1):
+        if after <= before:
+            yield Diagnostic(
+                ("operator", "waypoints", k, "time"), f"is {after} s; allowed: later than the one before, {before} s"
+            )

@@ -1,0 +1,69 @@
+"""What a scenario may say: one frozen, validated section for each part of the YAML.
+
+    scenario          the whole, with `outcome` and `log`
+    timing, team, graph, operator
+    world, sensors, estimator
+    actuation         `drive` and `radio`
+    disturbances, network
+    governor          `control`, `governor` and `reference`
+    base              types that the sections share
+    describe          the schema in words, for errors and for the reference page
+"""
+
+from pbrg_mj.scenario.schema.actuation import Drive, Radio
+from pbrg_mj.scenario.schema.base import Section, Vector
+from pbrg_mj.scenario.schema.disturbances import Carry, DeadMotor, Disturbances, Push
+from pbrg_mj.scenario.schema.estimator import Estimator, GivenHalfSpace
+from pbrg_mj.scenario.schema.governor import Control, Governor, Reference
+from pbrg_mj.scenario.schema.graph import Edge, Graph, edge_list, unreachable
+from pbrg_mj.scenario.schema.network import Link, Network, Silence
+from pbrg_mj.scenario.schema.operator import Operator, Waypoint, operator_reference
+from pbrg_mj.scenario.schema.scenario import Log, Outcome, Scenario
+from pbrg_mj.scenario.schema.sensors import PRESETS, Beams, Camera, Sensors, beam_angles
+from pbrg_mj.scenario.schema.team import Team
+from pbrg_mj.scenario.schema.timing import Timing, whole_multiple, whole_number
+from pbrg_mj.scenario.schema.world import Box, MovingBox, Patch, Stop, Wall, World
+
+__all__ = [
+    "Beams",
+    "Box",
+    "Camera",
+    "Carry",
+    "Control",
+    "DeadMotor",
+    "Disturbances",
+    "Drive",
+    "Edge",
+    "Estimator",
+    "GivenHalfSpace",
+    "Governor",
+    "Graph",
+    "Link",
+    "Log",
+    "MovingBox",
+    "Network",
+    "Operator",
+    "Outcome",
+    "PRESETS",
+    "Patch",
+    "Push",
+    "Radio",
+    "Reference",
+    "Scenario",
+    "Section",
+    "Sensors",
+    "Silence",
+    "Stop",
+    "Team",
+    "Timing",
+    "Vector",
+    "Wall",
+    "Waypoint",
+    "World",
+    "beam_angles",
+    "edge_list",
+    "operator_reference",
+    "unreachable",
+    "whole_multiple",
+    "whole_number",
+]

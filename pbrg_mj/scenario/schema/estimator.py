@@ -1,0 +1,49 @@
+"""`estimator`: from scans to half-spaces."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from pbrg_mj.scenario.schema.base import NonNegative, Positive, RobotNumber, Section, Vector
+
+
+class GivenHalfSpace(Section):
+    """A half-space normal . q <= offset that one robot knows from the start."""
+
+    robot: RobotNumber = Field(description="the robot that knows it")
+    normal: Vector = Field(description="outward normal, of any length but zero [-]")
+    offset: float = Field(
+        description="right-hand side of normal . q <= offset [m], with the normal as long as it is given"
+    )
+
+
+class Estimator(Section):
+    """From scans to half-spaces."""
+
+    source: Literal["beams", "given"] = Field(
+        default="beams", description="fit lines to the beams, or use `given` as it is"
+    )
+    given: tuple[GivenHalfSpace, ...] = Field(default=(), description="the half-spaces for `source: given`")
+    half_spaces_per_robot: Annotated[int, Field(ge=1, le=16)] = Field(
+        default=4, description="most half-spaces a robot holds"
+    )
+    min_points: Annotated[int, Field(ge=3)] = Field(default=5, description="fewest beams that make a line")
+    split_distance: Positive = Field(
+        default=0.03, description="largest distance of a point from its line before a split [m]"
+    )
+    min_length: Positive = Field(default=0.25, description="shortest run of points that counts as a wall [m]")
+    sigmas: NonNegative = Field(
+        default=3.0, description="half-spaces move inward by this many standard deviations of the wall's place [-]"
+    )
+    scope: Literal["team", "own"] = Field(
+        default="team", description="whom a half-space binds: every robot, as in the paper, or the one that sees it"
+    )
+    memory: NonNegative = Field(default=10.0, description="how long a wall out of sight is kept [s]")
+    drift_std: NonNegative = Field(
+        default=0.005, description="growth of an unseen wall's offset uncertainty [m], per square root of a second"
+    )
+    drift_std_deg: NonNegative = Field(
+        default=0.2, description="growth of an unseen wall's angle uncertainty [deg], per square root of a second"
+    )

@@ -1,0 +1,32 @@
+"""`operator`: the reference r that the human asks for, over time."""
+
+from __future__ import annotations
+
+import numpy as np
+from pydantic import Field
+
+from pbrg_mj.scenario.schema.base import NonNegative, Section, Vector
+
+
+class Waypoint(Section):
+    """The operator's reference from a time on."""
+
+    time: NonNegative = Field(description="from when on [s]")
+    reference: Vector = Field(description="r [m]")
+
+
+class Operator(Section):
+    """What the human asks for: one constant reference, or timed waypoints."""
+
+    reference: Vector | None = Field(default=None, description="constant r [m]")
+    waypoints: tuple[Waypoint, ...] = Field(
+        default=(), description="r over time, each held until the next; the first at 0 s"
+    )
+
+
+def operator_reference(operator: Operator, time: float) -> np.ndarray:
+    """Return r (2,) [m] at `time` [s]: the constant, or the latest waypoint that has begun."""
+    if operator.reference is not None:
+        return np.array(operator.reference)
+    begun = [waypoint for waypoint in operator.waypoints if waypoint.time <= time + 1e-9]
+    return np.array(begun[-1].reference)

@@ -1,0 +1,81 @@
+"""The whole scenario as frozen, validated data. Every key with its unit and default; SI unless the key says otherwise.
+
+Robots are numbered from 1, as in the paper; arrays inside the package count from 0.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from pbrg_mj.scenario.schema.actuation import Drive, Radio
+from pbrg_mj.scenario.schema.base import Positive, Section
+from pbrg_mj.scenario.schema.disturbances import Disturbances
+from pbrg_mj.scenario.schema.estimator import Estimator
+from pbrg_mj.scenario.schema.governor import Control, Governor, Reference
+from pbrg_mj.scenario.schema.graph import Graph
+from pbrg_mj.scenario.schema.network import Network
+from pbrg_mj.scenario.schema.operator import Operator
+from pbrg_mj.scenario.schema.sensors import Sensors
+from pbrg_mj.scenario.schema.team import Team
+from pbrg_mj.scenario.schema.timing import Timing
+from pbrg_mj.scenario.schema.world import World
+
+
+class Outcome(Section):
+    """When a run counts as converged, and when as at rest."""
+
+    tolerance: Positive = Field(default=0.05, description="largest ||q_j - b_j - target|| of a converged team [m]")
+    rest_speed: Positive = Field(
+        default=0.0005, description="a robot slower than this, over `rest_time`, is at rest [m/s]"
+    )
+    rest_time: Positive = Field(default=5.0, description="window over which speeds are averaged [s]")
+    diverged_beyond: Positive = Field(
+        default=1000.0, description="any state or reference larger than this has diverged [m]"
+    )
+
+
+class Log(Section):
+    """What goes into the log."""
+
+    timings: bool = Field(
+        default=True, description="wall-clock timings, on a channel of their own; off: byte-identical files"
+    )
+
+
+class Scenario(Section):
+    """One run, completely."""
+
+    description: str = Field(default="", description="one sentence: what the scenario shows")
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = Field(default=1, description="of all noise in the run")
+    plant: Literal["physics", "ideal"] = Field(
+        default="physics", description="MuJoCo, or the paper's integrator dq/dt = u"
+    )
+    timing: Timing = Timing()
+    team: Team
+    graph: Graph = Graph()
+    world: World = World()
+    sensors: Sensors = Sensors()
+    estimator: Estimator = Estimator()
+    control: Control = Control()
+    drive: Drive = Drive()
+    radio: Radio = Radio()
+    disturbances: Disturbances = Disturbances()
+    network: Network = Network()
+    governor: Governor = Governor()
+    reference: Reference = Reference()
+    operator: Operator
+    outcome: Outcome = Outcome()
+    log: Log = Log()
+
+    @property
+    def robots(self) -> int:
+        """Number of robots n."""
+        return len(self.team.start)
+
+    @property
+    def beam_robots(self) -> tuple[int, ...]:
+        """Robots that carry beams, counted from 0, ascending: the rows of every array of ranges."""
+        listed = self.sensors.beams.robots
+        return tuple(range(self.robots)) if listed == "all" else tuple(sorted(number - 1 for number in listed))

@@ -1,0 +1,41 @@
+"""Clocks of the run, and whole numbers of steps in a period."""
+
+from __future__ import annotations
+
+import math
+
+from pydantic import Field
+
+from pbrg_mj.scenario.schema.base import Positive, Section
+
+
+class Timing(Section):
+    """Clocks of the run [s]."""
+
+    duration: Positive = Field(
+        default=60.0, description="simulated time of the run [s]; a whole number of ticks, at most 100 million"
+    )
+    tick: Positive = Field(
+        default=0.01, description="period of governor and control [s]; a whole number of physics steps, at most 10000"
+    )
+    physics_step: Positive = Field(default=0.002, description="step of the rigid-body simulation, at most 5 ms [s]")
+
+
+def whole_multiple(period: float, step: float) -> int | None:
+    """Return how many steps make the period, 1 or more; None if that is no whole number to 1e-9 relative.
+
+    Both are > 0, in the same unit.
+    """
+    ratio = period / step
+    if not math.isfinite(ratio):
+        return None
+    count = round(ratio)
+    return count if abs(count * step - period) <= 1e-9 * period else None
+
+
+def whole_number(period: float, step: float) -> int:
+    """Return how many steps make the period. Raises ValueError if it is no whole number, 1 or more."""
+    count = whole_multiple(period, step)
+    if count is None:
+        raise ValueError(f"{period} s is not a whole number of steps of {step} s")
+    return count

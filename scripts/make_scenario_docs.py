@@ -15,9 +15,8 @@ from typing import Any, get_args
 
 from pydantic.fields import FieldInfo
 
-from pbrg_mj.scenario.base import Section
-from pbrg_mj.scenario.describe import describe_field, keys
-from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.scenario.schema import Scenario, Section
+from pbrg_mj.scenario.schema.describe import describe_field, keys
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "scenario.md"
 UNIT = re.compile(r" ?\[(-|m|s|N|Hz|deg|1/s|m/s)\]")

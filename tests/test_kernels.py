@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from pbrg_mj.governor.clarabel_solver import small_bounds, small_matrix, tightest_rows
-from pbrg_mj.scenario.governing import Control
-from pbrg_mj.scenario.streams import Source, stream
-from pbrg_mj.scenario.surroundings import Wall
+from pbrg_mj.scenario.random_streams import Source, stream
+from pbrg_mj.scenario.schema import Control, Wall
 from pbrg_mj.sensing.beam_model import noisy_scan
 from pbrg_mj.sensing.noise import SensorNoise
 from pbrg_mj.team.pre_stabiliser import pre_stabilise

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from pbrg_mj.scenario.placement import BODY_RADIUS, HAND_OFFSET
+from pbrg_mj.scenario.checks.world import BODY_RADIUS, HAND_OFFSET
 from pbrg_mj.world.scene.robot import load_robot_model
 
 TOP = Path(__file__).parents[1]

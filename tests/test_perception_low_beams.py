@@ -8,7 +8,7 @@ import pytest
 from pbrg_mj.perception.hits import BLOCKED
 from pbrg_mj.perception.own_wheels import blocked_beams
 from pbrg_mj.perception.scan_lines import Lines, scan_lines
-from pbrg_mj.scenario.sensors import Beams
+from pbrg_mj.scenario.schema import Beams
 from tests.perceiving import rows, scenario, setup, walk
 from tests.raycast import Scene, cast, robot, wheels
 from tests.scans import sensor

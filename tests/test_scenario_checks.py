@@ -3,12 +3,9 @@
 import pytest
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.scenario.checks import whole_multiple
-from pbrg_mj.scenario.graph import edge_list, unreachable
+from pbrg_mj.scenario.checks.world import body_centres, distance_to_wall
 from pbrg_mj.scenario.load import parse_scenario
-from pbrg_mj.scenario.placement import body_centres, distance_to_wall
-from pbrg_mj.scenario.schema import Graph
-from pbrg_mj.scenario.surroundings import Wall
+from pbrg_mj.scenario.schema import Graph, Wall, edge_list, unreachable, whole_multiple
 from tests.scenario_texts import THREE, swapped, three
 
 IDEAL = THREE + "plant: ideal\nestimator: {source: given}\n"

@@ -7,8 +7,8 @@ import pytest
 from pbrg_mj.errors import InputError
 from pbrg_mj.scenario import bundled
 from pbrg_mj.scenario.bundled import bundled_scenarios, data_dir
-from pbrg_mj.scenario.document import MOST_BYTES
 from pbrg_mj.scenario.load import load_scenario, parse_scenario
+from pbrg_mj.scenario.parse.document import MOST_BYTES
 from tests.scenario_texts import THREE, swapped
 
 

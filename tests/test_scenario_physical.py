@@ -3,9 +3,9 @@
 import pytest
 
 from pbrg_mj.errors import InputError
+from pbrg_mj.scenario.checks.physics import PHYSICS_ONLY
 from pbrg_mj.scenario.load import parse_scenario
-from pbrg_mj.scenario.physical import PHYSICS_ONLY
-from pbrg_mj.scenario.surroundings import Box
+from pbrg_mj.scenario.schema import Box
 from tests.scenario_texts import THREE, three
 
 IDEAL = THREE + "plant: ideal\nestimator: {source: given}\n"

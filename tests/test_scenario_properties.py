@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.scenario.document import read_document, write_document
 from pbrg_mj.scenario.load import load_scenario, parse_scenario
+from pbrg_mj.scenario.parse.document import read_document, write_document
 from pbrg_mj.scenario.schema import Scenario
 from tests.scenario_texts import THREE, three
 

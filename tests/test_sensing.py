@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pbrg_mj.scenario.schema import Operator, Scenario, Team
-from pbrg_mj.scenario.sensors import Beams, Camera, Sensors
+from pbrg_mj.scenario.schema import Beams, Camera, Operator, Scenario, Sensors, Team
 from pbrg_mj.sensing.noise import SensorNoise, sensor_noise
 from pbrg_mj.sensing.sense import sense
 from pbrg_mj.world.plant.interface import Observation

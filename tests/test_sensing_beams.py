@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from pbrg_mj.perception.setup import perception_setup
-from pbrg_mj.scenario.beam_layout import beam_angles
-from pbrg_mj.scenario.sensors import PRESETS, Beams
-from pbrg_mj.scenario.streams import Source, stream
+from pbrg_mj.scenario.random_streams import Source, stream
+from pbrg_mj.scenario.schema import PRESETS, Beams, beam_angles
 from pbrg_mj.sensing.beam_model import noisy_scan, quantised
 from pbrg_mj.sensing.noise import SensorNoise, sensor_noise
 from pbrg_mj.world.plant.physics import MujocoPlant

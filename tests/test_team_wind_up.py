@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from pbrg_mj.loop.simulation import Simulation
-from pbrg_mj.scenario.governing import Control
 from pbrg_mj.scenario.load import load_scenario
+from pbrg_mj.scenario.schema import Control
 from pbrg_mj.team.pre_stabiliser import pre_stabilise
 from pbrg_mj.team.wind_up import WindUpRule, wind_up
 from tests.problems import FORMATION, START, graph

@@ -10,7 +10,7 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.log import reader
 from pbrg_mj.log.reader import read_run
 from pbrg_mj.log.scans import read_scans
-from pbrg_mj.scenario.beam_layout import beam_angles
+from pbrg_mj.scenario.schema import beam_angles
 from pbrg_mj.video import gl, render
 from pbrg_mj.video.camera import camera_path
 from pbrg_mj.video.playback import motion_of

@@ -2,7 +2,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from pbrg_mj.scenario.checks import whole_number
+from pbrg_mj.scenario.schema import whole_number
 from pbrg_mj.world.plant.build import build_plant
 from pbrg_mj.world.plant.compose import compose, model_xml
 from pbrg_mj.world.plant.ideal import IdealPlant

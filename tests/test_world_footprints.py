@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pbrg_mj.scenario.surroundings import Wall
+from pbrg_mj.scenario.schema import Wall
 from pbrg_mj.world.scene.footprints import signed_distance, wall_margin, wall_rectangles
 
 

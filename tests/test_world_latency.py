@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pbrg_mj.scenario.streams import Source, stream
+from pbrg_mj.scenario.random_streams import Source, stream
 from pbrg_mj.world.actuation.radio import RadioLink
 from pbrg_mj.world.plant.physics import MujocoPlant
 from tests.worlds import scenario

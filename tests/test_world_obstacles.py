@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pbrg_mj.scenario.surroundings import Box, MovingBox
+from pbrg_mj.scenario.schema import Box, MovingBox
 from pbrg_mj.world.plant.physics import MujocoPlant
 from pbrg_mj.world.scene.footprints import signed_distance, wall_rectangles
 from pbrg_mj.world.scene.obstacles import box_centre

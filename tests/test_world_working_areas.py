@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from pbrg_mj.scenario.surroundings import World
+from pbrg_mj.scenario.schema import World
 from pbrg_mj.world.actuation.friction import friction_torques, wheel_load
 from pbrg_mj.world.plant.physics import MujocoPlant
 from pbrg_mj.world.scene.floor import floor_of

@@ -14,7 +14,7 @@ from pbrg_mj.analysis.outcome import ROUNDING, final_target, formation_error, ou
 from pbrg_mj.analysis.sensing import true_optima
 from pbrg_mj.errors import InputError
 from pbrg_mj.log.run import Run
-from pbrg_mj.scenario.placement import BODY_RADIUS
+from pbrg_mj.scenario.checks.world import BODY_RADIUS
 
 AT_REST = {"converged", "stalled"}
 

@@ -10,7 +10,7 @@ from math import prod
 import numpy as np
 
 from pbrg_mj.analysis.obstacles import faces, footprints, names, room
-from pbrg_mj.scenario.placement import BODY_RADIUS, HAND_OFFSET
+from pbrg_mj.scenario.checks.world import BODY_RADIUS, HAND_OFFSET
 from pbrg_mj.scenario.schema import GivenHalfSpace, Scenario
 
 CLEARANCE = BODY_RADIUS + HAND_OFFSET

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pbrg_mj.scenario.random_streams import Source, stream
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.scenario.streams import Source, stream
 from pbrg_mj.team.graph import network
 from pbrg_mj.team.network import Network
 

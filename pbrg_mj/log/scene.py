@@ -21,8 +21,7 @@ from pbrg_mj.log.payload import NANOSECONDS as NANOSECONDS
 from pbrg_mj.log.payload import stamp, stamped
 from pbrg_mj.log.schemas import array_head
 from pbrg_mj.log.team_scene import frame_of, robots
-from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.scenario.surroundings import Box, Wall, World
+from pbrg_mj.scenario.schema import Box, Scenario, Wall, World
 from pbrg_mj.world.scene.robot import load_robot_model
 
 FLOOR_MARGIN = 1.0  # of drawn floor around all that is on it [m]

@@ -21,8 +21,7 @@ from pbrg_mj.log.payload import NANOSECONDS, Payload
 from pbrg_mj.log.schemas import CLASSES, encoder
 from pbrg_mj.log.team_scene import Points, TeamScene
 from pbrg_mj.loop.record import TickRecord
-from pbrg_mj.scenario.beam_layout import beam_angles
-from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.scenario.schema import Scenario, beam_angles
 
 DRAWING_SECONDS = 0.1  # between pictures of the team: enough for the eye, a tenth of the log's size
 

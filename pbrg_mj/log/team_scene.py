@@ -19,7 +19,7 @@ from pbrg_mj.log import drawing
 from pbrg_mj.log.payload import stamp
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.perception.half_spaces import HalfSpaces
-from pbrg_mj.scenario.surroundings import MovingBox
+from pbrg_mj.scenario.schema import MovingBox
 from pbrg_mj.world.scene.obstacles import box_centre
 from pbrg_mj.world.scene.robot import RobotModel
 

@@ -23,8 +23,7 @@ from pbrg_mj.loop.tick import Decision, Parts, State, decide
 from pbrg_mj.loop.watch import Passed, Watch, Watched, judge
 from pbrg_mj.perception.perceive import initial
 from pbrg_mj.perception.setup import perception_setup
-from pbrg_mj.scenario.checks import whole_number
-from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.scenario.schema import Scenario, whole_number
 from pbrg_mj.sensing.noise import sensor_noise
 from pbrg_mj.team.graph import network
 from pbrg_mj.team.wind_up import WindUpRule

@@ -14,11 +14,10 @@ import numpy as np
 
 from pbrg_mj.governor.certificate import Rows
 from pbrg_mj.governor.problem import Certificate, Governor, Problem, Solution
-from pbrg_mj.loop.operator import operator_reference
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.perception.perceive import PerceptionMemory, perceive
 from pbrg_mj.perception.setup import PerceptionSetup
-from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.scenario.schema import Scenario, operator_reference
 from pbrg_mj.sensing.noise import SensorNoise
 from pbrg_mj.sensing.readings import Readings
 from pbrg_mj.sensing.sense import sense

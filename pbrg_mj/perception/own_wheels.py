@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 
-from pbrg_mj.scenario.beam_layout import beam_angles
-from pbrg_mj.scenario.sensors import Beams
+from pbrg_mj.scenario.schema import Beams, beam_angles
 
 # The wheels of models/robot.xml; a test holds the two together.
 RADIUS = 0.02  # [m]

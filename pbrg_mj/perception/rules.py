@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.scenario.sensors import Beams
+from pbrg_mj.scenario.schema import Beams, Scenario
 
 NOISE_FLOOR = 1e-3  # [m] below this, straight walls and exact ranges no longer are
 FALSE_END = 1e-3  # probability that stray beams alone make a gap or an end of a wall

@@ -14,8 +14,7 @@ from pbrg_mj.perception.polygons import hull
 from pbrg_mj.perception.rules import LineRules, line_rules
 from pbrg_mj.perception.scans import Makings
 from pbrg_mj.perception.tracks import track_rules
-from pbrg_mj.scenario.beam_layout import beam_angles
-from pbrg_mj.scenario.schema import Estimator, GivenHalfSpace, Scenario
+from pbrg_mj.scenario.schema import Estimator, GivenHalfSpace, Scenario, beam_angles
 
 
 @dataclass(frozen=True)

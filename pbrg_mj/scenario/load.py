@@ -9,11 +9,11 @@ from pathlib import Path
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.bundled import bundled_scenarios
+from pbrg_mj.scenario.diagnostics import yaml_text
 from pbrg_mj.scenario.parse.document import MOST_BYTES, TOO_LARGE, Document, read_document, write_document
 from pbrg_mj.scenario.parse.overrides import apply_overrides
-from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.scenario.parse.validation import build
-from pbrg_mj.scenario.diagnostics import yaml_text
+from pbrg_mj.scenario.schema import Scenario
 
 
 @dataclass(frozen=True)

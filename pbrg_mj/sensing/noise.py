@@ -7,8 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
+from pbrg_mj.scenario.random_streams import Source, Streams
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.scenario.streams import Source, Streams
 
 
 @dataclass(frozen=True)

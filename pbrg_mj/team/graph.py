@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pbrg_mj.scenario.graph import edge_list
-from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.scenario.schema import Scenario, edge_list
 from pbrg_mj.team.network import Network
 
 

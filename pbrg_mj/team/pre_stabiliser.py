@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.scenario.governing import Control
+from pbrg_mj.scenario.schema import Control
 from pbrg_mj.team.network import Network
 
 

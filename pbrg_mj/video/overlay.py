@@ -9,7 +9,7 @@ import numpy as np
 
 from pbrg_mj.log.run import Run
 from pbrg_mj.log.scans import ScanSeries
-from pbrg_mj.scenario.graph import edge_list
+from pbrg_mj.scenario.schema import edge_list
 from pbrg_mj.video.camera import Camera
 from pbrg_mj.video.markers import Markers
 from pbrg_mj.video.playback import Motion, between, held, latest

@@ -8,8 +8,8 @@ from raycast import Scene, cast, wheels
 from pbrg_mj.perception.memory import PerceptionMemory
 from pbrg_mj.perception.perceive import initial, perceive
 from pbrg_mj.perception.setup import perception_setup
+from pbrg_mj.scenario.random_streams import Source, stream
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.scenario.streams import Source, stream
 from pbrg_mj.sensing.beam_model import noisy_scan
 from pbrg_mj.sensing.noise import sensor_noise
 from pbrg_mj.sensing.readings import Readings

@@ -1,8 +1,8 @@
 """What must hold between the keys of a scenario that are right one by one; each check yields diagnostics.
 
-    check             all checks in order, and those of small sections
-    robot_numbers     robots that are named exist, once
-    network           graph, links, delays, losses
-    world             walls, boxes, patches; what stands where at the start
-    physics           keys of the physics plant alone
+check             all checks in order, and those of small sections
+robot_numbers     robots that are named exist, once
+network           graph, links, delays, losses
+world             walls, boxes, patches; what stands where at the start
+physics           keys of the physics plant alone
 """

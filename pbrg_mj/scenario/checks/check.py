@@ -6,11 +6,11 @@ import math
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
-from pbrg_mj.scenario.diagnostics import Diagnostic, KeyPath, yaml_text
 from pbrg_mj.scenario.checks.network import graph, messages
 from pbrg_mj.scenario.checks.physics import physics
 from pbrg_mj.scenario.checks.robot_numbers import robot_numbers
 from pbrg_mj.scenario.checks.world import extents, placement
+from pbrg_mj.scenario.diagnostics import Diagnostic, KeyPath, yaml_text
 from pbrg_mj.scenario.schema import Scenario, whole_multiple
 
 MOST_TICKS = 100_000_000  # eleven days at 10 ms, and a log of some 100 GB
@@ -51,7 +51,9 @@ def _timing(scenario: Scenario) -> Iterator[Diagnostic]:
     timing = scenario.timing
     if scenario.plant == "physics":  # the ideal plant takes no physics steps
         if timing.physics_step > COARSEST_STEP:
-            yield Diagnostic(("timing", "physics_step"), f"is {timing.physics_step} s; allowed: at most {COARSEST_STEP} s")
+            yield Diagnostic(
+                ("timing", "physics_step"), f"is {timing.physics_step} s; allowed: at most {COARSEST_STEP} s"
+            )
         yield from _few(("timing", "tick"), timing.tick, "timing.physics_step", timing.physics_step, MOST_STEPS)
     yield from _few(("timing", "duration"), timing.duration, "timing.tick", timing.tick, MOST_TICKS)
     yield from _whole(("reference", "period"), scenario.reference.period, "timing.tick", timing.tick)
@@ -81,7 +83,9 @@ def _sensing(scenario: Scenario) -> Iterator[Diagnostic]:
     if scenario.plant == "ideal":
         yield Diagnostic(("plant",), "is ideal, which has no beams; allowed: with `estimator.source: given` only")
     elif estimator.given:
-        yield Diagnostic(("estimator", "given"), "is given, but estimator.source is beams; allowed: with `source: given`")
+        yield Diagnostic(
+            ("estimator", "given"), "is given, but estimator.source is beams; allowed: with `source: given`"
+        )
 
 
 def _operator(scenario: Scenario) -> Iterator[Diagnostic]:
@@ -91,7 +95,9 @@ def _operator(scenario: Scenario) -> Iterator[Diagnostic]:
         yield Diagnostic(("operator",), f"{both}; allowed: one of them")
     times = [waypoint.time for waypoint in operator.waypoints]
     if times and times[0] != 0:
-        yield Diagnostic(("operator", "waypoints", 0, "time"), f"is {times[0]} s; allowed: 0, the first waypoint's time")
+        yield Diagnostic(
+            ("operator", "waypoints", 0, "time"), f"is {times[0]} s; allowed: 0, the first waypoint's time"
+        )
     for k, (before, after) in enumerate(pairwise(times), start=1):
         if after <= before:
             yield Diagnostic(

@@ -92,7 +92,9 @@ def _edges(path: KeyPath, edges: Sequence[tuple[int, int]], n: int) -> Iterator[
         edge = (min(i, j), max(i, j))
         yield from in_range((*path, k), edge[1], n)
         if i == j:
-            yield Diagnostic((*path, k), f"is {yaml_text((i, j))}, robot {i} with itself; allowed: two different robots")
+            yield Diagnostic(
+                (*path, k), f"is {yaml_text((i, j))}, robot {i} with itself; allowed: two different robots"
+            )
         elif edge in seen:
             yield Diagnostic((*path, k), f"is {yaml_text((i, j))}, an edge given twice; allowed: each pair once")
         seen.add(edge)

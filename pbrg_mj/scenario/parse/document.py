@@ -147,7 +147,9 @@ class _Builder:
             inner = (*path, key)
             if key in data:
                 first = self.lines[inner]
-                raise InputError(f"is there twice, first in line {first}", file=self.file, line=line, key=dotted_key(inner))
+                raise InputError(
+                    f"is there twice, first in line {first}", file=self.file, line=line, key=dotted_key(inner)
+                )
             self.lines[inner] = line
             data[key] = self.build(value_node, inner)
         return data

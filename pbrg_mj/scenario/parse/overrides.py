@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.scenario.parse.document import Document, read_document
 from pbrg_mj.scenario.diagnostics import KeyPath, dotted_key, yaml_text
+from pbrg_mj.scenario.parse.document import Document, read_document
 
 
 def apply_overrides(document: Document, overrides: Sequence[str]) -> Document:
@@ -53,11 +53,15 @@ def _replaced(data: Any, path: list[str], done: KeyPath, value: Any, text: str) 
         k = _index(part, data, done, text)
         inner, whole = _replaced(data[k], rest, (*done, k), value, text)
         return [*data[:k], inner, *data[k + 1 :]], whole
-    raise InputError(f"override {yaml_text(text)}: {dotted_key(done)} is {yaml_text(data)}, neither a section nor a list")
+    raise InputError(
+        f"override {yaml_text(text)}: {dotted_key(done)} is {yaml_text(data)}, neither a section nor a list"
+    )
 
 
 def _index(part: str, data: list[Any], done: KeyPath, text: str) -> int:
     allowed = f"an index from 0 to {len(data) - 1}" if data else "nothing, the list is empty"
     if not (part.isascii() and part.isdigit() and len(part) < 10 and int(part) < len(data)):
-        raise InputError(f"override {yaml_text(text)}: {dotted_key(done)} has no entry {yaml_text(part)}; allowed: {allowed}")
+        raise InputError(
+            f"override {yaml_text(text)}: {dotted_key(done)} has no entry {yaml_text(part)}; allowed: {allowed}"
+        )
     return int(part)

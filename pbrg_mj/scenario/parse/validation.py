@@ -10,10 +10,10 @@ from pydantic import ValidationError
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.checks.check import check
-from pbrg_mj.scenario.schema.describe import describe_at, describe_field, keys, section_at
+from pbrg_mj.scenario.diagnostics import Diagnostic, KeyPath, dotted_key, yaml_text
 from pbrg_mj.scenario.parse.document import Document
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.scenario.diagnostics import Diagnostic, KeyPath, dotted_key, yaml_text
+from pbrg_mj.scenario.schema.describe import describe_at, describe_field, keys, section_at
 
 
 def build(document: Document, file: str) -> Scenario:

@@ -1,13 +1,13 @@
 """What a scenario may say: one frozen, validated section for each part of the YAML.
 
-    scenario          the whole, with `outcome` and `log`
-    timing, team, graph, operator
-    world, sensors, estimator
-    actuation         `drive` and `radio`
-    disturbances, network
-    governor          `control`, `governor` and `reference`
-    base              types that the sections share
-    describe          the schema in words, for errors and for the reference page
+scenario          the whole, with `outcome` and `log`
+timing, team, graph, operator
+world, sensors, estimator
+actuation         `drive` and `radio`
+disturbances, network
+governor          `control`, `governor` and `reference`
+base              types that the sections share
+describe          the schema in words, for errors and for the reference page
 """
 
 from pbrg_mj.scenario.schema.actuation import Drive, Radio

@@ -9,7 +9,6 @@ from pydantic import Field
 
 from pbrg_mj.scenario.schema.base import RobotNumber, Section
 
-
 Edge = tuple[int, int]
 
 

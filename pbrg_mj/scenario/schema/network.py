@@ -8,7 +8,6 @@ from pydantic import Field
 
 from pbrg_mj.scenario.schema.base import NonNegative, Positive, Probability, RobotNumber, Section
 
-
 Rounds = Annotated[int, Field(ge=0)]
 
 

@@ -9,7 +9,6 @@ from pydantic import Field, model_validator
 
 from pbrg_mj.scenario.schema.base import NonNegative, Positive, Probability, RobotNumber, Section
 
-
 PRESETS: dict[str, dict[str, float | int]] = {
     "ideal": {"noise_std": 0.0},
     # The Robotarium simulator's range model: 3 % multiplicative noise, 3.5 % dropout, 1.4 % outliers.

@@ -7,8 +7,8 @@ from collections import deque
 
 import numpy as np
 
+from pbrg_mj.scenario.random_streams import Source, Streams
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.scenario.streams import Source, Streams
 from pbrg_mj.world.sensors.sampling import steps_until
 
 

@@ -11,8 +11,7 @@ from mujoco import batch
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.kernel import kernel
-from pbrg_mj.scenario.checks import whole_number
-from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.scenario.schema import Scenario, whole_number
 from pbrg_mj.world.actuation.disturbances import Disturbances
 from pbrg_mj.world.plant.compose import compose
 from pbrg_mj.world.plant.interface import Observation

@@ -14,10 +14,7 @@ import colorsys
 import mujoco
 import numpy as np
 
-from pbrg_mj.scenario.beam_layout import beam_angles
-from pbrg_mj.scenario.checks import whole_number
-from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.scenario.sensors import Beams
+from pbrg_mj.scenario.schema import Beams, Scenario, beam_angles, whole_number
 from pbrg_mj.world.actuation.friction import add_patches, prioritise_tyres, set_friction
 from pbrg_mj.world.scene.footprints import body_pose
 from pbrg_mj.world.scene.obstacles import add_obstacles

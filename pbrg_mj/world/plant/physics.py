@@ -11,8 +11,7 @@ import mujoco
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.scenario.checks import whole_number
-from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.scenario.schema import Scenario, whole_number
 from pbrg_mj.world.actuation.disturbances import Disturbances
 from pbrg_mj.world.actuation.friction import WheelFriction
 from pbrg_mj.world.actuation.kidnapping import Kidnappings

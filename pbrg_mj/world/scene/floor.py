@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pbrg_mj.scenario.surroundings import World
+from pbrg_mj.scenario.schema import World
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.scenario.surroundings import Wall
+from pbrg_mj.scenario.schema import Wall
 
 
 @dataclass(frozen=True)

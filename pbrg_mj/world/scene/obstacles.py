@@ -8,7 +8,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from pbrg_mj.scenario.surroundings import MovingBox, Wall, World
+from pbrg_mj.scenario.schema import MovingBox, Wall, World
 
 LOW_FRICTION = (0.2, 0.005, 0.0001)  # friction: robots slide along obstacles rather than climb them
 MOVING_COLOUR = (0.80, 0.52, 0.16, 1.0)

@@ -23,7 +23,7 @@ UNIT = re.compile(r" ?\[(-|m|s|N|Hz|deg|1/s|m/s)\]")
 
 HEAD = """# Scenario: every key
 
-<!-- Written by scripts/make_scenario_docs.py from pbrg_mj/scenario/schema.py: change it there. -->
+<!-- Written by scripts/make_scenario_docs.py from pbrg_mj/scenario/schema: change it there. -->
 
 A scenario is one YAML 1.2 file. Only `team` and `operator` are required; every other key has a default.
 

@@ -42,8 +42,10 @@ def extents(scenario: Scenario) -> Iterator[Diagnostic]:
         yield from _stops(("world", "moving_boxes", k, "stops"), box)
     for k, patch in enumerate(world.patches):
         if min(abs(a - b) for a, b in zip(patch.start, patch.end, strict=True)) < SHORTEST:
-            message = f"reaches from {yaml_text(patch.start)} to {yaml_text(patch.end)}; allowed: corners apart along x and along y"
-            yield Diagnostic(("world", "patches", k), message)
+            span = f"{yaml_text(patch.start)} to {yaml_text(patch.end)}"
+            yield Diagnostic(
+                ("world", "patches", k), f"reaches from {span}; allowed: corners apart along x and along y"
+            )
 
 
 def placement(scenario: Scenario) -> Iterator[Diagnostic]:

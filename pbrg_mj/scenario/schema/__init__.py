@@ -25,6 +25,7 @@ from pbrg_mj.scenario.schema.timing import Timing, whole_multiple, whole_number
 from pbrg_mj.scenario.schema.world import Box, MovingBox, Patch, Stop, Wall, World
 
 __all__ = [
+    "PRESETS",
     "Beams",
     "Box",
     "Camera",
@@ -44,7 +45,6 @@ __all__ = [
     "Network",
     "Operator",
     "Outcome",
-    "PRESETS",
     "Patch",
     "Push",
     "Radio",

@@ -86,7 +86,7 @@ class Beams(Section):
 
 
 class Camera(Section):
-    """Overhead camera that tells every robot its own pose. A robot that is carried is message where it was seen last."""
+    """Overhead camera that gives every robot its own pose; a kidnapped robot keeps the pose it was last seen at."""
 
     rate_hz: Positive = Field(default=30.0, description="frames per second [Hz]")
     position_std: NonNegative = Field(default=0.001, description="standard deviation of x and y [m]")

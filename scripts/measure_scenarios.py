@@ -20,9 +20,8 @@ import numpy as np
 
 from pbrg_mj.analysis.metrics import RunMetrics, metrics
 from pbrg_mj.analysis.outcome import final_target
-from pbrg_mj.log.reader import read_run
-from pbrg_mj.log.run import Run
-from pbrg_mj.log.writer import LogWriter
+from pbrg_mj.log.read.run import Run, open_run
+from pbrg_mj.log.write.writer import LogWriter
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.bundled import bundled_scenarios
 from pbrg_mj.scenario.load import load_scenario
@@ -50,7 +49,7 @@ def measure(name: str, folder: Path) -> Measured:
     with LogWriter(path, loaded, simulation.model_xml) as write:
         for record in simulation.records():
             write(record)
-    run = read_run(path)
+    run = open_run(path)
     return Measured(name, loaded.scenario.description, metrics(run), contact(run), static_error(run))
 
 

@@ -22,8 +22,8 @@ from matplotlib.figure import Figure
 
 from pbrg_mj.analysis.metrics import metrics
 from pbrg_mj.governor.stability import admissible_step, steepest_gradients
-from pbrg_mj.log.reader import read_run
-from pbrg_mj.log.writer import LogWriter
+from pbrg_mj.log.read.run import open_run
+from pbrg_mj.log.write.writer import LogWriter
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_scenario
 from pbrg_mj.team.graph import network
@@ -97,7 +97,7 @@ def simulated(name: str, case: Case) -> dict[str, Any]:
         with LogWriter(log, loaded, simulation.model_xml) as write:
             for record in simulation.records():
                 write(record)
-        return metrics(read_run(log)).as_dict()
+        return metrics(open_run(log)).as_dict()
 
 
 def limit() -> float:

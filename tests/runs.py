@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pbrg_mj.log.run import OptimumSeries, Run, TickSeries, TimingSeries
+from pbrg_mj.log.read.run import OptimumSeries, Run, TickSeries, TimingSeries
 from pbrg_mj.scenario.schema import Scenario
 
 FORMATION = ((0.0, 0.0), (0.0, -1.0))

@@ -6,7 +6,7 @@ import pytest
 
 from pbrg_mj.cli.main import main
 from pbrg_mj.errors import InputError
-from pbrg_mj.log import reader
+from pbrg_mj.log.read import run as reader
 from tests.needs import need_module
 from tests.runs import resting, run, scenario, walled
 
@@ -211,7 +211,7 @@ def test_panels_are_chosen_on_the_command_line(tmp_path, monkeypatch, capsys):
     from pbrg_mj.analysis.plot import figure
 
     drawn_panels = []
-    monkeypatch.setattr(reader, "read_run", lambda path: run())
+    monkeypatch.setattr(reader, "open_run", lambda path: run())
     monkeypatch.setattr(figure, "plot", lambda run, path, panels: drawn_panels.append(panels))
     for wanted in ([], ["--panels", "gap,margin,gap"], ["--panels", "all"]):
         assert main(["plot", "a.mcap", "-o", "a.pdf", *wanted]) == 0

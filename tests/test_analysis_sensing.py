@@ -10,14 +10,14 @@ import pytest
 from pbrg_mj.analysis.metrics import metrics
 from pbrg_mj.analysis.sensing import true_optima
 from pbrg_mj.cli.main import main
-from pbrg_mj.log.reader import read_run
+from pbrg_mj.log.read.run import open_run
 
 
 @pytest.fixture(scope="module")
 def ideal(tmp_path_factory):
     path = tmp_path_factory.mktemp("sensing") / "x.mcap"
     assert main(["run", "paper/simulation_inadmissible", "--duration", "10", "--quiet", "-o", str(path)]) == 0
-    return read_run(path)
+    return open_run(path)
 
 
 def test_exact_half_spaces_leave_no_gap(ideal):

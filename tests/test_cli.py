@@ -14,7 +14,7 @@ from pbrg_mj.analysis.table import COLUMN_WIDTH, LAYOUT, cell, comparison_table,
 from pbrg_mj.analysis.text import plain
 from pbrg_mj.api import checkup
 from pbrg_mj.cli.main import main
-from pbrg_mj.log import reader
+from pbrg_mj.log.read import run as reader
 from pbrg_mj.video import gl
 from tests.needs import need_module
 from tests.runs import replaced, run, walled
@@ -34,7 +34,7 @@ operator: {reference: [1, 0]}
 def logs(monkeypatch, tmp_path):
     """Planted runs in place of log files, by name."""
     found = {}
-    monkeypatch.setattr(reader, "read_run", lambda path: replaced(found[Path(path).name], path=str(path)))
+    monkeypatch.setattr(reader, "open_run", lambda path: replaced(found[Path(path).name], path=str(path)))
     monkeypatch.chdir(tmp_path)
     return found
 
@@ -136,7 +136,7 @@ def test_ctrl_c_exits_with_130_and_leaves_a_whole_log(ideal):
         _, errors = process.communicate(timeout=30)
     assert process.returncode == 130
     assert errors == "interrupted; the log so far: ideal.mcap\n"
-    found = reader.read_run("ideal.mcap")
+    found = reader.open_run("ideal.mcap")
     assert found.damage is None
     assert len(found.ticks.time) >= 1
 

@@ -9,7 +9,7 @@ import pytest
 from mcap.reader import make_reader
 
 from pbrg_mj.cli.main import main
-from pbrg_mj.log.reader import read_run
+from pbrg_mj.log.read.run import open_run
 
 EXPERIMENTS = ("paper/experiment_near", "paper/experiment_inadmissible")
 
@@ -30,7 +30,7 @@ def logs(tmp_path_factory):
 
 @pytest.mark.parametrize("name", EXPERIMENTS)
 def test_no_robot_touches_the_wall_and_every_reference_tick_has_its_gap(name, logs):
-    run = read_run(logs[name])
+    run = open_run(logs[name])
     assert run.damage is None
     assert run.ticks.time[-1] == pytest.approx(60.0)
     assert not run.ticks.wall_contact.any()
@@ -47,7 +47,7 @@ def test_no_robot_touches_the_wall_and_every_reference_tick_has_its_gap(name, lo
 
 def test_the_sensed_half_space_is_the_papers_line(logs):
     """Perception on: the leader's fit of x + y = 3, from noisy beams, within centimetres at every tick."""
-    run = read_run(logs["paper/experiment_near"])
+    run = open_run(logs["paper/experiment_near"])
     active = run.ticks.half_space_active
     assert active[:, 4].sum(axis=1).min() == active[:, 4].sum(axis=1).max() == 1
     assert not active[:, :4].any()
@@ -109,7 +109,7 @@ def test_any_number_of_robots(robots, tmp_path, capsys):
     log = tmp_path / "team.mcap"
     assert pbrg("run", str(scenario), "--json", "-o", str(log)) == 0
     assert json.loads(capsys.readouterr().out)
-    run = read_run(log)
+    run = open_run(log)
     assert run.ticks.m.shape == (201, robots, 2)
     assert run.ticks.half_space_active.any(axis=2)[-1].any()  # somebody sees the wall
     assert np.isfinite(run.ticks.m).all()

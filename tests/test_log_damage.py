@@ -12,11 +12,11 @@ from mcap.records import Chunk
 from mcap.writer import Writer
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.log import channels, container
-from pbrg_mj.log.reader import read_run
-from pbrg_mj.log.run import Run
-from pbrg_mj.log.schemas import CLASSES, encoder
-from pbrg_mj.log.writer import LogWriter
+from pbrg_mj.log.read import mcap_records as container
+from pbrg_mj.log.read.run import Run, open_run
+from pbrg_mj.log.schema import channels
+from pbrg_mj.log.schema.protobuf import CLASSES, encoder
+from pbrg_mj.log.write.writer import LogWriter
 from tests.records import loaded, records
 
 TICKS = 60
@@ -37,7 +37,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 def reference(whole: bytes, tmp_path_factory: pytest.TempPathFactory) -> Run:
     path = tmp_path_factory.mktemp("log") / "reference.mcap"
     path.write_bytes(whole)
-    return read_run(path)
+    return open_run(path)
 
 
 def is_prefix(run: Run, reference: Run) -> bool:
@@ -54,7 +54,7 @@ def is_prefix(run: Run, reference: Run) -> bool:
 def read_one_line(path: Path) -> Run | None:
     """Return the run, or None for an InputError of one line. Any other exception is a failure."""
     try:
-        run = read_run(path)
+        run = open_run(path)
     except InputError as error:
         assert "\n" not in str(error)
         return None
@@ -131,7 +131,7 @@ def test_an_altered_scenario_is_noticed(whole: bytes, tmp_path: Path) -> None:
     assert whole.count(b"seed: 7") == 1
     path.write_bytes(whole.replace(b"seed: 7", b"seed: 8"))
     with pytest.raises(InputError, match="the checksum of an attachment does not match"):
-        read_run(path)
+        open_run(path)
 
 
 def test_a_message_on_no_channel_ends_the_run(tmp_path: Path) -> None:
@@ -161,7 +161,7 @@ def test_messages_that_make_no_sense_end_the_run_there(reference: Run, tmp_path:
     }
     for said, forgeries in cases.items():
         for forgery in forgeries:
-            run = read_run(forge(tmp_path / "forged.mcap", [*good[:3], forgery, good[4]]))
+            run = open_run(forge(tmp_path / "forged.mcap", [*good[:3], forgery, good[4]]))
             assert run.damage == f"message 3 on /tick {said}"
             assert len(run.ticks.time) == 3 and is_prefix(run, reference)
 
@@ -185,7 +185,7 @@ def test_strange_logs_are_refused_in_one_line(
 ) -> None:
     path = forge(tmp_path / "forged.mcap", ticks_of(2), facts, scenario)
     with pytest.raises(InputError) as caught:
-        read_run(path)
+        open_run(path)
     assert said in str(caught.value) and str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -203,9 +203,9 @@ def test_what_is_no_log_is_refused_in_one_line(tmp_path: Path) -> None:
     }
     for name, words in said.items():
         with pytest.raises(InputError, match=words):
-            read_run(tmp_path / name)
+            open_run(tmp_path / name)
     with pytest.raises(InputError, match="no whole tick"):
-        read_run(forge(tmp_path / "no_ticks", []))
+        open_run(forge(tmp_path / "no_ticks", []))
 
 
 @pytest.mark.parametrize("claimed", [2**20 + 1, 10])

@@ -3,9 +3,9 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from pbrg_mj.log import channels
-from pbrg_mj.log.fields import MESSAGES, SCHEMA_VERSION, Field
-from pbrg_mj.log.writer import CHUNK_SECONDS
+from pbrg_mj.log.schema import channels
+from pbrg_mj.log.schema.fields import MESSAGES, SCHEMA_VERSION, Field
+from pbrg_mj.log.write.writer import CHUNK_SECONDS
 from pbrg_mj.loop.simulation import AHEAD, PATIENCE
 
 PAGE = (Path(__file__).parent.parent / "docs" / "log.md").read_text(encoding="utf-8")

@@ -8,8 +8,8 @@ from operator import attrgetter
 import numpy as np
 import pytest
 
-from pbrg_mj.log.fields import MESSAGES
-from pbrg_mj.log.schemas import CLASSES, encoder
+from pbrg_mj.log.schema.fields import MESSAGES
+from pbrg_mj.log.schema.protobuf import CLASSES, encoder
 from pbrg_mj.loop.record import TickRecord
 from tests.records import records
 

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pbrg_mj.log.reader import read_run
-from pbrg_mj.log.writer import LogWriter
+from pbrg_mj.log.read.run import open_run
+from pbrg_mj.log.write.writer import LogWriter
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_scenario
 from tests.needs import need
@@ -87,7 +87,7 @@ def test_every_channel_is_decoded_to_its_last_message(found: tuple[Path, dict[st
 
 def test_values_are_those_that_python_reads(found: tuple[Path, dict[str, Any]]) -> None:
     log, channels = found
-    run = read_run(log)
+    run = open_run(log)
     last = channels["/tick"]["last"]
     for name in ("m", "multipliers", "body_pose_true", "half_space_h", "half_space_active", "command"):
         assert last[name] == run.ticks.__dict__[name][-1].ravel().tolist(), name
@@ -98,7 +98,7 @@ def test_values_are_those_that_python_reads(found: tuple[Path, dict[str, Any]]) 
 
 def test_the_scene_shows_where_things_are(found: tuple[Path, dict[str, Any]]) -> None:
     log, channels = found
-    run = read_run(log)
+    run = open_run(log)
     plan = {entity["id"]: entity for entity in channels["/scene"]["last"]["entities"]}
     assert [plan[f"robot_{k}"]["frame_locked"] for k in range(1, 6)] == [True] * 5
     team = {entity["id"]: entity for entity in channels["/scene/team"]["last"]["entities"]}

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pbrg_mj.log.reader import read_run
-from pbrg_mj.log.verify import verify
+from pbrg_mj.log.read.run import open_run
+from pbrg_mj.log.verify_replay import verify
 
 ROOT = Path(__file__).parents[1]
 PARTS, KILLS = 10, 5  # fifty in all
@@ -54,7 +54,7 @@ def test_a_killed_run_loses_at_most_a_second_and_replays(tmp_path: Path, part: i
         killed = run_and_kill(log, float(rng.uniform(0.5, 3.0)))
         # The file's last change is its last whole chunk: what came after is lost.
         assert killed - log.stat().st_mtime < LOST
-        run = read_run(log)
+        run = open_run(log)
         assert run.damage in ("the file ends before its end mark", "the file ends inside a record")
         found = verify(log)
         assert (found.first, found.ticks, found.damage) == (None, len(run.ticks.time), run.damage)

@@ -7,9 +7,9 @@ import re
 from pathlib import Path
 from typing import Any
 
-from pbrg_mj.log import channels
-from pbrg_mj.log.fields import MESSAGES
-from pbrg_mj.log.reader import TOPICS
+from pbrg_mj.log.read.run import TOPICS
+from pbrg_mj.log.schema import channels
+from pbrg_mj.log.schema.fields import MESSAGES
 
 LAYOUT = json.loads((Path(__file__).parents[1] / "docs" / "foxglove" / "layout.json").read_text())
 DIMS = {"n": 5, "K": 4, "R": 20}  # the paper's team with the default slots

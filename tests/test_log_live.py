@@ -15,7 +15,7 @@ from mcap.reader import make_reader
 from pbrg_mj.cli.main import main
 from pbrg_mj.cli.pace import pacer
 from pbrg_mj.log.live import LiveServer
-from pbrg_mj.log.writer import LogWriter
+from pbrg_mj.log.write.writer import LogWriter
 from tests.needs import need_module
 from tests.records import loaded, records
 

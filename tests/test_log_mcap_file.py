@@ -9,8 +9,8 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import Writer
 
-from pbrg_mj.log import mcap_file
-from pbrg_mj.log.mcap_file import McapFile
+from pbrg_mj.log.write import mcap_writer as mcap_file
+from pbrg_mj.log.write.mcap_writer import McapWriter
 
 NEVER = 2**62  # mcap's Writer ends no chunk by itself
 CALLS = 120
@@ -28,7 +28,7 @@ def theirs(output: BytesIO) -> Writer:
     return writer
 
 
-def fill(writer: Writer | McapFile, seed: int) -> None:
+def fill(writer: Writer | McapWriter, seed: int) -> None:
     """Do what the seed says, with times in any order, channels that come late, and flushes of nothing."""
     rng = np.random.default_rng(seed)
     schemas = [writer.register_schema("first", "jsonschema", b"{}")]
@@ -53,7 +53,7 @@ def fill(writer: Writer | McapFile, seed: int) -> None:
 @pytest.mark.parametrize("seed", range(30))
 def test_files_are_those_of_mcap(seed: int) -> None:
     expected, written = BytesIO(), BytesIO()
-    for writer in (theirs(expected), McapFile(written)):
+    for writer in (theirs(expected), McapWriter(written)):
         fill(writer, seed)
         writer.finish()
     assert written.getvalue() == expected.getvalue()
@@ -66,7 +66,7 @@ def test_files_are_those_of_mcap(seed: int) -> None:
 
 def test_what_was_flushed_is_in_the_file() -> None:
     expected, written = BytesIO(), BytesIO()
-    for writer in (theirs(expected), McapFile(written)):
+    for writer in (theirs(expected), McapWriter(written)):
         fill(writer, 1)
         writer.flush()
     assert written.getvalue() == expected.getvalue()
@@ -74,6 +74,6 @@ def test_what_was_flushed_is_in_the_file() -> None:
 
 def test_an_empty_file_is_that_of_mcap() -> None:
     expected, written = BytesIO(), BytesIO()
-    for writer in (theirs(expected), McapFile(written)):
+    for writer in (theirs(expected), McapWriter(written)):
         writer.finish()
     assert written.getvalue() == expected.getvalue()

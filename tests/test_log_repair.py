@@ -10,10 +10,10 @@ from mcap.reader import make_reader
 
 from pbrg_mj.cli.main import main
 from pbrg_mj.errors import InputError
-from pbrg_mj.log.container import MAGIC, RECORD_HEAD
-from pbrg_mj.log.reader import read_run
+from pbrg_mj.log.read.mcap_records import MAGIC, RECORD_HEAD
+from pbrg_mj.log.read.run import open_run
 from pbrg_mj.log.repair import repair
-from pbrg_mj.log.writer import LogWriter
+from pbrg_mj.log.write.writer import LogWriter
 from tests.records import loaded, records
 from tests.test_log_damage import corrupt, forge
 
@@ -71,10 +71,10 @@ def test_a_whole_log_becomes_its_own_copy(whole: bytes, tmp_path: Path) -> None:
 def test_a_cut_log_becomes_the_log_of_its_whole_chunks(whole: bytes, tmp_path: Path) -> None:
     for number, (start, end) in enumerate(chunks(whole)[1:], start=1):
         found, clean = repaired(tmp_path, whole[: (start + end) // 2])
-        run = read_run(clean)
+        run = open_run(clean)
         assert (run.damage, len(run.ticks.time), found.chunks) == (None, 10 * number, number)
         assert found.damage == ["the file ends inside a record"]
-        cut = read_run(tmp_path / "damaged.mcap")
+        cut = open_run(tmp_path / "damaged.mcap")
         for name in ("m", "multipliers", "status", "hand_true"):
             assert getattr(run.ticks, name).tobytes() == getattr(cut.ticks, name).tobytes()
         assert (run.scenario_yaml, run.model_xml, run.versions) == (cut.scenario_yaml, cut.model_xml, cut.versions)
@@ -84,7 +84,7 @@ def test_whole_chunks_behind_a_damaged_one_are_kept(whole: bytes, tmp_path: Path
     found, clean = repaired(tmp_path, hurt(whole, 2))
     assert (found.chunks, found.lost, found.ticks, found.kept_ticks) == (5, 1, [(0, 19), (30, 59)], 50)
     assert ticks(clean) == [*range(20), *range(30, 60)]
-    run = read_run(clean)
+    run = open_run(clean)
     assert (len(run.ticks.time), run.damage) == (20, "message 20 on /tick is out of order")
 
 

@@ -11,11 +11,10 @@ from mcap_protobuf.decoder import DecoderFactory
 from mcap_protobuf.schema import build_file_descriptor_set
 
 from pbrg_mj.errors import InputError, PbrgError
-from pbrg_mj.log.fields import MESSAGES, Field
-from pbrg_mj.log.reader import read_run
-from pbrg_mj.log.run import OptimumSeries, TickSeries, TimingSeries
-from pbrg_mj.log.schemas import CLASSES, decode, encoder
-from pbrg_mj.log.writer import LogWriter
+from pbrg_mj.log.read.run import OptimumSeries, TickSeries, TimingSeries, open_run
+from pbrg_mj.log.schema.fields import MESSAGES, Field
+from pbrg_mj.log.schema.protobuf import CLASSES, decode, encoder
+from pbrg_mj.log.write.writer import LogWriter
 from pbrg_mj.loop.record import TickRecord
 from tests.records import SCENARIO_YAML, loaded, records
 
@@ -50,7 +49,7 @@ def test_names_and_order_are_those_of_the_series(name: str) -> None:
 
 def test_every_field_returns_bit_for_bit(tmp_path: Path) -> None:
     written = records(60)
-    run = read_run(write(tmp_path / "log.mcap"))
+    run = open_run(write(tmp_path / "log.mcap"))
     assert run.damage is None
     series = {"Tick": run.ticks, "Optimum": run.optima, "Timing": run.timings}
     for name, table in MESSAGES.items():
@@ -62,7 +61,7 @@ def test_every_field_returns_bit_for_bit(tmp_path: Path) -> None:
 
 
 def test_what_it_takes_to_rerun_is_embedded(tmp_path: Path) -> None:
-    run = read_run(write(tmp_path / "log.mcap"))
+    run = open_run(write(tmp_path / "log.mcap"))
     assert run.name == "three"
     assert run.scenario == loaded(timings=True).scenario
     assert run.scenario_yaml == SCENARIO_YAML.replace("TIMINGS", "true")
@@ -85,7 +84,7 @@ def test_timings_stay_on_their_channel(tmp_path: Path) -> None:
     without = messages(write(tmp_path / "off.mcap", timings=False))
     assert sum(topic == "/timing" for topic, *_ in with_timings) == 60
     assert [message for message in with_timings if message[0] != "/timing"] == without
-    assert read_run(tmp_path / "off.mcap").timings.sense.shape == (0,)
+    assert open_run(tmp_path / "off.mcap").timings.sense.shape == (0,)
 
 
 def test_the_runtime_reads_what_the_encoder_writes() -> None:
@@ -195,7 +194,7 @@ def test_interrupted_runs_are_whole(tmp_path: Path) -> None:
         for record in records(37):
             sink(record)
         raise KeyboardInterrupt
-    run = read_run(path)
+    run = open_run(path)
     assert (run.damage, len(run.ticks.time)) == (None, 37)
 
 
@@ -218,7 +217,7 @@ def test_interrupted_inside_a_record_reads_as_killed(tmp_path: Path) -> None:
         for record in written[:-1]:
             sink(record)
         sink(Interrupted(written[-1]))  # type: ignore[arg-type]
-    run = read_run(path)
+    run = open_run(path)
     assert (run.damage, len(run.ticks.time)) == ("the file ends before its end mark", 50)
 
 

@@ -11,11 +11,11 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import Writer
 
-from pbrg_mj.log import verify as room
-from pbrg_mj.log.difference import differences
-from pbrg_mj.log.schemas import CLASSES
-from pbrg_mj.log.verify import verify
-from pbrg_mj.log.writer import LogWriter
+from pbrg_mj.log import verify_replay as room
+from pbrg_mj.log.schema.protobuf import CLASSES
+from pbrg_mj.log.verify_difference import differences
+from pbrg_mj.log.verify_replay import verify
+from pbrg_mj.log.write.writer import LogWriter
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_scenario
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from pbrg_mj.log import writer
-from pbrg_mj.log.reader import read_run
-from pbrg_mj.log.stream import MessageStream
-from pbrg_mj.log.writer import LogWriter
+from pbrg_mj.log.read.run import open_run
+from pbrg_mj.log.write import writer
+from pbrg_mj.log.write.messages import MessageStream
+from pbrg_mj.log.write.writer import LogWriter
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_scenario
 from tests.records import loaded, records
@@ -40,7 +40,7 @@ def test_records_stay_what_they_were(scenario: str, overrides: list[str]) -> Non
 
 
 def ticks_on_disk(path: Path) -> int:
-    return len(read_run(path).ticks.time)
+    return len(open_run(path).ticks.time)
 
 
 def test_whole_chunks_are_on_the_disk_while_a_run_goes_on(tmp_path: Path) -> None:

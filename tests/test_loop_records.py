@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pbrg_mj.governor.operation import operations
-from pbrg_mj.log.stream import MessageStream
+from pbrg_mj.log.write.messages import MessageStream
 from pbrg_mj.loop import simulation, watch
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.loop.simulation import Simulation

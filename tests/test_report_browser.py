@@ -10,8 +10,8 @@ import pytest
 from pbrg_mj.analysis.report.excerpt import excerpt
 from pbrg_mj.analysis.report.page import page
 from pbrg_mj.cli.main import main
-from pbrg_mj.log.reader import read_run
-from pbrg_mj.log.writer import LogWriter
+from pbrg_mj.log.read.run import open_run
+from pbrg_mj.log.write.writer import LogWriter
 from tests.browser import PROGRAM, Browser
 from tests.needs import need
 from tests.records import loaded, records
@@ -256,4 +256,4 @@ def test_from_a_log_through_the_command_to_the_screen(opened, tmp_path):
     browser = opened.show(out.read_text(encoding="utf-8"))
     for across in (0.9, 0.4):
         browser.click("#time", across=across)
-        assert_drawn_as_logged(browser, read_run(log))
+        assert_drawn_as_logged(browser, open_run(log))

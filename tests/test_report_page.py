@@ -18,7 +18,7 @@ import pytest
 from pbrg_mj.analysis.report.excerpt import excerpt
 from pbrg_mj.analysis.report.page import SCRIPTS, page
 from pbrg_mj.cli.main import main
-from pbrg_mj.log import reader
+from pbrg_mj.log.read import run as reader
 from tests.runs import replaced, resting, run, walled
 
 TOP = Path(__file__).parents[1]
@@ -156,7 +156,7 @@ def test_a_diverged_run_and_a_run_of_one_tick_can_be_shown():
 
 @pytest.fixture
 def logs(monkeypatch, tmp_path):
-    monkeypatch.setattr(reader, "read_run", lambda path: replaced(run(), path=str(path)))
+    monkeypatch.setattr(reader, "open_run", lambda path: replaced(run(), path=str(path)))
     monkeypatch.chdir(tmp_path)
     return tmp_path
 

@@ -7,9 +7,9 @@ import pytest
 
 from pbrg_mj.cli.main import main
 from pbrg_mj.errors import InputError
-from pbrg_mj.log import reader
-from pbrg_mj.log.reader import read_run
-from pbrg_mj.log.scans import read_scans
+from pbrg_mj.log.read import run as reader
+from pbrg_mj.log.read.run import open_run
+from pbrg_mj.log.read.scans import read_scans
 from pbrg_mj.scenario.schema import beam_angles
 from pbrg_mj.video import gl, render
 from pbrg_mj.video.camera import camera_path
@@ -130,7 +130,7 @@ def test_the_same_log_makes_the_same_film(draws, log, tmp_path):
 def test_a_log_cut_anywhere_films_what_whole_chunks_hold(draws, log, tmp_path, capsys):
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(log.read_bytes()[: int(0.7 * log.stat().st_size)])
-    ticks = read_run(cut).ticks
+    ticks = open_run(cut).ticks
     assert 10 <= len(ticks.time) < 100
     assert main(["render", str(cut), "-o", str(tmp_path / "cut.mp4"), "--size", "160x90", "--camera", "robot:5"]) == 0
     assert "warning: " in capsys.readouterr().err
@@ -139,14 +139,14 @@ def test_a_log_cut_anywhere_films_what_whole_chunks_hold(draws, log, tmp_path, c
 
 @pytest.mark.render
 def test_a_model_that_does_not_compile_is_one_line_and_no_file(draws, monkeypatch, tmp_path, capsys):
-    monkeypatch.setattr(reader, "read_run", lambda path: run(model_xml="<mujoco><no/></mujoco>"))
+    monkeypatch.setattr(reader, "open_run", lambda path: run(model_xml="<mujoco><no/></mujoco>"))
     assert main(["render", "run.mcap", "-o", str(tmp_path / "a.png"), "--hide", "beams"]) == 2
     assert "the embedded model cannot be compiled" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 
 
 def test_scans_lie_on_the_wall_where_they_were_taken(log):
-    made = read_run(log)
+    made = open_run(log)
     scans = read_scans(log, 5)
     assert list(scans) == [4]
     scan = scans[4]
@@ -179,7 +179,7 @@ def test_scans_lie_on_the_wall_where_they_were_taken(log):
     ],
 )
 def test_wrong_arguments_are_one_line_and_no_file(arguments, says, monkeypatch, tmp_path, capsys):
-    monkeypatch.setattr(reader, "read_run", lambda path: run())
+    monkeypatch.setattr(reader, "open_run", lambda path: run())
     monkeypatch.setattr(render, "working_backend", lambda: "egl")
     monkeypatch.chdir(tmp_path)
     assert main(["render", "run.mcap", *arguments]) == 2
@@ -189,7 +189,7 @@ def test_wrong_arguments_are_one_line_and_no_file(arguments, says, monkeypatch, 
 
 
 def test_without_gl_one_line_says_what_to_install(monkeypatch, tmp_path, capsys):
-    monkeypatch.setattr(reader, "read_run", lambda path: run())
+    monkeypatch.setattr(reader, "open_run", lambda path: run())
     monkeypatch.setattr(gl, "PROBE", "import sys; sys.exit('no library')")
     monkeypatch.chdir(tmp_path)
     assert main(["render", "run.mcap", "-o", "a.mp4", "--hide", "beams"]) == 2

@@ -8,7 +8,7 @@ from typing import Any
 
 from pbrg_mj.analysis.outcome import Outcome, outcome
 from pbrg_mj.analysis.report.events import Event, events
-from pbrg_mj.log.run import Run
+from pbrg_mj.log.read.run import Run
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from scipy.io import savemat
 from pbrg_mj.analysis.atomic import by_suffix, write_whole
 from pbrg_mj.analysis.series import Series, series
 from pbrg_mj.errors import InputError
-from pbrg_mj.log.run import Run
+from pbrg_mj.log.read.run import Run
 
 MAT_HEADER = b"MATLAB 5.0 MAT-file, pbrg-mj"
 MAT_HEADER_LENGTH = 116  # free text at the start of a MAT-file

@@ -13,7 +13,7 @@ from pbrg_mj.analysis.certify import sensed_margin, true_margin, worst_row
 from pbrg_mj.analysis.outcome import ROUNDING, final_target, formation_error, outcome
 from pbrg_mj.analysis.sensing import true_optima
 from pbrg_mj.errors import InputError
-from pbrg_mj.log.run import Run
+from pbrg_mj.log.read.run import Run
 from pbrg_mj.scenario.checks.world import BODY_RADIUS
 
 AT_REST = {"converged", "stalled"}

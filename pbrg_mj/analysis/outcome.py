@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from pbrg_mj.analysis.certify import obstructed, true_margin
 from pbrg_mj.analysis.target import Best, best_formation
-from pbrg_mj.log.run import Run
+from pbrg_mj.log.read.run import Run
 
 Word = Literal["converged", "moving", "stalled", "violated", "diverged"]
 ROUNDING = 1e-6  # [m] a margin above -ROUNDING is on the line, not past it

@@ -8,7 +8,7 @@ from pbrg_mj.analysis.target import Rows, best_formation
 from pbrg_mj.governor.certificate import BallCertificate
 from pbrg_mj.governor.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.problem import Problem
-from pbrg_mj.log.run import Run
+from pbrg_mj.log.read.run import Run
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.team.graph import network
 

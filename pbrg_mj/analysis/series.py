@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from pbrg_mj.log.run import Run
+from pbrg_mj.log.read.run import Run
 
 XY = ("x", "y")
 SIDE = ("left", "right")

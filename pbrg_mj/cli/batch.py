@@ -31,7 +31,7 @@ def batch(
     os.environ.pop("MUJOCO_GL", None)  # see run
     from pbrg_mj.analysis.atomic import by_suffix
     from pbrg_mj.analysis.worlds import WRITERS, figures, save
-    from pbrg_mj.log.writer import check_writable
+    from pbrg_mj.log.write.writer import check_writable
     from pbrg_mj.loop.worlds import Worlds
     from pbrg_mj.scenario.load import load_scenario
 

@@ -10,7 +10,7 @@ import typer
 from pbrg_mj.cli.console import emit, emit_json, note
 
 if TYPE_CHECKING:
-    from pbrg_mj.log.run import Run
+    from pbrg_mj.log.read.run import Run
 
 
 def compare(
@@ -31,9 +31,9 @@ def compare(
 
 def open_log(path: Path) -> Run:
     """Return the log's run; one line on stderr tells of damage. Raises InputError when it is no log."""
-    from pbrg_mj.log.reader import read_run
+    from pbrg_mj.log.read.run import open_run
 
-    run = read_run(path)
+    run = open_run(path)
     if run.damage:
         note(f"warning: {path}: {run.damage}")
     return run

@@ -68,7 +68,7 @@ def _shorthands(seed: int | None, duration: float | None) -> list[str]:
 
 
 def _log_path(output: Path | None, name: str) -> Path:
-    from pbrg_mj.log.writer import check_writable
+    from pbrg_mj.log.write.writer import check_writable
 
     path = output or Path(f"{name.rsplit('/', 1)[-1]}.mcap")
     if path.suffix != ".mcap":
@@ -106,7 +106,7 @@ def record(
     What is in `watched` sees every record once it is in the log, and the profile when everybody has seen it.
     """
     from pbrg_mj.kernel import cache_folder
-    from pbrg_mj.log.writer import LogWriter
+    from pbrg_mj.log.write.writer import LogWriter
     from pbrg_mj.loop.simulation import Simulation
 
     if show and sys.stderr.isatty() and not cache_folder().exists():

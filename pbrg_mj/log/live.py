@@ -12,9 +12,9 @@ from typing import Any, Self
 from mcap_protobuf.schema import build_file_descriptor_set
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.log import channels
-from pbrg_mj.log.payload import Payload
-from pbrg_mj.log.stream import MessageStream
+from pbrg_mj.log.schema import channels
+from pbrg_mj.log.schema.message import Payload
+from pbrg_mj.log.write.messages import MessageStream
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.scenario.schema import Scenario
 

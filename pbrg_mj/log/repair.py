@@ -13,8 +13,8 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, DataEnd, Footer, Metadata, Schema
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.log import channels
-from pbrg_mj.log.container import (
+from pbrg_mj.log.read.header import Embedded, opened
+from pbrg_mj.log.read.mcap_records import (
     MAGIC,
     MESSAGE_HEAD,
     RECORD_HEAD,
@@ -26,9 +26,9 @@ from pbrg_mj.log.container import (
     parse,
     records,
 )
-from pbrg_mj.log.head import Embedded, opened
-from pbrg_mj.log.mcap_file import McapFile
-from pbrg_mj.log.payload import Payload
+from pbrg_mj.log.schema import channels
+from pbrg_mj.log.schema.message import Payload
+from pbrg_mj.log.write.mcap_writer import McapWriter
 
 FOOTER_SIZE = RECORD_HEAD.size + 20  # two offsets and the checksum
 
@@ -55,7 +55,7 @@ def repair(path: Path, target: Path) -> Repaired:
     log of this package, when what it embeds is lost, or when it holds no whole chunk.
     """
     with opened(path) as (file, size), target.open("wb") as output:
-        salvage = _Salvage(McapFile(output), _index_channels(file, size), Embedded(str(path)))
+        salvage = _Salvage(McapWriter(output), _index_channels(file, size), Embedded(str(path)))
         file.seek(len(MAGIC))
         salvage.copy(file, size)
         found = salvage.found
@@ -72,7 +72,7 @@ def repair(path: Path, target: Path) -> Repaired:
 class _Salvage:
     """The copy in the making."""
 
-    writer: McapFile
+    writer: McapWriter
     index: list[Schema | Channel]  # as the file's end tells them; where the first chunk is lost, they are there alone
     embedded: Embedded
     found: Repaired = field(default_factory=Repaired)

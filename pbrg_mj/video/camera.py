@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from pbrg_mj.log.run import Run
+from pbrg_mj.log.read.run import Run
 from pbrg_mj.video.playback import Motion, between, held, smoothed
 from pbrg_mj.video.settings import ROBOT_CAMERA, RenderTask
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pbrg_mj.analysis.text import plain
-from pbrg_mj.log.run import Run
+from pbrg_mj.log.read.run import Run
 from pbrg_mj.video.playback import latest
 
 LONGEST = 48  # characters of a name

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pbrg_mj.log.run import Run
-from pbrg_mj.log.scans import ScanSeries
+from pbrg_mj.log.read.run import Run
+from pbrg_mj.log.read.scans import ScanSeries
 from pbrg_mj.scenario.schema import edge_list
 from pbrg_mj.video.camera import Camera
 from pbrg_mj.video.markers import Markers

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.log.run import Run, TickSeries
+from pbrg_mj.log.read.run import Run, TickSeries
 from pbrg_mj.world.plant.compose import compose
 from pbrg_mj.world.scene.model_index import WHEELS
 from pbrg_mj.world.scene.obstacles import box_centre

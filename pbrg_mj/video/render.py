@@ -11,8 +11,8 @@ import numpy as np
 
 from pbrg_mj.analysis.atomic import write_whole
 from pbrg_mj.errors import InputError
-from pbrg_mj.log.run import Run
-from pbrg_mj.log.scans import read_scans
+from pbrg_mj.log.read.run import Run
+from pbrg_mj.log.read.scans import read_scans
 from pbrg_mj.video.encode import FORMATS, STILL, SUFFIXES, need_av, write_movie, write_still
 from pbrg_mj.video.gl import working_backend
 from pbrg_mj.video.settings import LAYERS, Clip, RenderTask, check_camera, check_size, frame_times, still_time

@@ -8,8 +8,8 @@ from math import ceil, isfinite
 import numpy as np
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.log.run import Run
-from pbrg_mj.log.scans import ScanSeries
+from pbrg_mj.log.read.run import Run
+from pbrg_mj.log.read.scans import ScanSeries
 
 LAYERS = ("beams", "half_spaces", "formation", "references", "trails", "text")
 CAMERAS = ("top", "chase")

@@ -12,8 +12,8 @@ import time
 from typing import Any
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.log.run import Run
-from pbrg_mj.log.scans import read_scans
+from pbrg_mj.log.read.run import Run
+from pbrg_mj.log.read.scans import read_scans
 from pbrg_mj.video.camera import camera_path
 from pbrg_mj.video.markers import Markers
 from pbrg_mj.video.overlay import FrameState, Overlay

@@ -17,7 +17,7 @@ import mujoco
 import numpy as np
 
 from pbrg_mj.api.garbage import settle
-from pbrg_mj.log.writer import LogWriter
+from pbrg_mj.log.write.writer import LogWriter
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.loop.tick import Decision

@@ -12,7 +12,7 @@ from pathlib import Path
 from statistics import median
 
 from pbrg_mj.api.garbage import settle
-from pbrg_mj.log.writer import LogWriter
+from pbrg_mj.log.write.writer import LogWriter
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_scenario
 from performance.closed_loop import SCENARIO

@@ -13,7 +13,7 @@ from pbrg_mj.analysis.atomic import by_suffix, write_whole
 from pbrg_mj.analysis.plot.histories import consensus, gap, margin, multipliers, references
 from pbrg_mj.analysis.plot.trajectories import trajectories
 from pbrg_mj.errors import InputError
-from pbrg_mj.log.run import Run
+from pbrg_mj.log.read.run import Run
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,7 +8,7 @@ import numpy as np
 
 from pbrg_mj.analysis.certify import sensed_margin, true_margin, worst_row
 from pbrg_mj.analysis.plot.look import COLOURS, LINES, OPTIMUM, THICK, THIN, finite, label, marked, name_above
-from pbrg_mj.log.run import Run
+from pbrg_mj.log.read.run import Run
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

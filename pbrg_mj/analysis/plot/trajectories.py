@@ -9,7 +9,7 @@ import numpy as np
 from pbrg_mj.analysis.obstacles import footprints
 from pbrg_mj.analysis.outcome import final_target
 from pbrg_mj.analysis.plot.look import MARKERS, finite, look, name_above
-from pbrg_mj.log.run import Run
+from pbrg_mj.log.read.run import Run
 from pbrg_mj.world.scene.footprints import Rectangles, wall_rectangles
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pbrg_mj.log.run import Run
+from pbrg_mj.log.read.run import Run
 
 MOST_EVENTS = 60
 

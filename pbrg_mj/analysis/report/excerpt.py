@@ -13,7 +13,7 @@ from pbrg_mj.analysis.report.events import events
 from pbrg_mj.analysis.report.frames import frame_ticks, indicators, states
 from pbrg_mj.analysis.report.sensed import MOST_CHANGES, half_space_changes
 from pbrg_mj.analysis.text import plain
-from pbrg_mj.log.run import Run
+from pbrg_mj.log.read.run import Run
 from pbrg_mj.scenario.checks.world import BODY_RADIUS
 
 

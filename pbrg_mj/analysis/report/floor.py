@@ -8,7 +8,7 @@ import numpy as np
 
 from pbrg_mj.analysis.obstacles import footprints
 from pbrg_mj.analysis.outcome import final_target
-from pbrg_mj.log.run import Run
+from pbrg_mj.log.read.run import Run
 from pbrg_mj.scenario.schema import MovingBox
 from pbrg_mj.world.scene.footprints import Rectangles
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pbrg_mj.analysis.certify import true_margin
-from pbrg_mj.log.run import Run
+from pbrg_mj.log.read.run import Run
 
 MOST_FRAMES = 1500  # 25 a second for a run of 60 s
 MOST_NUMBERS = 900_000  # of a whole page: 5 MB as base64 of 32-bit floats

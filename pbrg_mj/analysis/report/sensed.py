@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pbrg_mj.log.run import Run
+from pbrg_mj.log.read.run import Run
 
 MOST_CHANGES = 60_000  # of a whole page
 

@@ -7,10 +7,10 @@ from itertools import chain, groupby
 from pathlib import Path
 from typing import BinaryIO
 
-from pbrg_mj.log import channels
-from pbrg_mj.log.container import Damage, read_container
-from pbrg_mj.log.head import Embedded, Head, opened
-from pbrg_mj.log.payload import Payload
+from pbrg_mj.log.read.header import Embedded, Head, opened
+from pbrg_mj.log.read.mcap_records import Damage, read_container
+from pbrg_mj.log.schema import channels
+from pbrg_mj.log.schema.message import Payload
 
 
 class LoggedTicks:
@@ -49,7 +49,7 @@ class LoggedTicks:
             self.damage = str(damage)
 
 
-def read_head(path: Path) -> Head:
+def read_header(path: Path) -> Head:
     """Return what a log embeds. Raises InputError when it is not a log of this package."""
     with opened(path) as (file, size):
         return LoggedTicks(file, size, str(path)).head

@@ -19,7 +19,7 @@ from google.protobuf.descriptor_pool import DescriptorPool
 from google.protobuf.message import Message
 from google.protobuf.message_factory import GetMessageClass
 
-from pbrg_mj.log.fields import MESSAGES, Dims, Field, Kind
+from pbrg_mj.log.schema.fields import MESSAGES, Dims, Field, Kind
 
 PROTO_TYPE: dict[Kind, FieldDescriptorProto.Type.ValueType] = {
     "double": FieldDescriptorProto.TYPE_DOUBLE,

@@ -15,11 +15,12 @@ from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from google.protobuf.message import Message
 
-from pbrg_mj.log import channels, scene
-from pbrg_mj.log.fields import Dims
-from pbrg_mj.log.payload import NANOSECONDS, Payload
-from pbrg_mj.log.schemas import CLASSES, encoder
-from pbrg_mj.log.team_scene import Points, TeamScene
+from pbrg_mj.log import static_scene as scene
+from pbrg_mj.log.scene.team import Points, TeamScene
+from pbrg_mj.log.schema import channels
+from pbrg_mj.log.schema.fields import Dims
+from pbrg_mj.log.schema.message import NANOSECONDS, Payload
+from pbrg_mj.log.schema.protobuf import CLASSES, encoder
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.scenario.schema import Scenario, beam_angles
 

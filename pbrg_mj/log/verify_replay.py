@@ -11,14 +11,13 @@ from pathlib import Path
 
 from google.protobuf.message import Message
 
-from pbrg_mj.log import channels
-from pbrg_mj.log.difference import Difference, differences
-from pbrg_mj.log.embed import run_facts
-from pbrg_mj.log.head import opened
-from pbrg_mj.log.payload import NANOSECONDS, Payload
-from pbrg_mj.log.stream import MessageStream, dims_of
-from pbrg_mj.log.ticks import LoggedTicks
-from pbrg_mj.log.versions import versions
+from pbrg_mj.log.read.header import opened
+from pbrg_mj.log.read.ticks import LoggedTicks
+from pbrg_mj.log.schema import channels
+from pbrg_mj.log.schema.message import NANOSECONDS, Payload
+from pbrg_mj.log.verify_difference import Difference, differences
+from pbrg_mj.log.write.messages import MessageStream, dims_of
+from pbrg_mj.log.write.provenance import run_metadata, versions
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.loop.simulation import Simulation
 
@@ -124,7 +123,7 @@ def _compare_ticks(
 
 
 def _compare_facts(found: Verification, logged: LoggedTicks, first: TickRecord) -> None:
-    replayed = run_facts(logged.head.name, logged.head.scenario.seed, dims_of(first))
+    replayed = run_metadata(logged.head.name, logged.head.scenario.seed, dims_of(first))
     for name, value in replayed.items():
         if logged.facts.get(name) != value:
             difference = Difference(name, str(logged.facts.get(name)), value, float("inf"))

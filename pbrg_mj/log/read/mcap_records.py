@@ -18,7 +18,7 @@ from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, DataEnd, Footer, Metadata, Schema
 
-from pbrg_mj.log.payload import Payload
+from pbrg_mj.log.schema.message import Payload
 
 MAGIC = b"\x89MCAP0\r\n"
 LARGEST_CHUNK = 2**28  # bytes after decompression; a decompression bomb ends here

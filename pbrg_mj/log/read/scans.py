@@ -9,10 +9,10 @@ import numpy as np
 from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
 from google.protobuf.message import DecodeError
 
-from pbrg_mj.log.channels import scan_channel
-from pbrg_mj.log.container import Damage, read_container
-from pbrg_mj.log.head import opened
-from pbrg_mj.log.payload import NANOSECONDS, Payload
+from pbrg_mj.log.read.header import opened
+from pbrg_mj.log.read.mcap_records import Damage, read_container
+from pbrg_mj.log.schema.channels import scan_channel
+from pbrg_mj.log.schema.message import NANOSECONDS, Payload
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class ScanSeries:
 def read_scans(path: str | Path, robots: int) -> dict[int, ScanSeries]:
     """Return the scans of `robots` robots by robot, counted from 0; those without scans are left out.
 
-    A damaged log yields what its leading whole chunks hold. Expects a log that `read_run` has read.
+    A damaged log yields what its leading whole chunks hold. Expects a log that `open_run` has read.
     """
     topics = {scan_channel(robot + 1): robot for robot in range(robots)}
     found: dict[int, list[LaserScan]] = {}
@@ -37,7 +37,7 @@ def read_scans(path: str | Path, robots: int) -> dict[int, ScanSeries]:
                 if isinstance(item, Payload) and item.topic in topics:
                     found.setdefault(topics[item.topic], []).append(LaserScan.FromString(item.data))
         except (Damage, DecodeError):
-            pass  # read_run has told of it
+            pass  # open_run has told of it
     return {robot: _series(scans) for robot, scans in sorted(found.items())}
 
 

@@ -19,7 +19,7 @@ from mcap.records import (
     SummaryOffset,
 )
 
-from pbrg_mj.log.open_chunk import ClosedChunk
+from pbrg_mj.log.write.mcap_chunk import ClosedChunk
 
 
 @dataclass

@@ -9,10 +9,10 @@ from types import TracebackType
 from typing import BinaryIO, Self
 
 from pbrg_mj.errors import InputError, PbrgError
-from pbrg_mj.log import channels
-from pbrg_mj.log.embed import embed, register
-from pbrg_mj.log.mcap_file import McapFile
-from pbrg_mj.log.stream import MessageStream, dims_of, time_of
+from pbrg_mj.log.schema import channels
+from pbrg_mj.log.write.mcap_writer import McapWriter
+from pbrg_mj.log.write.messages import MessageStream, dims_of, time_of
+from pbrg_mj.log.write.provenance import embed, register
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.scenario.load import Loaded
 
@@ -78,7 +78,7 @@ class LogWriter:
         except OSError as error:
             raise InputError(f"cannot write {self._path}: {error.strerror}") from error
         try:
-            self._writer = McapFile(self._file)
+            self._writer = McapWriter(self._file)
             embed(self._writer, self._loaded, self._model_xml, dims_of(first))
             self._stream = MessageStream(self._loaded.scenario, first)
             self._channels = register(self._writer, self._stream.types)

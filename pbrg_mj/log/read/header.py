@@ -11,9 +11,9 @@ from typing import BinaryIO
 from mcap.records import Attachment, Metadata
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.log import channels
-from pbrg_mj.log.container import MAGIC
-from pbrg_mj.log.fields import SCHEMA_VERSION, Dims
+from pbrg_mj.log.read.mcap_records import MAGIC
+from pbrg_mj.log.schema import channels
+from pbrg_mj.log.schema.fields import SCHEMA_VERSION, Dims
 from pbrg_mj.scenario.load import parse_scenario
 from pbrg_mj.scenario.schema import Scenario
 

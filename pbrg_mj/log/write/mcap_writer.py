@@ -21,14 +21,14 @@ from mcap.records import (
     Schema,
 )
 
-from pbrg_mj.log.container import MAGIC
-from pbrg_mj.log.mcap_summary import McapSummary, encoded
-from pbrg_mj.log.open_chunk import OpenChunk
+from pbrg_mj.log.read.mcap_records import MAGIC
+from pbrg_mj.log.write.mcap_chunk import OpenChunk
+from pbrg_mj.log.write.mcap_summary import McapSummary, encoded
 
 LEVEL = -3  # of compression: two fifths of the time of zstd's own choice, for a file 9 % larger
 
 
-class McapFile:
+class McapWriter:
     """Writes an MCAP file, with every checksum and index, to `file`, which is empty and which the caller closes.
 
     The methods are those of mcap's Writer, and one for many messages at once. A chunk ends only where `flush` is

@@ -1,0 +1,1 @@
+"""An MCAP file in, whole or damaged; a run as arrays out."""

@@ -1,0 +1,1 @@
+"""A log against a second run of its scenario, bit for bit."""

@@ -1,0 +1,1 @@
+"""Tick records in, an MCAP file out."""

@@ -1,0 +1,95 @@
+"""What the numbers of a run depend on besides its scenario."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+import re
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from google.protobuf.message import Message
+from mcap_protobuf.schema import build_file_descriptor_set
+
+import pbrg_mj
+from pbrg_mj.log.schema import channels
+from pbrg_mj.log.schema.fields import SCHEMA_VERSION, Dims
+from pbrg_mj.log.write.mcap_writer import McapWriter
+from pbrg_mj.scenario.load import Loaded
+
+PACKAGES = (
+    "pbrg-mj",
+    "mujoco",
+    "numpy",
+    "scipy",
+    "numba",
+    "cvxpy",
+    "clarabel",
+    "pydantic",
+    "ruamel.yaml",
+    "mcap",
+    "zstandard",
+    "protobuf",
+    "foxglove-schemas-protobuf",
+)
+
+
+def versions() -> dict[str, str]:
+    """Return name -> version of Python, the platform, the processor and the packages a run's numbers depend on."""
+    found = {"python": platform.python_version(), "platform": platform.platform(), "processor": processor()}
+    for package in PACKAGES:
+        try:
+            found[package.replace("pbrg-mj", "pbrg_mj")] = version(package)
+        except PackageNotFoundError:  # a checkout that was never installed
+            found[package.replace("pbrg-mj", "pbrg_mj")] = "not installed"
+    found["pbrg_mj.code"] = code_digest()
+    return found
+
+
+def code_digest() -> str:
+    """Return a digest of this package's own code: a checkout changes without a new version."""
+    folder = Path(pbrg_mj.__file__).parent
+    digest = hashlib.sha256()
+    for file in sorted(folder.rglob("*.py")):
+        digest.update(file.relative_to(folder).as_posix().encode() + b"\0" + file.read_bytes() + b"\0")
+    return digest.hexdigest()[:16]
+
+
+def processor() -> str:
+    """Return the processor's name as the system tells it: compiled code takes other paths on another one."""
+    try:
+        named = re.search(r"^model name\s*:\s*(.+)$", Path("/proc/cpuinfo").read_text(), re.MULTILINE)
+    except OSError:  # not a Linux
+        named = None
+    return named[1] if named else platform.processor() or platform.machine()
+
+
+def embed(writer: McapWriter, loaded: Loaded, model_xml: str, dims: Dims) -> None:
+    """Write what it takes to rerun, before any tick and outside of chunks: a log cut short still has it."""
+    attachments = (
+        (channels.SCENARIO_ATTACHMENT, "application/yaml", loaded.yaml_text),
+        (channels.MODEL_ATTACHMENT, "application/xml", model_xml),
+    )
+    for name, media_type, text in attachments:
+        if text:
+            # time 0, never the clock's: the same run makes the same bytes
+            writer.add_attachment(0, 0, name, media_type, text.encode())
+    writer.add_metadata(channels.RUN_METADATA, run_metadata(loaded.name, loaded.scenario.seed, dims))
+    writer.add_metadata(channels.VERSIONS_METADATA, versions())
+
+
+def run_metadata(name: str, seed: int, dims: Dims) -> dict[str, str]:
+    """Return the metadata that tell which run a log holds."""
+    numbers = {"schema": SCHEMA_VERSION, "seed": seed, "robots": dims["n"], "slots": dims["K"], "rows": dims["R"]}
+    return {"name": name} | {key: str(value) for key, value in numbers.items()}
+
+
+def register(writer: McapWriter, types: dict[str, type[Message]]) -> dict[str, int]:
+    """Register a channel for each topic, and each class's schema once; return topic -> channel number."""
+    schemas = {
+        kind: writer.register_schema(
+            kind.DESCRIPTOR.full_name, "protobuf", build_file_descriptor_set(kind).SerializeToString()
+        )
+        for kind in dict.fromkeys(types.values())
+    }
+    return {topic: writer.register_channel(topic, "protobuf", schemas[kind], {}) for topic, kind in types.items()}

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from pbrg_mj.log.read.run import open_run
-from pbrg_mj.log.verify_replay import verify
+from pbrg_mj.log.verify.replay import verify
 
 ROOT = Path(__file__).parents[1]
 PARTS, KILLS = 10, 5  # fifty in all

@@ -9,7 +9,7 @@ from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
 from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
-from pbrg_mj.log import static_scene as scene
+from pbrg_mj.log.scene import static as scene
 from pbrg_mj.log.scene.team import Points
 from pbrg_mj.log.schema.message import stamp
 from tests.worlds import scenario

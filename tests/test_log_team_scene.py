@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
+from pbrg_mj.log.scene.static import primitives as drawing
+from pbrg_mj.log.scene.static import team as team_scene
 from pbrg_mj.log.scene.team import TeamScene, line_ends
 from pbrg_mj.log.schema.message import stamp
-from pbrg_mj.log.static_scene import primitives as drawing
-from pbrg_mj.log.static_scene import team as team_scene
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.schema import MovingBox

@@ -11,10 +11,10 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import Writer
 
-from pbrg_mj.log import verify_replay as room
 from pbrg_mj.log.schema.protobuf import CLASSES
-from pbrg_mj.log.verify_difference import differences
-from pbrg_mj.log.verify_replay import verify
+from pbrg_mj.log.verify import replay as room
+from pbrg_mj.log.verify.difference import differences
+from pbrg_mj.log.verify.replay import verify
 from pbrg_mj.log.write.writer import LogWriter
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_scenario

@@ -15,7 +15,7 @@ from pbrg_mj.cli.progress import progress
 from pbrg_mj.errors import InputError
 
 if TYPE_CHECKING:
-    from pbrg_mj.log.verify_replay import Mismatch, Verification
+    from pbrg_mj.log.verify.replay import Mismatch, Verification
 
 # Other processors and versions round otherwise. Where that has grown past this, in a value's own unit, it no longer
 # is the same run.
@@ -64,7 +64,7 @@ def _verify(log: Path, tolerance: float, *, json: bool) -> int:
     # As for a run: nothing here draws.
     os.environ.pop("MUJOCO_GL", None)
     from pbrg_mj.log.read.ticks import read_header
-    from pbrg_mj.log.verify_replay import verify
+    from pbrg_mj.log.verify.replay import verify
 
     duration = read_header(log).scenario.timing.duration
     with progress(duration, not json) as shown:

@@ -15,8 +15,8 @@ from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
 from pbrg_mj.kernel import kernel
+from pbrg_mj.log.scene.static import primitives as drawing
 from pbrg_mj.log.schema.message import stamp
-from pbrg_mj.log.static_scene import primitives as drawing
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.schema import MovingBox

@@ -15,7 +15,7 @@ from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from google.protobuf.message import Message
 
-from pbrg_mj.log import static_scene as scene
+from pbrg_mj.log.scene import static as scene
 from pbrg_mj.log.scene.team import Points, TeamScene
 from pbrg_mj.log.schema import channels
 from pbrg_mj.log.schema.fields import Dims

@@ -16,11 +16,11 @@ from foxglove_schemas_protobuf.Log_pb2 import Log
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
 from pbrg_mj.log.scene.primitives import Color
+from pbrg_mj.log.scene.static import primitives as drawing
 from pbrg_mj.log.scene.team import frame_of, robots
 from pbrg_mj.log.schema.message import NANOSECONDS as NANOSECONDS
 from pbrg_mj.log.schema.message import stamp, stamped
 from pbrg_mj.log.schema.protobuf import array_head
-from pbrg_mj.log.static_scene import primitives as drawing
 from pbrg_mj.scenario.schema import Box, Scenario, Wall, World
 from pbrg_mj.world.scene.robot import load_robot_model
 

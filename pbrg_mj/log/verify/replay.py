@@ -15,7 +15,7 @@ from pbrg_mj.log.read.header import opened
 from pbrg_mj.log.read.ticks import LoggedTicks
 from pbrg_mj.log.schema import channels
 from pbrg_mj.log.schema.message import NANOSECONDS, Payload
-from pbrg_mj.log.verify_difference import Difference, differences
+from pbrg_mj.log.verify.difference import Difference, differences
 from pbrg_mj.log.write.messages import MessageStream, dims_of
 from pbrg_mj.log.write.provenance import run_metadata, versions
 from pbrg_mj.loop.record import TickRecord

@@ -70,7 +70,7 @@ def keep(topic: str, index: int, data: bytes) -> bytes:
 def test_a_run_repeats_bit_for_bit(log: Path, tmp_path: Path) -> None:
     seen = []
     found = verify(log, seen.append)
-    assert (found.first, found.foreign, found.complete, found.damage) == (None, {}, True, None)
+    assert (found.first, found.environment_changes, found.complete, found.damage) == (None, {}, True, None)
     assert (found.ticks, len(seen), found.end) == (TICKS, TICKS, 0.4)
     with log.open("rb") as file:
         topics = [channel.topic for _, channel, _ in make_reader(file).iter_messages()]
@@ -157,7 +157,7 @@ def test_elsewhere_the_largest_deviation_is_told_instead(log: Path, tmp_path: Pa
         return message.SerializeToString()
 
     found = verify(rewritten(log, tmp_path / "log.mcap", change, versions={"numpy": "1.0"}))
-    assert found.foreign == {"numpy": ("1.0", np.__version__)}
+    assert found.environment_changes == {"numpy": ("1.0", np.__version__)}
     assert found.ticks == TICKS
     assert found.first is not None and found.first.time == pytest.approx(0.1)
     assert list(found.deviations) == [("/tick", "p")]
@@ -169,7 +169,7 @@ def test_elsewhere_the_largest_deviation_is_told_instead(log: Path, tmp_path: Pa
 
 def test_the_other_environment_alone_is_no_difference(log: Path, tmp_path: Path) -> None:
     found = verify(rewritten(log, tmp_path / "log.mcap", keep, versions={"python": "3.99"}))
-    assert (found.first, list(found.foreign)) == (None, ["python"])
+    assert (found.first, list(found.environment_changes)) == (None, ["python"])
 
 
 def test_zeros_signs_and_bits_of_nan_count() -> None:

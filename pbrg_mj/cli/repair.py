@@ -13,7 +13,7 @@ from pbrg_mj.cli.console import emit, note
 from pbrg_mj.errors import InputError
 
 if TYPE_CHECKING:
-    from pbrg_mj.log.repair import Repaired
+    from pbrg_mj.log.repair import RepairReport
 
 
 def repair(
@@ -27,7 +27,7 @@ def repair(
     by_suffix(output, {".mcap": None})
     if output.exists() and log.exists() and output.samefile(log):
         raise InputError("would overwrite the log itself; give another name", file=str(output))
-    found: list[Repaired] = []
+    found: list[RepairReport] = []
     write_whole(output, lambda path: found.append(write(log, path)))
     if found[0].damage:
         note(f"warning: {log}: {_told_once(found[0].damage)}")
@@ -40,7 +40,7 @@ def _told_once(damage: Sequence[str]) -> str:
     return "; ".join(f"{what} ({count} times)" if count > 1 else what for what, count in counts.items())
 
 
-def _lines(found: Repaired, output: Path) -> list[str]:
+def _lines(found: RepairReport, output: Path) -> list[str]:
     lost = f", {found.lost} left out" if found.lost else ""
     lines = [f"{output}: {found.kept_ticks} ticks in {found.chunks} chunks{lost}"]
     if found.ticks[0][0] > 0:

@@ -82,7 +82,7 @@ def _verify(log: Path, tolerance: float, *, json: bool) -> int:
 def _verdict(found: Verification, tolerance: float) -> str:
     if found.first is None:
         return "identical"
-    if not found.foreign:
+    if not found.environment_changes:
         return "differs"
     return "within tolerance" if found.within(tolerance) else "beyond tolerance"
 
@@ -93,9 +93,12 @@ def _lines(found: Verification, verdict: str, tolerance: float) -> list[str]:
         short = "" if found.complete else "; the log ends there"
         return [f"identical: {span}; every channel but /timing, bit for bit{short}"]
     first = f"differs first at {_place(found.first)}: {_values(found.first)}"
-    if not found.foreign:
+    if not found.environment_changes:
         return [first]
-    lines = [f"{name}: the log was made with {then}, here is {now}" for name, (then, now) in found.foreign.items()]
+    lines = [
+        f"{name}: the log was made with {then}, here is {now}"
+        for name, (then, now) in found.environment_changes.items()
+    ]
     lines += [first, "largest deviation of each field, each in its own unit:"]
     ordered = sorted(found.deviations.values(), key=lambda one: -one.difference.size)
     lines += [f"  {_size(one):<10} {_place(one)}: {_values(one)}" for one in ordered[:MOST_LINES]]
@@ -127,8 +130,8 @@ def _as_dict(found: Verification, verdict: str, tolerance: float) -> dict[str, A
         "complete": found.complete,
         "damage": found.damage,
         "first": _mismatch(found.first) if found.first else None,
-        "foreign": {name: {"log": then, "here": now} for name, (then, now) in found.foreign.items()},
-        "deviations": [_mismatch(one) for one in found.deviations.values()] if found.foreign else [],
+        "foreign": {name: {"log": then, "here": now} for name, (then, now) in found.environment_changes.items()},
+        "deviations": [_mismatch(one) for one in found.deviations.values()] if found.environment_changes else [],
     }
 
 

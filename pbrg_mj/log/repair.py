@@ -34,7 +34,7 @@ FOOTER_SIZE = RECORD_HEAD.size + 20  # two offsets and the checksum
 
 
 @dataclass
-class Repaired:
+class RepairReport:
     """What a repair found. Ticks are told by their first and last index."""
 
     damage: list[str] = field(default_factory=list)  # each in one line, in the file's order
@@ -48,7 +48,7 @@ class Repaired:
         return sum(last - first + 1 for first, last in self.ticks)
 
 
-def repair(path: Path, target: Path) -> Repaired:
+def repair(path: Path, target: Path) -> RepairReport:
     """Write to `target` what is whole in the log at `path`, chunk by chunk; a whole log becomes its own copy.
 
     Nothing is guessed: a chunk whose checksum fails is left out as a whole. Raises InputError when the file is not a
@@ -75,7 +75,7 @@ class _Salvage:
     writer: McapWriter
     index: list[Schema | Channel]  # as the file's end tells them; where the first chunk is lost, they are there alone
     embedded: Embedded
-    found: Repaired = field(default_factory=Repaired)
+    found: RepairReport = field(default_factory=RepairReport)
     schemas: dict[int, int] = field(default_factory=dict)  # numbers in the old log -> in the new one
     channels: dict[int, tuple[int, str]] = field(default_factory=dict)  # likewise, with the topic
     reached: int = -1  # last tick kept

@@ -38,7 +38,7 @@ class Mismatch:
 class Verification:
     """What a replay found. `deviations` is filled only where log and replay ran in different environments."""
 
-    foreign: dict[str, tuple[str, str]]  # what the numbers depend on and differs -> in the log, here
+    environment_changes: dict[str, tuple[str, str]]  # what the numbers depend on and differs -> in the log, here
     duration: float  # of the scenario [s]
     ticks: int = 0  # compared
     messages: int = 0  # compared
@@ -76,7 +76,7 @@ def verify(path: Path, seen: Callable[[TickRecord], None] = lambda _record: None
         simulation = Simulation.build(logged.head.scenario)
         found = Verification(_foreign(logged.head.versions), logged.head.scenario.timing.duration)
         _compare_models(found, logged.head.model_xml, simulation.model_xml)
-        if found.first is None or found.foreign:
+        if found.first is None or found.environment_changes:
             _compare_ticks(found, logged, simulation, seen)
         deque(logged, maxlen=0)  # the rest, unseen: it may be damaged
         found.damage = logged.damage
@@ -116,7 +116,7 @@ def _compare_ticks(
         _compare_tick(found, stream.types, group, expected)
         found.ticks, found.messages, found.end = found.ticks + 1, found.messages + len(group), record.time
         seen(record)
-        if found.first is not None and not found.foreign:
+        if found.first is not None and not found.environment_changes:
             return
     if (beyond := next(logged, None)) is not None:
         found.add(Mismatch(beyond[0].topic, beyond[0].log_time / NANOSECONDS, UNEXPECTED))

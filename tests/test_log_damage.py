@@ -12,7 +12,7 @@ from mcap.records import Chunk
 from mcap.writer import Writer
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.log.read import mcap_records as container
+from pbrg_mj.log.read import mcap_records
 from pbrg_mj.log.read.run import Run, open_run
 from pbrg_mj.log.schema import channels
 from pbrg_mj.log.schema.protobuf import CLASSES, encoder
@@ -142,9 +142,9 @@ def test_a_message_on_no_channel_ends_the_run(tmp_path: Path) -> None:
         writer.finish()
     with (tmp_path / "stray.mcap").open("rb") as file:
         size = len(file.read())
-        file.seek(len(container.MAGIC))
-        with pytest.raises(container.Damage, match="belongs to no channel"):
-            list(container.read_container(file, size))
+        file.seek(len(mcap_records.MAGIC))
+        with pytest.raises(mcap_records.DamageError, match="belongs to no channel"):
+            list(mcap_records.read_records(file, size))
 
 
 def ticks_of(count: int) -> list[bytes]:
@@ -193,7 +193,7 @@ def test_strange_logs_are_refused_in_one_line(
 def test_what_is_no_log_is_refused_in_one_line(tmp_path: Path) -> None:
     (tmp_path / "empty").write_bytes(b"")
     (tmp_path / "text").write_text("time,x,y\n0,1,2\n")
-    (tmp_path / "magic").write_bytes(container.MAGIC)
+    (tmp_path / "magic").write_bytes(mcap_records.MAGIC)
     said = {
         "absent": "no such file",
         ".": "a folder",
@@ -210,8 +210,8 @@ def test_what_is_no_log_is_refused_in_one_line(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("claimed", [2**20 + 1, 10])
 def test_a_decompression_bomb_is_not_opened(claimed: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(container, "LARGEST_CHUNK", 2**20)
-    monkeypatch.setattr(container.zstandard, "decompress", lambda data: pytest.fail("decompressed"))
+    monkeypatch.setattr(mcap_records, "LARGEST_CHUNK", 2**20)
+    monkeypatch.setattr(mcap_records.zstandard, "decompress", lambda data: pytest.fail("decompressed"))
     builder = RecordBuilder()
     Chunk(
         compression="zstd",
@@ -222,5 +222,5 @@ def test_a_decompression_bomb_is_not_opened(claimed: int, monkeypatch: pytest.Mo
         uncompressed_size=claimed,
     ).write(builder)
     data = builder.end()
-    with pytest.raises(container.Damage, match="impossible size"):
-        list(container.read_container(BytesIO(data), len(container.MAGIC) + len(data)))
+    with pytest.raises(mcap_records.DamageError, match="impossible size"):
+        list(mcap_records.read_records(BytesIO(data), len(mcap_records.MAGIC) + len(data)))

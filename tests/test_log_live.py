@@ -64,7 +64,7 @@ def test_a_plain_client_gets_the_same_bytes_as_the_log(tmp_path: Path) -> None:
         with client.connect(serve.address, subprotocols=["foxglove.sdk.v1"], max_size=None, proxy=None) as socket:
             topics, offers = subscribe(socket)
             deadline = time.monotonic() + 10
-            while not serve.watched() and time.monotonic() < deadline:
+            while not serve.has_subscribers() and time.monotonic() < deadline:
                 time.sleep(0.01)
             for record in rest:
                 serve(record)

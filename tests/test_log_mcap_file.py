@@ -9,7 +9,7 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import Writer
 
-from pbrg_mj.log.write import mcap_writer as mcap_file
+from pbrg_mj.log.write import mcap_writer
 from pbrg_mj.log.write.mcap_writer import McapWriter
 
 NEVER = 2**62  # mcap's Writer ends no chunk by itself
@@ -19,7 +19,7 @@ CALLS = 120
 @pytest.fixture(autouse=True)
 def _same_compression(monkeypatch: pytest.MonkeyPatch) -> None:
     """mcap's Writer compresses at zstd's own level, whatever one wants."""
-    monkeypatch.setattr(mcap_file, "LEVEL", 3)
+    monkeypatch.setattr(mcap_writer, "LEVEL", 3)
 
 
 def theirs(output: BytesIO) -> Writer:

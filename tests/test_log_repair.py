@@ -10,7 +10,7 @@ from mcap.reader import make_reader
 
 from pbrg_mj.cli.main import main
 from pbrg_mj.errors import InputError
-from pbrg_mj.log.read.mcap_records import MAGIC, RECORD_HEAD
+from pbrg_mj.log.read.mcap_records import MAGIC, RECORD_PREFIX
 from pbrg_mj.log.read.run import open_run
 from pbrg_mj.log.repair import repair
 from pbrg_mj.log.write.writer import LogWriter
@@ -34,9 +34,9 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 def chunks(data: bytes) -> list[tuple[int, int]]:
     """Return start and end of each chunk's body."""
     found, at = [], len(MAGIC)
-    while at + RECORD_HEAD.size < len(data) - len(MAGIC):
-        opcode, length = RECORD_HEAD.unpack_from(data, at)
-        at += RECORD_HEAD.size
+    while at + RECORD_PREFIX.size < len(data) - len(MAGIC):
+        opcode, length = RECORD_PREFIX.unpack_from(data, at)
+        at += RECORD_PREFIX.size
         if opcode == CHUNK:
             found.append((at, at + length))
         at += length
@@ -99,7 +99,7 @@ def test_without_its_first_chunk_a_log_s_index_tells_the_channels(whole: bytes, 
 
 def test_repeated_chunks_are_left_out(whole: bytes, tmp_path: Path) -> None:
     start, end = chunks(whole)[3]
-    again = whole[start - RECORD_HEAD.size : end]
+    again = whole[start - RECORD_PREFIX.size : end]
     found, clean = repaired(tmp_path, whole[:end] + again + whole[end:])
     assert (found.lost, found.ticks) == (1, [(0, 59)])
     assert found.damage[0] == "a chunk repeats earlier ticks"

@@ -9,9 +9,9 @@ from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
 from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
-from pbrg_mj.log.scene import static as scene
-from pbrg_mj.log.scene.team import Points
-from pbrg_mj.log.schema.message import stamp
+from pbrg_mj.log.scene.messages import PointsMessage, ScanMessage, TransformsMessage
+from pbrg_mj.log.scene.static import static_scene
+from pbrg_mj.log.schema.message import set_timestamp
 from tests.worlds import scenario
 
 AROUND = {
@@ -24,7 +24,7 @@ AROUND = {
 
 
 def drawn(**sections: object) -> dict[str, list]:
-    message = SceneUpdate.FromString(scene.floor_plan(scenario(**sections)))
+    message = SceneUpdate.FromString(static_scene(scenario(**sections)))
     return {entity.id: list(entity.cubes) for entity in message.entities if entity.frame_id == "world"}
 
 
@@ -60,7 +60,7 @@ def test_what_is_not_there_is_not_drawn() -> None:
 
 def test_a_scan_says_where_its_first_and_last_beam_point() -> None:
     angles = np.deg2rad([-30.0, 0.0, 30.0])
-    message = LaserScan.FromString(scene.Scan(2, angles).draw(np.array([1.0, np.nan, 2.0]), 5_000_000_000))
+    message = LaserScan.FromString(ScanMessage(2, angles).serialize(np.array([1.0, np.nan, 2.0]), 5_000_000_000))
     assert (message.start_angle, message.end_angle) == (angles[0], angles[2])
     assert message.frame_id == "robot_2"
     assert message.timestamp.seconds == 5
@@ -77,34 +77,34 @@ def values(*shape: int) -> list[np.ndarray]:
 
 
 def test_kept_poses_are_those_drawn_afresh() -> None:
-    kept = scene.Poses(3)
+    kept = TransformsMessage(3)
     for time_ns, body_pose in zip(TIMES, values(3, 3), strict=True):
         body_pose[:, 2] = np.nan_to_num(body_pose[:, 2], posinf=1.0)
         message = FrameTransforms()
         for robot, (x, y, heading) in enumerate(body_pose.tolist(), start=1):
             one = message.transforms.add(parent_frame_id="world", child_frame_id=f"robot_{robot}")
-            stamp(one, time_ns)
+            set_timestamp(one, time_ns)
             one.translation.x, one.translation.y = x, y
             one.rotation.z, one.rotation.w = sin(heading / 2), cos(heading / 2)
-        assert kept.draw(body_pose, time_ns) == message.SerializeToString(deterministic=True)
+        assert kept.serialize(body_pose, time_ns) == message.SerializeToString(deterministic=True)
 
 
 def test_kept_scans_are_those_drawn_afresh() -> None:
     angles = np.linspace(0.0, 3.0, 7)
-    kept = scene.Scan(4, angles)
+    kept = ScanMessage(4, angles)
     for time_ns, ranges in zip(TIMES, values(7), strict=True):
         message = LaserScan(frame_id="robot_4", start_angle=0.0, end_angle=3.0, ranges=ranges.tolist())
-        stamp(message, time_ns)
+        set_timestamp(message, time_ns)
         message.pose.orientation.w = 1.0
-        assert kept.draw(ranges, time_ns) == message.SerializeToString(deterministic=True)
+        assert kept.serialize(ranges, time_ns) == message.SerializeToString(deterministic=True)
 
 
 def test_kept_points_are_those_drawn_afresh() -> None:
-    kept = Points(5)
+    kept = PointsMessage(5)
     for time_ns, positions in zip(TIMES, values(5, 2), strict=True):
         message = PosesInFrame(frame_id="world")
-        stamp(message, time_ns)
+        set_timestamp(message, time_ns)
         for x, y in positions.tolist():
             pose = message.poses.add()
             pose.position.x, pose.position.y, pose.orientation.w = x, y, 1.0
-        assert kept.draw(positions, time_ns) == message.SerializeToString(deterministic=True)
+        assert kept.serialize(positions, time_ns) == message.SerializeToString(deterministic=True)

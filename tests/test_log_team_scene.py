@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
-from pbrg_mj.log.scene.static import primitives as drawing
-from pbrg_mj.log.scene.static import team as team_scene
+from pbrg_mj.log.scene import primitives, team
 from pbrg_mj.log.scene.team import TeamScene, line_ends
-from pbrg_mj.log.schema.message import stamp
+from pbrg_mj.log.schema.message import set_timestamp
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.schema import MovingBox
@@ -29,25 +28,25 @@ BOXES = tuple(
 
 def drawn_afresh(record: TickRecord, optimum: np.ndarray, boxes: tuple[MovingBox, ...], time_ns: int) -> bytes:
     message = SceneUpdate()
-    lines, balls, moving = (message.entities.add(frame_id="world", id=name) for name in team_scene.NAMES)
+    lines, balls, moving = (message.entities.add(frame_id="world", id=name) for name in team.ENTITIES)
     for entity in message.entities:
-        stamp(entity, time_ns)
+        set_timestamp(entity, time_ns)
     counts, ends = line_ends(record.half_spaces, record.hand_world)
     rest = iter(ends)
     for robot, count in enumerate(counts):
-        points = [(*end, team_scene.LINE_HEIGHT) for end in islice(rest, count)]
-        drawing.segments(lines, points, team_scene.LINE_WIDTH, drawing.robot_color(robot))
-    wanted = [(m, team_scene.BALL, drawing.robot_color(robot)) for robot, m in enumerate(record.solution.m)]
+        points = [(*end, team.LINE_HEIGHT) for end in islice(rest, count)]
+        primitives.add_line_segments(lines, points, team.LINE_WIDTH, primitives.robot_color(robot))
+    wanted = [(m, team.GOVERNED_DIAMETER, primitives.robot_color(robot)) for robot, m in enumerate(record.solution.m)]
     wanted += [
-        (record.problem.reference, team_scene.OPERATOR_BALL, drawing.OPERATOR_COLOR),
-        (optimum, team_scene.OPTIMUM_BALL, drawing.OPTIMUM_COLOR),
+        (record.problem.reference, team.REFERENCE_DIAMETER, primitives.REFERENCE_COLOR),
+        (optimum, team.OPTIMUM_DIAMETER, primitives.OPTIMUM_COLOR),
     ]
     for point, diameter, color in wanted:
         if np.isfinite(point).all():
-            drawing.ball(balls, (*point.tolist(), team_scene.HOVER), diameter, color)
+            primitives.add_sphere(balls, (*point.tolist(), team.REFERENCE_HEIGHT), diameter, color)
     for box in boxes:
         middle = (*box_centre(box, record.time).tolist(), box.height / 2)
-        drawing.box(moving, middle, 0.0, (*box.size, box.height), drawing.MOVING_COLOR)
+        primitives.add_box(moving, middle, 0.0, (*box.size, box.height), primitives.MOVING_COLOR)
     return message.SerializeToString(deterministic=True)
 
 
@@ -74,13 +73,13 @@ def told(seed: int, ticks: int = 40) -> list[tuple[TickRecord, np.ndarray]]:
 def test_what_is_kept_draws_as_afresh(seed: int, boxes: tuple[MovingBox, ...]) -> None:
     scene = TeamScene(boxes)
     for time_ns, (record, optimum) in enumerate(told(seed)):
-        assert scene.draw(record, optimum, time_ns) == drawn_afresh(record, optimum, boxes, time_ns)
+        assert scene.serialize(record, optimum, time_ns) == drawn_afresh(record, optimum, boxes, time_ns)
 
 
 def test_a_picture_does_not_depend_on_those_before() -> None:
     scene, ticks = TeamScene(BOXES), told(4)
-    forward = [scene.draw(record, optimum, 5) for record, optimum in ticks]
-    assert [scene.draw(record, optimum, 5) for record, optimum in reversed(ticks)] == forward[::-1]
+    forward = [scene.serialize(record, optimum, 5) for record, optimum in ticks]
+    assert [scene.serialize(record, optimum, 5) for record, optimum in reversed(ticks)] == forward[::-1]
 
 
 def test_lines_are_where_the_half_spaces_end() -> None:
@@ -97,7 +96,7 @@ def test_lines_are_where_the_half_spaces_end() -> None:
         np.testing.assert_allclose(pair @ G[0, slot], half_spaces.h[0, slot], atol=1e-14)
         nearest = hand + (half_spaces.h[0, slot] - G[0, slot] @ hand) * G[0, slot]
         np.testing.assert_allclose(pair.mean(axis=0), nearest, atol=1e-14)
-        np.testing.assert_allclose(np.linalg.norm(pair[1] - pair[0]), 2 * team_scene.LINE_REACH)
+        np.testing.assert_allclose(np.linalg.norm(pair[1] - pair[0]), 2 * team.LINE_REACH)
 
 
 @pytest.mark.parametrize("odd", [np.nan, np.inf, -np.inf])

@@ -12,7 +12,7 @@ from mcap.reader import make_reader
 from mcap.writer import Writer
 
 from pbrg_mj.log.schema.protobuf import CLASSES
-from pbrg_mj.log.verify import replay as room
+from pbrg_mj.log.verify import replay
 from pbrg_mj.log.verify.difference import differences
 from pbrg_mj.log.verify.replay import verify
 from pbrg_mj.log.write.writer import LogWriter
@@ -127,7 +127,7 @@ def test_messages_that_are_missing_or_too_many_are_found(log: Path, tmp_path: Pa
 
     first = verify(rewritten(log, tmp_path / "a.mcap", without)).first
     assert first is not None
-    assert (first.channel, first.time, first.difference) == ("/optimum", pytest.approx(0.2), room.ABSENT)
+    assert (first.channel, first.time, first.difference) == ("/optimum", pytest.approx(0.2), replay.ABSENT)
 
 
 def test_another_model_is_named_first(log: Path, tmp_path: Path) -> None:

@@ -13,12 +13,12 @@ from mcap_protobuf.schema import build_file_descriptor_set
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.log.schema import channels
-from pbrg_mj.log.schema.message import Payload
+from pbrg_mj.log.schema.message import LogMessage
 from pbrg_mj.log.write.messages import MessageStream
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.scenario.schema import Scenario
 
-HOST = "127.0.0.1"  # nobody else's business
+HOST = "127.0.0.1"  # this machine alone
 BACKLOG = 2**14  # messages that wait for a slow viewer; older ones are dropped, the run does not wait
 
 
@@ -40,12 +40,12 @@ class LiveServer:
         self._context = foxglove.Context()
         self._stream: MessageStream | None = None
         self._channels: dict[str, Any] = {}
-        self._scene: Payload | None = None
-        self._newcomer = threading.Event()
+        self._static_scene: LogMessage | None = None
+        self._subscribed = threading.Event()
 
     def __enter__(self) -> Self:
         """Start to listen."""
-        listener: Any = _Listener(self._newcomer)  # the SDK calls the methods that are there
+        listener: Any = _Listener(self._subscribed)  # the SDK calls the methods that are there
         try:
             self._server = self._sdk.start_server(
                 name="pbrg",
@@ -63,7 +63,7 @@ class LiveServer:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Say goodbye to the viewers."""
+        """Stop the server."""
         self._server.stop()
 
     @property
@@ -76,21 +76,21 @@ class LiveServer:
         if self._stream is None:
             self._stream = MessageStream(self._scenario, record)
             self._channels = {topic: self._channel(topic, kind) for topic, kind in self._stream.types.items()}
-        if self._newcomer.is_set() and self._scene is not None:
-            self._newcomer.clear()
-            self._serve(self._scene)  # told once in a run, missed by who comes later
+        if self._subscribed.is_set() and self._static_scene is not None:
+            self._subscribed.clear()
+            self._serve(self._static_scene)  # sent once in a run; a viewer that connects later has missed it
         messages = self._stream.messages(record)
         for message in messages:
             self._serve(message)
             if message.topic == channels.SCENE:
-                self._scene = message
+                self._static_scene = message
         self._server.broadcast_time(messages[0].log_time)
 
-    def watched(self) -> bool:
+    def has_subscribers(self) -> bool:
         """Whether some viewer has subscribed to every channel."""
         return bool(self._channels) and all(channel.has_sinks() for channel in self._channels.values())
 
-    def _serve(self, message: Payload) -> None:
+    def _serve(self, message: LogMessage) -> None:
         self._channels[message.topic].log(message.data, log_time=message.log_time)
 
     def _channel(self, topic: str, kind: Any) -> Any:
@@ -100,11 +100,11 @@ class LiveServer:
 
 
 class _Listener:
-    """Notes, on the server's own thread, that somebody has come who has not seen the floor plan."""
+    """Notes, on the server's own thread, that a viewer has subscribed to the static scene."""
 
-    def __init__(self, newcomer: threading.Event):
-        self._newcomer = newcomer
+    def __init__(self, subscribed: threading.Event):
+        self._subscribed = subscribed
 
     def on_subscribe(self, client: Any, channel: Any) -> None:
         if channel.topic == channels.SCENE:
-            self._newcomer.set()
+            self._subscribed.set()

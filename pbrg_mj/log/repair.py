@@ -13,29 +13,29 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, DataEnd, Footer, Metadata, Schema
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.log.read.header import Embedded, opened
+from pbrg_mj.log.read.header import Embedded, open_mcap
 from pbrg_mj.log.read.mcap_records import (
     MAGIC,
-    MESSAGE_HEAD,
-    RECORD_HEAD,
-    Damage,
+    MESSAGE_PREFIX,
+    RECORD_PREFIX,
+    DamageError,
     check_end,
-    checked_attachment,
-    decompress,
-    message_of,
-    parse,
-    records,
+    decompress_chunk,
+    parse_attachment,
+    parse_message,
+    parse_record,
+    split_records,
 )
 from pbrg_mj.log.schema import channels
-from pbrg_mj.log.schema.message import Payload
+from pbrg_mj.log.schema.message import LogMessage
 from pbrg_mj.log.write.mcap_writer import McapWriter
 
-FOOTER_SIZE = RECORD_HEAD.size + 20  # two offsets and the checksum
+FOOTER_SIZE = RECORD_PREFIX.size + 20  # two offsets and the checksum
 
 
 @dataclass
 class RepairReport:
-    """What a repair found. Ticks are told by their first and last index."""
+    """What a repair found. Ticks are given by their first and last index."""
 
     damage: list[str] = field(default_factory=list)  # each in one line, in the file's order
     chunks: int = 0  # kept
@@ -54,77 +54,77 @@ def repair(path: Path, target: Path) -> RepairReport:
     Nothing is guessed: a chunk whose checksum fails is left out as a whole. Raises InputError when the file is not a
     log of this package, when what it embeds is lost, or when it holds no whole chunk.
     """
-    with opened(path) as (file, size), target.open("wb") as output:
-        salvage = _Salvage(McapWriter(output), _index_channels(file, size), Embedded(str(path)))
+    with open_mcap(path) as (file, size), target.open("wb") as output:
+        copy = _Copy(McapWriter(output), _index_channels(file, size), Embedded(str(path)))
         file.seek(len(MAGIC))
-        salvage.copy(file, size)
-        found = salvage.found
-        salvage.embedded.head("; ".join(found.damage) or None)
+        copy.copy_records(file, size)
+        found = copy.found
+        copy.embedded.header("; ".join(found.damage) or None)
         if not found.ticks:
             raise InputError(
                 f"holds no whole tick ({'; '.join(found.damage) or 'the run never began'})", file=str(path)
             )
-        salvage.writer.finish()
+        copy.writer.finish()
     return found
 
 
 @dataclass
-class _Salvage:
-    """The copy in the making."""
+class _Copy:
+    """The clean log while it is written."""
 
     writer: McapWriter
-    index: list[Schema | Channel]  # as the file's end tells them; where the first chunk is lost, they are there alone
+    index: list[Schema | Channel]  # from the file's end: the only place left where the first chunk is lost
     embedded: Embedded
     found: RepairReport = field(default_factory=RepairReport)
     schemas: dict[int, int] = field(default_factory=dict)  # numbers in the old log -> in the new one
     channels: dict[int, tuple[int, str]] = field(default_factory=dict)  # likewise, with the topic
     reached: int = -1  # last tick kept
 
-    def copy(self, file: BinaryIO, size: int) -> None:
-        """Copy all that is whole, to the file's end or to where its records can no longer be told apart."""
+    def copy_records(self, file: BinaryIO, size: int) -> None:
+        """Copy all that is whole, to the file's end or to where its records can no longer be separated."""
         crc = zlib.crc32(MAGIC)
         try:
-            for opcode, head, body in records(file, size - len(MAGIC)):
+            for opcode, prefix, body in split_records(file, size - len(MAGIC)):
                 if opcode == Opcode.DATA_END:
-                    self._end(file, crc, head, body)
+                    self._end(file, crc, prefix, body)
                     return
-                crc = zlib.crc32(body, zlib.crc32(head, crc))
+                crc = zlib.crc32(body, zlib.crc32(prefix, crc))
                 self._record(opcode, body)
-            raise Damage("the file ends before its end mark")
-        except Damage as damage:
+            raise DamageError("the file ends before its end mark")
+        except DamageError as damage:
             self.found.damage.append(str(damage))
 
-    def _end(self, file: BinaryIO, crc: int, head: bytes, body: bytes) -> None:
-        if parse(DataEnd, body).data_section_crc not in (0, crc) and not self.found.damage:
-            raise Damage("the checksum of the data does not match")
-        check_end(file, head + body)
+    def _end(self, file: BinaryIO, crc: int, prefix: bytes, body: bytes) -> None:
+        if parse_record(DataEnd, body).data_section_crc not in (0, crc) and not self.found.damage:
+            raise DamageError("the checksum of the data does not match")
+        check_end(file, prefix + body)
 
     def _record(self, opcode: int, body: bytes) -> None:
         """Copy one record of the file's own level, or note that it is damaged."""
         try:
             if opcode == Opcode.ATTACHMENT:
-                self._attachment(checked_attachment(body))
+                self._attachment(parse_attachment(body))
             elif opcode == Opcode.METADATA:
-                self._metadata(parse(Metadata, body))
+                self._metadata(parse_record(Metadata, body))
             elif opcode == Opcode.CHUNK:
                 self._chunk(body)
-        except Damage as damage:
+        except DamageError as damage:
             self.found.damage.append(str(damage))
             self.found.lost += opcode == Opcode.CHUNK
 
     def _attachment(self, one: Attachment) -> None:
-        self.embedded.keep(one)
+        self.embedded.add(one)
         self.writer.add_attachment(one.create_time, one.log_time, one.name, one.media_type, one.data)
 
     def _metadata(self, one: Metadata) -> None:
-        self.embedded.keep(one)
+        self.embedded.add(one)
         self.writer.add_metadata(one.name, one.metadata)
 
     def _chunk(self, body: bytes) -> None:
         """Copy a chunk, all of it or nothing."""
-        named, messages = self._contents(decompress(parse(Chunk, body)))
+        named, messages = self._contents(decompress_chunk(parse_record(Chunk, body)))
         if any(message.tick <= self.reached for _, message in messages):
-            raise Damage("a chunk repeats earlier ticks")
+            raise DamageError("a chunk repeats earlier ticks")
         self._register([*named, *self.index] if not self.channels else named)
         for channel, one in messages:
             number, _ = self.channels[channel]
@@ -135,19 +135,19 @@ class _Salvage:
         self.writer.flush()
         self.found.chunks += 1
 
-    def _contents(self, data: bytes) -> tuple[list[Schema | Channel], list[tuple[int, Payload]]]:
+    def _contents(self, data: bytes) -> tuple[list[Schema | Channel], list[tuple[int, LogMessage]]]:
         """Return a chunk's schemas and channels, and its messages with their channels' numbers in the old log."""
-        bodies = [(opcode, body) for opcode, _, body in records(BytesIO(data), len(data))]
+        bodies = [(opcode, body) for opcode, _, body in split_records(BytesIO(data), len(data))]
         named = _named(bodies)
         topics = {one.id: one.topic for one in (*self.index, *named) if isinstance(one, Channel)}
         topics |= {number: topic for number, (_, topic) in self.channels.items()}
         messages = []
         for opcode, body in bodies:
             if opcode == Opcode.MESSAGE:
-                channel = MESSAGE_HEAD.unpack_from(body)[0] if len(body) >= MESSAGE_HEAD.size else -1
+                channel = MESSAGE_PREFIX.unpack_from(body)[0] if len(body) >= MESSAGE_PREFIX.size else -1
                 if channel not in topics:
-                    raise Damage("a message belongs to no channel")
-                messages.append((channel, message_of(topics[channel], body)))
+                    raise DamageError("a message belongs to no channel")
+                messages.append((channel, parse_message(topics[channel], body)))
         return named, messages
 
     def _register(self, named: Iterable[Schema | Channel]) -> None:
@@ -172,30 +172,30 @@ def _named(bodies: Iterable[tuple[int, bytes]]) -> list[Schema | Channel]:
     found: list[Schema | Channel] = []
     for opcode, body in bodies:
         if opcode == Opcode.SCHEMA:
-            found.append(parse(Schema, body))
+            found.append(parse_record(Schema, body))
         elif opcode == Opcode.CHANNEL:
-            found.append(parse(Channel, body))
+            found.append(parse_record(Channel, body))
     return found
 
 
 def _index_channels(file: BinaryIO, size: int) -> list[Schema | Channel]:
-    """Return schemas and channels as the index at the file's end tells them; none when it is not whole."""
+    """Return schemas and channels from the index at the file's end; none when it is not whole."""
     try:
         return _named(_index_records(file, size))
-    except Damage:
+    except DamageError:
         return []
 
 
 def _index_records(file: BinaryIO, size: int) -> Iterator[tuple[int, bytes]]:
     end = size - len(MAGIC)
     if end - FOOTER_SIZE < len(MAGIC):
-        raise Damage("there is no index")
+        raise DamageError("there is no index")
     file.seek(end - FOOTER_SIZE)
-    footer = parse(Footer, file.read(FOOTER_SIZE)[RECORD_HEAD.size :])
+    footer = parse_record(Footer, file.read(FOOTER_SIZE)[RECORD_PREFIX.size :])
     if not len(MAGIC) < footer.summary_start < end:
-        raise Damage("there is no index")
+        raise DamageError("there is no index")
     file.seek(footer.summary_start)
     index = file.read(end - footer.summary_start)
     if zlib.crc32(index[:-4]) != footer.summary_crc:
-        raise Damage("the checksum of the index at the file's end does not match")
-    yield from ((opcode, body) for opcode, _, body in records(BytesIO(index), len(index)))
+        raise DamageError("the checksum of the index at the file's end does not match")
+    yield from ((opcode, body) for opcode, _, body in split_records(BytesIO(index), len(index)))

@@ -1,1 +1,4 @@
-"""An MCAP file in, whole or damaged; a run as arrays out."""
+"""A log in, whole or damaged; arrays out.
+
+mcap_records (checked records) -> header (what is embedded) -> run (all series), scans, ticks (message by message)
+"""

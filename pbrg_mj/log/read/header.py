@@ -1,4 +1,4 @@
-"""What a log says about itself: whether it is ours, and what it takes to rerun it."""
+"""What is embedded in a log before the first tick: whether it is ours, and what it takes to run it again."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from pbrg_mj.scenario.schema import Scenario
 
 
 @dataclass(frozen=True)
-class Head:
+class LogHeader:
     """Everything embedded before the first tick."""
 
     name: str  # of the scenario
@@ -38,7 +38,7 @@ class Embedded:
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     attachments: dict[str, bytes] = field(default_factory=dict)
 
-    def keep(self, item: Attachment | Metadata) -> None:
+    def add(self, item: Attachment | Metadata) -> None:
         """Take one of them in."""
         if isinstance(item, Metadata):
             self.metadata[item.name] = item.metadata
@@ -47,12 +47,12 @@ class Embedded:
 
     def dims(self) -> Dims:
         """Return the run's dimensions; raise InputError unless the log is ours and of a known version."""
-        facts = self.metadata.get(channels.RUN_METADATA)
-        if facts is None:
+        run = self.metadata.get(channels.RUN_METADATA)
+        if run is None:
             raise InputError("this MCAP file is not a log of pbrg", file=self.path)
         try:
-            version = int(facts["schema"])
-            dims = {"n": int(facts["robots"]), "K": int(facts["slots"]), "R": int(facts["rows"])}
+            version = int(run["schema"])
+            dims = {"n": int(run["robots"]), "K": int(run["slots"]), "R": int(run["rows"])}
         except (KeyError, ValueError) as error:
             raise InputError("its metadata are damaged", file=self.path) from error
         if not 1 <= version <= SCHEMA_VERSION:
@@ -62,7 +62,7 @@ class Embedded:
             raise InputError("its metadata are damaged", file=self.path)
         return dims
 
-    def head(self, damage: str | None) -> Head:
+    def header(self, damage: str | None) -> LogHeader:
         """Return all of it, checked. Raises InputError when something is missing or contradicts itself."""
         if damage and channels.RUN_METADATA not in self.metadata:
             raise InputError(f"this is not a log of pbrg, or damaged at its start ({damage})", file=self.path)
@@ -74,7 +74,7 @@ class Embedded:
         if scenario.robots != dims["n"]:
             counts = f"{dims['n']} robots, its scenario has {scenario.robots}"
             raise InputError(f"the log contradicts itself: {counts}", file=self.path)
-        return Head(
+        return LogHeader(
             name=self.metadata[channels.RUN_METADATA].get("name", ""),
             scenario=scenario,
             scenario_yaml=scenario_yaml,
@@ -91,8 +91,8 @@ class Embedded:
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[tuple[BinaryIO, int]]:
-    """Give the file, standing behind MCAP's magic, and its size in bytes.
+def open_mcap(path: Path) -> Iterator[tuple[BinaryIO, int]]:
+    """Give the file, positioned behind MCAP's magic, and its size in bytes.
 
     Raises InputError when there is no such file, it cannot be read, or it is not an MCAP file.
     """

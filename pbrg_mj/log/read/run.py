@@ -1,4 +1,4 @@
-"""A recorded run as arrays: what the analysis room works on."""
+"""A recorded run as arrays."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import numpy as np
 from google.protobuf.message import DecodeError
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.log.read.header import Embedded, opened
-from pbrg_mj.log.read.mcap_records import Damage, read_container
+from pbrg_mj.log.read.header import Embedded, open_mcap
+from pbrg_mj.log.read.mcap_records import DamageError, read_records
 from pbrg_mj.log.schema import channels
 from pbrg_mj.log.schema.fields import MESSAGES, Dims
-from pbrg_mj.log.schema.message import Payload
+from pbrg_mj.log.schema.message import LogMessage
 from pbrg_mj.log.schema.protobuf import DTYPE, decode
 from pbrg_mj.scenario.schema import Scenario
 
@@ -131,7 +131,7 @@ def open_run(path: str | Path) -> Run:
     version wrote it, or it holds no whole tick.
     """
     path = Path(path)
-    with opened(path) as (file, size):
+    with open_mcap(path) as (file, size):
         contents = _read_contents(file, size, str(path))
     return _assemble(contents, str(path))
 
@@ -139,45 +139,45 @@ def open_run(path: str | Path) -> Run:
 def _read_contents(file: BinaryIO, size: int, path: str) -> _Contents:
     contents, dims = _Contents(Embedded(path)), None
     try:
-        for item in read_container(file, size):
-            if not isinstance(item, Payload):
-                contents.embedded.keep(item)
+        for item in read_records(file, size):
+            if not isinstance(item, LogMessage):
+                contents.embedded.add(item)
             elif item.topic in TOPICS:
                 dims = dims or contents.embedded.dims()
-                _keep(contents, item, dims)
-    except Damage as damage:
+                _add_row(contents, item, dims)
+    except DamageError as damage:
         contents.damage = str(damage)
     return contents
 
 
-def _keep(contents: _Contents, item: Payload, dims: Dims) -> None:
+def _add_row(contents: _Contents, item: LogMessage, dims: Dims) -> None:
     name = TOPICS[item.topic]
     rows = contents.rows[name]
     try:
         row = decode(name, item.data, dims)
     except (DecodeError, ValueError) as error:
-        raise Damage(f"message {len(rows)} on {item.topic} cannot be read") from error
+        raise DamageError(f"message {len(rows)} on {item.topic} cannot be read") from error
     index, ticks = int(row[0]), contents.rows["Tick"]
     in_order = index == len(rows) if name == "Tick" else 0 <= index < len(ticks)
     if not in_order:
-        raise Damage(f"message {len(rows)} on {item.topic} is out of order")
+        raise DamageError(f"message {len(rows)} on {item.topic} is out of order")
     rows.append(row)
 
 
 def _assemble(contents: _Contents, path: str) -> Run:
-    head = contents.embedded.head(contents.damage)
+    header = contents.embedded.header(contents.damage)
     if not contents.rows["Tick"]:
         raise InputError(f"the log holds no whole tick ({contents.damage or 'the run never began'})", file=path)
     return Run(
         path=path,
-        name=head.name,
-        scenario=head.scenario,
-        scenario_yaml=head.scenario_yaml,
-        model_xml=head.model_xml,
-        versions=head.versions,
-        ticks=TickSeries(**_columns("Tick", contents, head.dims)),
-        optima=OptimumSeries(**_columns("Optimum", contents, head.dims)),
-        timings=TimingSeries(**_columns("Timing", contents, head.dims)),
+        name=header.name,
+        scenario=header.scenario,
+        scenario_yaml=header.scenario_yaml,
+        model_xml=header.model_xml,
+        versions=header.versions,
+        ticks=TickSeries(**_columns("Tick", contents, header.dims)),
+        optima=OptimumSeries(**_columns("Optimum", contents, header.dims)),
+        timings=TimingSeries(**_columns("Timing", contents, header.dims)),
         damage=contents.damage,
     )
 

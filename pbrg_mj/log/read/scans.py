@@ -9,10 +9,10 @@ import numpy as np
 from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
 from google.protobuf.message import DecodeError
 
-from pbrg_mj.log.read.header import opened
-from pbrg_mj.log.read.mcap_records import Damage, read_container
+from pbrg_mj.log.read.header import open_mcap
+from pbrg_mj.log.read.mcap_records import DamageError, read_records
 from pbrg_mj.log.schema.channels import scan_channel
-from pbrg_mj.log.schema.message import NANOSECONDS, Payload
+from pbrg_mj.log.schema.message import NANOSECONDS, LogMessage
 
 
 @dataclass(frozen=True)
@@ -31,13 +31,13 @@ def read_scans(path: str | Path, robots: int) -> dict[int, ScanSeries]:
     """
     topics = {scan_channel(robot + 1): robot for robot in range(robots)}
     found: dict[int, list[LaserScan]] = {}
-    with opened(Path(path)) as (file, size):
+    with open_mcap(Path(path)) as (file, size):
         try:
-            for item in read_container(file, size):
-                if isinstance(item, Payload) and item.topic in topics:
+            for item in read_records(file, size):
+                if isinstance(item, LogMessage) and item.topic in topics:
                     found.setdefault(topics[item.topic], []).append(LaserScan.FromString(item.data))
-        except (Damage, DecodeError):
-            pass  # open_run has told of it
+        except (DamageError, DecodeError):
+            pass  # open_run has reported it
     return {robot: _series(scans) for robot, scans in sorted(found.items())}
 
 

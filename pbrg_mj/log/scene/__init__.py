@@ -1,1 +1,4 @@
-"""What a viewer draws, in Foxglove's schemas: static scene, team, poses and scans."""
+"""What a viewer draws, in Foxglove's schemas.
+
+primitives -> static (once: floor, walls, robots), team (what moves), messages (poses, points, scans, events)
+"""

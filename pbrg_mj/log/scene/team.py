@@ -1,4 +1,4 @@
-"""What moves, as a viewer draws it: robots, half-spaces, references, boxes on the move.
+"""What moves, as a viewer draws it: half-spaces, references, moving boxes.
 
 Every message holds all entities under the same names, so that each replaces the one before and a viewer that jumps
 in time needs no other.
@@ -11,82 +11,69 @@ from itertools import chain, compress
 from typing import Any
 
 import numpy as np
-from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.log.scene.static import primitives as drawing
-from pbrg_mj.log.schema.message import stamp
+from pbrg_mj.log.scene import primitives
+from pbrg_mj.log.schema.message import set_timestamp
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.schema import MovingBox
 from pbrg_mj.world.scene.obstacles import box_centre
-from pbrg_mj.world.scene.robot import RobotModel
 
-NAMES = ("half_spaces", "references", "moving_boxes")
+ENTITIES = ("half_spaces", "references", "moving_boxes")
 LINE_REACH = 1.0  # of a half-space's line to either side of the point nearest to its robot [m]
 LINE_HEIGHT = 0.02  # above the floor [m]
 LINE_WIDTH = 2.0  # [pixel]
-BALL = 0.04  # diameter of governed references [m]
-OPERATOR_BALL = 0.08  # of r [m]
-OPTIMUM_BALL = 0.06  # of m* [m]
-HOVER = 0.05  # of references above the floor [m]
-PLATE = 0.04  # height of the drawn robot [m]
-
-
-def robots(message: SceneUpdate, model: RobotModel, count: int) -> None:
-    """Add `count` robots, each fixed to its own frame: the viewer moves them with /tf."""
-    for robot in range(count):
-        entity = message.entities.add(frame_id=frame_of(robot + 1), id=frame_of(robot + 1), frame_locked=True)
-        diameter, nose = 2 * model.body_radius, model.body_radius / 2
-        drawing.disc(entity, (0.0, 0.0, PLATE / 2), (diameter, diameter, PLATE), drawing.robot_color(robot))
-        drawing.box(entity, (nose, 0.0, PLATE), 0.0, (model.body_radius, 0.01, 0.004), drawing.NOSE_COLOR)
-
-
-def frame_of(robot: int) -> str:
-    """Return the name of robot `robot`'s body frame, counted from 1."""
-    return f"robot_{robot}"
+GOVERNED_DIAMETER = 0.04  # of the spheres at governed references [m]
+REFERENCE_DIAMETER = 0.08  # at r [m]
+OPTIMUM_DIAMETER = 0.06  # at m* [m]
+REFERENCE_HEIGHT = 0.05  # of the spheres above the floor [m]
 
 
 class TeamScene:
-    """Draws a tick's SceneUpdate. Keeps the message while as much is to be seen, and moves only what moves in it."""
+    """Draws a tick's SceneUpdate. Keeps the message while the same things are visible, and moves them."""
 
     def __init__(self, boxes: tuple[MovingBox, ...]):
         self._boxes = boxes
-        self._seen: tuple[list[int], list[bool]] | None = None
+        self._visible: tuple[list[int], list[bool]] | None = None
         self._message = SceneUpdate()
-        self._movable: list[Any] = []  # positions in the message: ends of lines, balls, boxes
+        self._positions: list[Any] = []  # positions in the message: ends of lines, spheres, boxes
 
-    def draw(self, record: TickRecord, optimum: np.ndarray, time_ns: int) -> bytes:
+    def serialize(self, record: TickRecord, optimum: np.ndarray, time_ns: int) -> bytes:
         """Return a tick's SceneUpdate; `optimum` (2,) [m] is the latest m*. What is not finite is left out."""
         counts, ends = line_ends(record.half_spaces, record.hand_world)
-        balls = [*record.solution.m.tolist(), record.problem.reference.tolist(), optimum.tolist()]
-        visible = [math.isfinite(x) and math.isfinite(y) for x, y in balls]
-        seen = (counts, visible)
-        if seen != self._seen:
-            self._start(*seen)
-            self._seen = seen
+        spheres = [*record.solution.m.tolist(), record.problem.reference.tolist(), optimum.tolist()]
+        visible = [math.isfinite(x) and math.isfinite(y) for x, y in spheres]
+        entities = (counts, visible)
+        if entities != self._visible:
+            self._new_message(*entities)
+            self._visible = entities
         centres = [box_centre(box, record.time).tolist() for box in self._boxes]
-        for place, (x, y) in zip(self._movable, chain(ends, compress(balls, visible), centres), strict=True):
-            place.x, place.y = x, y
+        for position, (x, y) in zip(self._positions, chain(ends, compress(spheres, visible), centres), strict=True):
+            position.x, position.y = x, y
         for entity in self._message.entities:
-            stamp(entity, time_ns)
+            set_timestamp(entity, time_ns)
         return self._message.SerializeToString(deterministic=True)
 
-    def _start(self, ends: list[int], visible: list[bool]) -> None:
-        """Begin a message with so many line ends of each robot and with the balls that are `visible`, anywhere yet."""
+    def _new_message(self, ends: list[int], visible: list[bool]) -> None:
+        """Begin a message with `ends` line ends per robot and the `visible` spheres; their positions come later."""
         self._message = SceneUpdate()
-        lines, points, moving = (self._message.entities.add(frame_id="world", id=name) for name in NAMES)
+        lines, references, moving = (self._message.entities.add(frame_id="world", id=name) for name in ENTITIES)
         for robot, count in enumerate(ends):
-            drawing.segments(lines, [(0.0, 0.0, LINE_HEIGHT)] * count, LINE_WIDTH, drawing.robot_color(robot))
-        balls = [(BALL, drawing.robot_color(robot)) for robot in range(len(ends))]
-        balls += [(OPERATOR_BALL, drawing.OPERATOR_COLOR), (OPTIMUM_BALL, drawing.OPTIMUM_COLOR)]
-        for diameter, color in compress(balls, visible):
-            drawing.ball(points, (0.0, 0.0, HOVER), diameter, color)
+            primitives.add_line_segments(
+                lines, [(0.0, 0.0, LINE_HEIGHT)] * count, LINE_WIDTH, primitives.robot_color(robot)
+            )
+        spheres = [(GOVERNED_DIAMETER, primitives.robot_color(robot)) for robot in range(len(ends))]
+        spheres += [(REFERENCE_DIAMETER, primitives.REFERENCE_COLOR), (OPTIMUM_DIAMETER, primitives.OPTIMUM_COLOR)]
+        for diameter, color in compress(spheres, visible):
+            primitives.add_sphere(references, (0.0, 0.0, REFERENCE_HEIGHT), diameter, color)
         for box in self._boxes:
-            drawing.box(moving, (0.0, 0.0, box.height / 2), 0.0, (*box.size, box.height), drawing.MOVING_COLOR)
-        self._movable = [end for line in lines.lines for end in line.points]
-        self._movable += [solid.pose.position for solid in (*points.spheres, *moving.cubes)]
+            primitives.add_box(
+                moving, (0.0, 0.0, box.height / 2), 0.0, (*box.size, box.height), primitives.MOVING_COLOR
+            )
+        self._positions = [end for line in lines.lines for end in line.points]
+        self._positions += [solid.pose.position for solid in (*references.spheres, *moving.cubes)]
 
 
 def line_ends(half_spaces: HalfSpaces, hand_world: np.ndarray) -> tuple[list[int], list[list[float]]]:
@@ -117,20 +104,3 @@ def _line_ends(G, h, active, hand):  # pragma: no cover - compiled
             total = first
         counts[j] = total - first
     return counts, ends[:total].copy()
-
-
-class Points:
-    """PosesInFrame in the world of `count` points without a heading, all of them, in the robots' order."""
-
-    def __init__(self, count: int):
-        self._message = PosesInFrame(frame_id="world")
-        for _ in range(count):
-            self._message.poses.add().orientation.w = 1.0
-        self._places = [pose.position for pose in self._message.poses]
-
-    def draw(self, positions: np.ndarray, time_ns: int) -> bytes:
-        """Return the message; `positions` (count, 2) [m]."""
-        stamp(self._message, time_ns)
-        for place, (x, y) in zip(self._places, positions.tolist(), strict=True):
-            place.x, place.y = x, y
-        return self._message.SerializeToString(deterministic=True)

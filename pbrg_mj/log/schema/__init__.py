@@ -1,1 +1,4 @@
-"""What a log holds: channels, fields and their protobuf messages, read and written by the same tables."""
+"""What a log holds; writer and readers share these tables.
+
+channels -> fields (name, shape, unit of each value) -> protobuf (classes, encoder, decoder) -> message (bytes, times)
+"""

@@ -10,8 +10,8 @@ from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
 NANOSECONDS = 1_000_000_000  # in a second
 
 
-class Payload(NamedTuple):
-    """Serialised data on a channel. Both times are simulated time."""
+class LogMessage(NamedTuple):
+    """Serialized data on a channel. Both times are simulated time."""
 
     topic: str
     data: bytes
@@ -20,14 +20,14 @@ class Payload(NamedTuple):
     publish_time: int  # [ns]
 
 
-def stamp(message: Any, time_ns: int) -> None:
+def set_timestamp(message: Any, time_ns: int) -> None:
     """Set a message's timestamp."""
     message.timestamp.seconds, message.timestamp.nanos = divmod(time_ns, NANOSECONDS)
 
 
 @lru_cache(maxsize=8)
-def stamped(time_ns: int) -> bytes:
+def timestamp_bytes(time_ns: int) -> bytes:
     """Return the bytes of a timestamp in a message's first field, which is where Foxglove's schemas have it."""
     message = LaserScan()
-    stamp(message, time_ns)
+    set_timestamp(message, time_ns)
     return message.SerializeToString(deterministic=True)

@@ -69,7 +69,7 @@ def varint(value: int) -> bytes:
 
 
 def encoder(name: str, dims: Dims) -> Callable[[Any], bytes]:
-    """Return a function from a TickRecord to the serialised message `name`.
+    """Return a function from a TickRecord to the serialized message `name`.
 
     Arrays must be of the table's kinds, as a record's are. The function raises ValueError when one does not have the
     shape of the table. A message's fields may come in any order: arrays stand first, then numbers, which are packed in
@@ -80,14 +80,14 @@ def encoder(name: str, dims: Dims) -> Callable[[Any], bytes]:
     texts = [(number, field) for number, field in numbered if field.kind == "text"]
     numbers = [one for one in numbered if one not in arrays and one not in texts]
     values = attrgetter(*(field.source for _, field in (*arrays, *numbers, *texts)))
-    array_heads, number_heads, text_heads = (
-        [_head(number, field, dims) for number, field in some] for some in (arrays, numbers, texts)
+    array_tags, number_tags, text_tags = (
+        [_tag(number, field, dims) for number, field in some] for some in (arrays, numbers, texts)
     )
-    blank_arrays = [piece for head in array_heads for piece in (head, b"")]
-    blank_numbers = [piece for head in number_heads for piece in (head, 0)]
-    codes = [f"{len(head)}s{CODE[field.kind]}" for head, (_, field) in zip(number_heads, numbers, strict=True)]
+    blank_arrays = [piece for tag in array_tags for piece in (tag, b"")]
+    blank_numbers = [piece for tag in number_tags for piece in (tag, 0)]
+    codes = [f"{len(tag)}s{CODE[field.kind]}" for tag, (_, field) in zip(number_tags, numbers, strict=True)]
     pack = Struct("<" + "".join(codes)).pack
-    expected = sum(map(len, array_heads)) + sum(_size(field, dims) for _, field in arrays)
+    expected = sum(map(len, array_tags)) + sum(_size(field, dims) for _, field in arrays)
     first, last = len(arrays), len(arrays) + len(numbers)
 
     def encode(record: Any) -> bytes:
@@ -97,12 +97,12 @@ def encoder(name: str, dims: Dims) -> Callable[[Any], bytes]:
             return pack(*packed)
         pieces[1::2] = found[:first]
         data = _joined(pieces)
-        # One comparison of everything, for records are right; only then field by field.
+        # Records have the right shapes, so one comparison covers all fields; only a failure looks at each.
         if len(data) != expected:
             for (_, field), value in zip(arrays, found[:first], strict=True):
                 _check(field, value, dims)
-        said = [head + _pack_text(text) for head, text in zip(text_heads, found[last:], strict=True)]
-        return b"".join([data, pack(*packed), *said])
+        packed_texts = [tag + _pack_text(text) for tag, text in zip(text_tags, found[last:], strict=True)]
+        return b"".join([data, pack(*packed), *packed_texts])
 
     return encode
 
@@ -119,17 +119,17 @@ def _size(field: Field, dims: Dims) -> int:
     return field.count(dims) * DTYPE[field.kind].itemsize
 
 
-def _head(number: int, field: Field, dims: Dims) -> bytes:
-    """Return what stands before a field's value, without the length of a text."""
+def _tag(number: int, field: Field, dims: Dims) -> bytes:
+    """Return the tag before a field's value, and an array's length in bytes; a text's length changes with it."""
     if field.kind == "text":
         return varint(number << 3 | LENGTH_DELIMITED)
     if not field.shape:
         return varint(number << 3 | FIXED64)
-    return array_head(number, _size(field, dims))
+    return packed_tag(number, _size(field, dims))
 
 
-def array_head(number: int, size: int) -> bytes:
-    """Return what stands before the `size` bytes of an array that is field `number` of its message."""
+def packed_tag(number: int, size: int) -> bytes:
+    """Return tag and length of a packed array of `size` bytes that is field `number` of its message."""
     return varint(number << 3 | LENGTH_DELIMITED) + varint(size)
 
 
@@ -145,7 +145,7 @@ def _check(field: Field, value: Any, dims: Dims) -> None:
 
 
 def decode(name: str, data: bytes, dims: Dims) -> tuple[Any, ...]:
-    """Return the values of one serialised message in table order: text as str, everything else as arrays.
+    """Return the values of one serialized message in table order: text as str, everything else as arrays.
 
     Raises ValueError when an array does not have the shape of the table, and the runtime's DecodeError for
     bytes that are not this message at all.

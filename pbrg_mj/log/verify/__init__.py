@@ -1,1 +1,4 @@
-"""A log against a second run of its scenario, bit for bit."""
+"""A log against a second run of its scenario.
+
+replay (run again, tick by tick) -> difference (where two messages differ)
+"""

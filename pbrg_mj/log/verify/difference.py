@@ -1,4 +1,4 @@
-"""Where two serialised messages of one kind differ."""
+"""Where two serialized messages of one kind differ."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ ABSENT = "nothing"
 class Difference:
     """A value in which two messages differ."""
 
-    field: str  # with the places in arrays: m[3], entities[0].lines[1].points[2].x
+    field: str  # with indices into arrays: m[3], entities[0].lines[1].points[2].x
     logged: str
     replayed: str
     size: float  # |logged - replayed|; inf where that makes no number
@@ -50,13 +50,13 @@ def differences(kind: type[Message], logged: bytes, replayed: bytes) -> Iterator
 def _difference(logged: Leaf | None, replayed: Leaf | None) -> Difference | None:
     a, b = logged or (ABSENT, None), replayed or (ABSENT, None)
     if a[0] != b[0]:
-        return Difference(b[0] if a[0] == ABSENT else a[0], _said(logged, b[0]), _said(replayed, a[0]), float("inf"))
+        return Difference(b[0] if a[0] == ABSENT else a[0], _shown(logged, b[0]), _shown(replayed, a[0]), float("inf"))
     if _bits(a[1]) == _bits(b[1]):
         return None
     return Difference(a[0], _text(a[1], b[1]), _text(b[1], a[1]), _size(a[1], b[1]))
 
 
-def _said(leaf: Leaf | None, other: str) -> str:
+def _shown(leaf: Leaf | None, other: str) -> str:
     return ABSENT if leaf is None else f"{leaf[0]} = {leaf[1]!r}" if leaf[0] != other else repr(leaf[1])
 
 
@@ -69,11 +69,11 @@ def _leaves(message: Message, prefix: str = "") -> Iterator[Leaf]:
             items = [(f"{path}[{k}]", one) for k, one in enumerate(value)]
         else:
             items = [(path, value)] if not nested or message.HasField(field.name) else []
-        for place, one in items:
+        for item_path, one in items:
             if nested:
-                yield from _leaves(one, f"{place}.")
+                yield from _leaves(one, f"{item_path}.")
             else:
-                yield place, one
+                yield item_path, one
 
 
 def _bits(value: Any) -> Any:
@@ -81,7 +81,7 @@ def _bits(value: Any) -> Any:
 
 
 def _text(value: Any, other: Any) -> str:
-    """Return the value so that it can be told from the other one: two NaN may differ in their bits alone."""
+    """Return the value so that it differs from the other's text: two NaN may differ in their bits alone."""
     return repr(value) if repr(value) != repr(other) else f"{value!r} (0x{_bits(value)[::-1].hex()})"
 
 

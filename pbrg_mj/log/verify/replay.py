@@ -11,10 +11,10 @@ from pathlib import Path
 
 from google.protobuf.message import Message
 
-from pbrg_mj.log.read.header import opened
+from pbrg_mj.log.read.header import open_mcap
 from pbrg_mj.log.read.ticks import LoggedTicks
 from pbrg_mj.log.schema import channels
-from pbrg_mj.log.schema.message import NANOSECONDS, Payload
+from pbrg_mj.log.schema.message import NANOSECONDS, LogMessage
 from pbrg_mj.log.verify.difference import Difference, differences
 from pbrg_mj.log.write.messages import MessageStream, dims_of
 from pbrg_mj.log.write.provenance import run_metadata, versions
@@ -65,25 +65,25 @@ class Verification:
         return all(one.difference.size <= tolerance for one in self.deviations.values())
 
 
-def verify(path: Path, seen: Callable[[TickRecord], None] = lambda _record: None) -> Verification:
-    """Run the log's scenario again and compare; `seen` is called with every record of the replay.
+def verify(path: Path, on_record: Callable[[TickRecord], None] = lambda _record: None) -> Verification:
+    """Run the log's scenario again and compare; `on_record` is called with every record of the replay.
 
     Ends at the first mismatch, unless the log comes from another environment: then what differs is gathered to the
     log's end. Raises InputError when the file is no log of this package or its scenario cannot be run here.
     """
-    with opened(path) as (file, size):
+    with open_mcap(path) as (file, size):
         logged = LoggedTicks(file, size, str(path))
-        simulation = Simulation.build(logged.head.scenario)
-        found = Verification(_foreign(logged.head.versions), logged.head.scenario.timing.duration)
-        _compare_models(found, logged.head.model_xml, simulation.model_xml)
+        simulation = Simulation.build(logged.header.scenario)
+        found = Verification(_environment_changes(logged.header.versions), logged.header.scenario.timing.duration)
+        _compare_models(found, logged.header.model_xml, simulation.model_xml)
         if found.first is None or found.environment_changes:
-            _compare_ticks(found, logged, simulation, seen)
-        deque(logged, maxlen=0)  # the rest, unseen: it may be damaged
+            _compare_ticks(found, logged, simulation, on_record)
+        deque(logged, maxlen=0)  # the rest, unread: it may be damaged
         found.damage = logged.damage
     return found
 
 
-def _foreign(logged: dict[str, str]) -> dict[str, tuple[str, str]]:
+def _environment_changes(logged: dict[str, str]) -> dict[str, tuple[str, str]]:
     here = versions()
     pairs = {name: (logged.get(name, "unknown"), here.get(name, "unknown")) for name in {**logged, **here}}
     return {name: pair for name, pair in pairs.items() if pair[0] != pair[1]}
@@ -92,8 +92,8 @@ def _foreign(logged: dict[str, str]) -> dict[str, tuple[str, str]]:
 def _compare_models(found: Verification, logged: str, composed: str) -> None:
     for line, (ours, theirs) in enumerate(zip_longest(logged.splitlines(), composed.splitlines()), start=1):
         if ours != theirs:
-            told = ["nothing" if text is None else text.strip() for text in (ours, theirs)]
-            difference = Difference(f"line {line}", told[0], told[1], float("inf"))
+            values = ["nothing" if text is None else text.strip() for text in (ours, theirs)]
+            difference = Difference(f"line {line}", values[0], values[1], float("inf"))
             found.add(Mismatch(channels.MODEL_ATTACHMENT, 0.0, difference))
             return
     if logged != composed:
@@ -102,7 +102,7 @@ def _compare_models(found: Verification, logged: str, composed: str) -> None:
 
 
 def _compare_ticks(
-    found: Verification, logged: LoggedTicks, simulation: Simulation, seen: Callable[[TickRecord], None]
+    found: Verification, logged: LoggedTicks, simulation: Simulation, on_record: Callable[[TickRecord], None]
 ) -> None:
     stream: MessageStream | None = None
     for record in simulation.records():
@@ -110,47 +110,47 @@ def _compare_ticks(
         if group is None:  # the log ends here
             return
         if stream is None:
-            stream = MessageStream(logged.head.scenario, record)
-            _compare_facts(found, logged, record)
+            stream = MessageStream(logged.header.scenario, record)
+            _compare_run_metadata(found, logged, record)
         expected = [message for message in stream.messages(record) if message.topic != channels.TIMING]
         _compare_tick(found, stream.types, group, expected)
         found.ticks, found.messages, found.end = found.ticks + 1, found.messages + len(group), record.time
-        seen(record)
+        on_record(record)
         if found.first is not None and not found.environment_changes:
             return
     if (beyond := next(logged, None)) is not None:
         found.add(Mismatch(beyond[0].topic, beyond[0].log_time / NANOSECONDS, UNEXPECTED))
 
 
-def _compare_facts(found: Verification, logged: LoggedTicks, first: TickRecord) -> None:
-    replayed = run_metadata(logged.head.name, logged.head.scenario.seed, dims_of(first))
+def _compare_run_metadata(found: Verification, logged: LoggedTicks, first: TickRecord) -> None:
+    replayed = run_metadata(logged.header.name, logged.header.scenario.seed, dims_of(first))
     for name, value in replayed.items():
-        if logged.facts.get(name) != value:
-            difference = Difference(name, str(logged.facts.get(name)), value, float("inf"))
+        if logged.run_metadata.get(name) != value:
+            difference = Difference(name, str(logged.run_metadata.get(name)), value, float("inf"))
             found.add(Mismatch(channels.RUN_METADATA, 0.0, difference))
 
 
 def _compare_tick(
-    found: Verification, types: dict[str, type[Message]], logged: list[Payload], replayed: list[Payload]
+    found: Verification, types: dict[str, type[Message]], logged: list[LogMessage], replayed: list[LogMessage]
 ) -> None:
     """Compare message by message, in order; what one side alone has is a mismatch of its own."""
     left = list(replayed)
     for ours in logged:
-        place = next((k for k, theirs in enumerate(left) if theirs.topic == ours.topic), None)
+        position = next((k for k, theirs in enumerate(left) if theirs.topic == ours.topic), None)
         # Missing before it: only where the rest of the tick cannot be paired any more.
-        for theirs in left[: place or 0]:
+        for theirs in left[: position or 0]:
             found.add(Mismatch(theirs.topic, theirs.log_time / NANOSECONDS, ABSENT))
-        if place is None:
+        if position is None:
             found.add(Mismatch(ours.topic, ours.log_time / NANOSECONDS, UNEXPECTED))
             continue
-        theirs, left = left[place], left[place + 1 :]
+        theirs, left = left[position], left[position + 1 :]
         for difference in _differences(types[ours.topic], ours, theirs):
             found.add(Mismatch(ours.topic, theirs.log_time / NANOSECONDS, difference))
     for theirs in left:
         found.add(Mismatch(theirs.topic, theirs.log_time / NANOSECONDS, ABSENT))
 
 
-def _differences(kind: type[Message], logged: Payload, replayed: Payload) -> list[Difference]:
+def _differences(kind: type[Message], logged: LogMessage, replayed: LogMessage) -> list[Difference]:
     found = list(differences(kind, logged.data, replayed.data))
     for name, unit in (("tick", 1), ("log_time", NANOSECONDS), ("publish_time", NANOSECONDS)):
         ours, theirs = getattr(logged, name), getattr(replayed, name)

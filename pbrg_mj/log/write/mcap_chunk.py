@@ -23,19 +23,19 @@ CHUNK_INDEX_END = Struct("<QI4sQQ")  # length of all indices, compression, sizes
 MESSAGE_OPCODE, INDEX_OPCODE = int(Opcode.MESSAGE), int(Opcode.MESSAGE_INDEX)
 CHUNK_OPCODE, CHUNK_INDEX_OPCODE = int(Opcode.CHUNK), int(Opcode.CHUNK_INDEX)
 COMPRESSION = b"zstd"
-HEAD = 9  # bytes of opcode and length, which a record's length does not count
+PREFIX = 9  # bytes of opcode and length, which a record's length does not count
 
 
-class ClosedChunk(NamedTuple):
-    """A chunk as a file holds it, and what the file's end tells of it."""
+class FinishedChunk(NamedTuple):
+    """A chunk as a file holds it, and its entry in the file's index."""
 
     records: bytes  # the chunk, and where each channel's messages are in it
-    summary: bytes  # the record at the file's end
+    index_entry: bytes  # the record at the file's end
     times: tuple[int, int]  # of the earliest and the latest message
     counts: dict[int, int]  # messages of each channel
 
 
-class OpenChunk:
+class ChunkBuilder:
     """Records that wait to be compressed together, and where the messages among them are."""
 
     def __init__(self) -> None:
@@ -54,12 +54,12 @@ class OpenChunk:
         chunk, places = self._data, self._places
         for channel, data in messages:
             places[channel] += log_time, len(chunk)
-            length = MESSAGE.size - HEAD + len(data)
+            length = MESSAGE.size - PREFIX + len(data)
             chunk += MESSAGE.pack(MESSAGE_OPCODE, length, channel, sequence, log_time, publish_time)
             chunk += data
 
-    def closed(self, compressor: zstandard.ZstdCompressor, offset: int) -> ClosedChunk | None:
-        """Return the chunk at byte `offset` of the file; None without a message: schemas and channels wait for one."""
+    def finish(self, compressor: zstandard.ZstdCompressor, offset: int) -> FinishedChunk | None:
+        """Return the chunk at byte `offset` of the file; None without a message: schemas and channels stay."""
         if not self._places:
             return None
         stamps = [time for places in self._places.values() for time in places[::2]]
@@ -68,22 +68,22 @@ class OpenChunk:
         indices, offsets = self._indices(offset + len(chunk))
         index = _chunk_index(times, sizes, (offset, len(chunk)), (offsets, len(indices)))
         counts = {channel: len(places) // 2 for channel, places in self._places.items()}
-        return ClosedChunk(chunk + indices, index, times, counts)
+        return FinishedChunk(chunk + indices, index, times, counts)
 
     def _chunk(self, compressor: zstandard.ZstdCompressor, times: tuple[int, int]) -> tuple[bytes, tuple[int, int]]:
         """Return the chunk's record, and the sizes of its data compressed and not."""
         data, size = compressor.compress(self._data), len(self._data)
-        length, checksum = CHUNK.size - HEAD + len(data), zlib.crc32(self._data)
-        head = CHUNK.pack(CHUNK_OPCODE, length, *times, size, checksum, len(COMPRESSION), COMPRESSION, len(data))
-        return head + data, (len(data), size)
+        length, checksum = CHUNK.size - PREFIX + len(data), zlib.crc32(self._data)
+        prefix = CHUNK.pack(CHUNK_OPCODE, length, *times, size, checksum, len(COMPRESSION), COMPRESSION, len(data))
+        return prefix + data, (len(data), size)
 
     def _indices(self, offset: int) -> tuple[bytes, list[int]]:
-        """Return the records at `offset` that tell where messages are; each channel and its record's offset."""
+        """Return the message indices at `offset`; each channel and its record's offset."""
         records, offsets = [], []
         for channel, places in self._places.items():
             size = 8 * len(places)
-            head = INDEX.pack(INDEX_OPCODE, INDEX.size - HEAD + size, channel, size)
-            records += head, pack(f"<{len(places)}Q", *places)
+            prefix = INDEX.pack(INDEX_OPCODE, INDEX.size - PREFIX + size, channel, size)
+            records += prefix, pack(f"<{len(places)}Q", *places)
             offsets += channel, offset
             offset += INDEX.size + size
         return b"".join(records), offsets
@@ -92,9 +92,9 @@ class OpenChunk:
 def _chunk_index(
     times: tuple[int, int], sizes: tuple[int, int], place: tuple[int, int], indices: tuple[list[int], int]
 ) -> bytes:
-    """Return the record that tells at the file's end where the chunk and its indices are, and how large."""
+    """Return the chunk's entry in the file's index: where it and its message indices are, and how large."""
     offsets, indices_length = indices
     where = pack("<" + "HQ" * (len(offsets) // 2), *offsets)
     end = CHUNK_INDEX_END.pack(indices_length, len(COMPRESSION), COMPRESSION, *sizes)
-    length = CHUNK_INDEX.size - HEAD + len(where) + len(end)
+    length = CHUNK_INDEX.size - PREFIX + len(where) + len(end)
     return CHUNK_INDEX.pack(CHUNK_INDEX_OPCODE, length, *times, *place, len(where)) + where + end

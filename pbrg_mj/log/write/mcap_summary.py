@@ -1,4 +1,4 @@
-"""What an MCAP file tells about itself at its end: all schemas and channels, statistics, and where everything is."""
+"""The summary at an MCAP file's end: all schemas and channels, statistics, and where everything is."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from mcap.records import (
     SummaryOffset,
 )
 
-from pbrg_mj.log.write.mcap_chunk import ClosedChunk
+from pbrg_mj.log.write.mcap_chunk import FinishedChunk
 
 
 @dataclass
 class McapSummary:
-    """Grows with the file; by two hundred bytes a chunk, whose index is kept as the file will hold it."""
+    """Grows with the file, by two hundred bytes a chunk."""
 
     schemas: list[Schema] = field(default_factory=list)
     channels: list[Channel] = field(default_factory=list)
@@ -35,9 +35,9 @@ class McapSummary:
     _times: tuple[int, int] | None = None  # of the earliest and the latest message
     _message_counts: dict[int, int] = field(default_factory=dict)  # by channel
 
-    def add_chunk(self, chunk: ClosedChunk) -> None:
+    def add_chunk(self, chunk: FinishedChunk) -> None:
         """Take a chunk into account."""
-        self._chunk_indices += chunk.summary
+        self._chunk_indices += chunk.index_entry
         self._chunk_count += 1
         first, last = self._times or chunk.times
         self._times = min(first, chunk.times[0]), max(last, chunk.times[1])

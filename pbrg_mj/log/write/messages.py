@@ -1,4 +1,4 @@
-"""From tick records to messages: which channels there are, and what a tick says on them, in order.
+"""From tick records to messages: the channels, and a tick's messages on them, in order.
 
 The log writes these messages, the live view serves them, and the replay makes them again to compare.
 """
@@ -15,16 +15,17 @@ from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from google.protobuf.message import Message
 
-from pbrg_mj.log.scene import static as scene
-from pbrg_mj.log.scene.team import Points, TeamScene
+from pbrg_mj.log.scene.messages import PointsMessage, ScanMessage, TransformsMessage, event_message
+from pbrg_mj.log.scene.static import static_scene
+from pbrg_mj.log.scene.team import TeamScene
 from pbrg_mj.log.schema import channels
 from pbrg_mj.log.schema.fields import Dims
-from pbrg_mj.log.schema.message import NANOSECONDS, Payload
+from pbrg_mj.log.schema.message import NANOSECONDS, LogMessage
 from pbrg_mj.log.schema.protobuf import CLASSES, encoder
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.scenario.schema import Scenario, beam_angles
 
-DRAWING_SECONDS = 0.1  # between pictures of the team: enough for the eye, a tenth of the log's size
+SCENE_SECONDS = 0.1  # between pictures of the team: enough for the eye, a tenth of the log's size
 
 
 def dims_of(record: TickRecord) -> Dims:
@@ -39,7 +40,7 @@ def time_of(record: TickRecord) -> int:
 
 
 class MessageStream:
-    """Turns records into messages. Keeps what is needed to tell what is new in a tick."""
+    """Turns records into messages. Keeps what it needs to see what is new in a tick."""
 
     def __init__(self, scenario: Scenario, first: TickRecord):
         dims = dims_of(first)
@@ -47,14 +48,14 @@ class MessageStream:
         self._timing = encoder("Timing", dims) if scenario.log.timings else None
         scanning = [j + 1 for j in scenario.beam_robots] if len(first.readings.ranges) else []
         angles = beam_angles(scenario.sensors.beams)
-        self._scans = {channels.scan_channel(robot): scene.Scan(robot, angles) for robot in scanning}
-        self._poses, self._points = scene.Poses(dims["n"]), Points(dims["n"])
-        self._ticks_per_drawing = max(1, round(DRAWING_SECONDS / scenario.timing.tick))
+        self._scans = {channels.scan_channel(robot): ScanMessage(robot, angles) for robot in scanning}
+        self._transforms, self._points = TransformsMessage(dims["n"]), PointsMessage(dims["n"])
+        self._ticks_per_scene = max(1, round(SCENE_SECONDS / scenario.timing.tick))
         self._team = TeamScene(scenario.world.moving_boxes)
-        self._floor_plan: bytes | None = scene.floor_plan(scenario)
+        self._static_scene: bytes | None = static_scene(scenario)  # until the first tick's messages
         self._pose_frame: int | None = None
         self._optimal_m = np.full(2, np.nan)
-        # Status; who touches a wall and who winds up, of each robot as 0 or 1: plain bytes are compared in no time.
+        # The status; of each robot, as a byte, whether it touches a wall and whether its integrator winds up.
         self._state = ("ok", bytes(dims["n"]), bytes(dims["n"]))
 
     @property
@@ -75,53 +76,55 @@ class MessageStream:
             types[channels.TIMING] = CLASSES["Timing"]
         return types
 
-    def messages(self, record: TickRecord) -> list[Payload]:
-        """Return a tick's messages, the one on /timing last. Call it or `said` with every record, in order, once."""
+    def messages(self, record: TickRecord) -> list[LogMessage]:
+        """Return a tick's messages, the one on /timing last. Call it or `serialize` once for every record."""
         time_ns = time_of(record)
-        return [Payload(topic, data, record.index, time_ns, time_ns) for topic, data in self.said(record, time_ns)]
+        return [
+            LogMessage(topic, data, record.index, time_ns, time_ns) for topic, data in self.serialize(record, time_ns)
+        ]
 
-    def said(self, record: TickRecord, time_ns: int) -> list[tuple[str, bytes]]:
+    def serialize(self, record: TickRecord, time_ns: int) -> list[tuple[str, bytes]]:
         """Return channel and data of a tick's messages, all of which have the record's number and time."""
-        said = self._reproducible(record, time_ns)
+        found = self._reproducible(record, time_ns)
         if self._timing is not None:
-            said.append((channels.TIMING, self._timing(record)))
-        return said
+            found.append((channels.TIMING, self._timing(record)))
+        return found
 
     def _reproducible(self, record: TickRecord, time_ns: int) -> list[tuple[str, bytes]]:
-        said = []
-        if self._floor_plan is not None:
-            said.append((channels.SCENE, self._floor_plan))
-            self._floor_plan = None
-        said.append((channels.TICK, self._tick(record)))
+        found = []
+        if self._static_scene is not None:
+            found.append((channels.SCENE, self._static_scene))
+            self._static_scene = None
+        found.append((channels.TICK, self._tick(record)))
         if record.optimum is not None:
-            said.append((channels.OPTIMUM, self._optimum(record)))
+            found.append((channels.OPTIMUM, self._optimum(record)))
             self._optimal_m = record.optimum.m
         readings = record.readings
         if readings.pose_frame != self._pose_frame:
-            said.append((channels.TRANSFORMS, self._poses.draw(record.truth.body_pose, time_ns)))
+            found.append((channels.TRANSFORMS, self._transforms.serialize(record.truth.body_pose, time_ns)))
             self._pose_frame = readings.pose_frame
-        if record.index % self._ticks_per_drawing == 0:
-            said.append((channels.TEAM_SCENE, self._team.draw(record, self._optimal_m, time_ns)))
-            said.append((channels.P_POSES, self._points.draw(record.problem.p, time_ns)))
-            said.append((channels.M_POSES, self._points.draw(record.solution.m, time_ns)))
+        if record.index % self._ticks_per_scene == 0:
+            found.append((channels.TEAM_SCENE, self._team.serialize(record, self._optimal_m, time_ns)))
+            found.append((channels.P_POSES, self._points.serialize(record.problem.p, time_ns)))
+            found.append((channels.M_POSES, self._points.serialize(record.solution.m, time_ns)))
         if readings.new_scan:
             for (topic, scan), ranges in zip(self._scans.items(), readings.ranges, strict=True):
-                said.append((topic, scan.draw(ranges, time_ns)))
+                found.append((topic, scan.serialize(ranges, time_ns)))
         state = (record.solution.status, record.truth.wall_contact.tobytes(), record.winding_up.tobytes())
         if state != self._state:
-            said += self._events(state, time_ns)
+            found += self._events(state, time_ns)
             self._state = state
-        return said
+        return found
 
     def _events(self, state: tuple[str, bytes, bytes], time_ns: int) -> Iterator[tuple[str, bytes]]:
-        (was, touched, wound), (status, touching, winding) = self._state, state
+        (was, touched, wound_up), (status, touches, winds_up) = self._state, state
         if status != was:
             text = f"governor: {status}, was {was}"
-            yield channels.EVENTS, scene.event(text, time_ns, warning=status != "ok")
-        for robot in _onsets(touched, touching):
-            yield channels.EVENTS, scene.event(f"robot {robot + 1} touches a wall", time_ns, warning=True)
-        for robot in _onsets(wound, winding):
-            yield channels.EVENTS, scene.event(f"robot {robot + 1} winds up", time_ns, warning=True)
+            yield channels.EVENTS, event_message(text, time_ns, warning=status != "ok")
+        for robot in _onsets(touched, touches):
+            yield channels.EVENTS, event_message(f"robot {robot + 1} touches a wall", time_ns, warning=True)
+        for robot in _onsets(wound_up, winds_up):
+            yield channels.EVENTS, event_message(f"robot {robot + 1} winds up", time_ns, warning=True)
 
 
 def _onsets(before: bytes, now: bytes) -> list[int]:

@@ -1,4 +1,4 @@
-"""What the numbers of a run depend on besides its scenario."""
+"""What a log holds before any tick: what it takes to run it again, and its channels."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def code_digest() -> str:
 
 
 def processor() -> str:
-    """Return the processor's name as the system tells it: compiled code takes other paths on another one."""
+    """Return the processor's name as the system names it: compiled code takes other paths on another one."""
     try:
         named = re.search(r"^model name\s*:\s*(.+)$", Path("/proc/cpuinfo").read_text(), re.MULTILINE)
     except OSError:  # not a Linux
@@ -64,8 +64,8 @@ def processor() -> str:
     return named[1] if named else platform.processor() or platform.machine()
 
 
-def embed(writer: McapWriter, loaded: Loaded, model_xml: str, dims: Dims) -> None:
-    """Write what it takes to rerun, before any tick and outside of chunks: a log cut short still has it."""
+def embed_provenance(writer: McapWriter, loaded: Loaded, model_xml: str, dims: Dims) -> None:
+    """Write what it takes to run again, before any tick and outside of chunks: a log cut short still has it."""
     attachments = (
         (channels.SCENARIO_ATTACHMENT, "application/yaml", loaded.yaml_text),
         (channels.MODEL_ATTACHMENT, "application/xml", model_xml),
@@ -79,12 +79,12 @@ def embed(writer: McapWriter, loaded: Loaded, model_xml: str, dims: Dims) -> Non
 
 
 def run_metadata(name: str, seed: int, dims: Dims) -> dict[str, str]:
-    """Return the metadata that tell which run a log holds."""
+    """Return the metadata that identify the run."""
     numbers = {"schema": SCHEMA_VERSION, "seed": seed, "robots": dims["n"], "slots": dims["K"], "rows": dims["R"]}
     return {"name": name} | {key: str(value) for key, value in numbers.items()}
 
 
-def register(writer: McapWriter, types: dict[str, type[Message]]) -> dict[str, int]:
+def register_channels(writer: McapWriter, types: dict[str, type[Message]]) -> dict[str, int]:
     """Register a channel for each topic, and each class's schema once; return topic -> channel number."""
     schemas = {
         kind: writer.register_schema(

@@ -12,7 +12,7 @@ from pbrg_mj.errors import InputError, PbrgError
 from pbrg_mj.log.schema import channels
 from pbrg_mj.log.write.mcap_writer import McapWriter
 from pbrg_mj.log.write.messages import MessageStream, dims_of, time_of
-from pbrg_mj.log.write.provenance import embed, register
+from pbrg_mj.log.write.provenance import embed_provenance, register_channels
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.scenario.load import Loaded
 
@@ -35,13 +35,13 @@ class LogWriter:
         self._path, self._loaded, self._model_xml = Path(path), loaded, model_xml
         self._ticks_per_chunk = max(1, round(CHUNK_SECONDS / loaded.scenario.timing.tick))
         self._file: BinaryIO | None = None
-        self._waiting: list[TickRecord] = []
+        self._buffer: list[TickRecord] = []
         self._ticks = self._bytes = 0  # in the open chunk
-        self._tick_bytes = CHUNK_BYTES  # of the last tick written; before there is one, nothing waits
+        self._tick_bytes = CHUNK_BYTES  # of the last tick written; before there is one, nothing is buffered
         self._between_records = True
 
     def __enter__(self) -> Self:
-        """Refuse a hopeless path early; nothing is created yet."""
+        """Refuse a path that cannot be written; nothing is created yet."""
         check_writable(self._path)
         return self
 
@@ -49,11 +49,11 @@ class LogWriter:
         """Take one record; it reaches the disk with its chunk."""
         if self._file is None:
             self._start(record)
-        self._waiting.append(record)
-        ticks = len(self._waiting)
+        self._buffer.append(record)
+        ticks = len(self._buffer)
         if self._ticks + ticks >= self._ticks_per_chunk or self._bytes + ticks * self._tick_bytes >= CHUNK_BYTES:
             try:
-                self._write_waiting()
+                self._write_buffer()
             except OSError as error:
                 raise self._failed(error) from error
 
@@ -67,7 +67,7 @@ class LogWriter:
             # cut short inside a record, the open chunk may be inconsistent: leave the log as a kill would
             with self._file:
                 if self._between_records:
-                    self._write_waiting()
+                    self._write_buffer()
                     self._writer.finish()
         except OSError as failure:
             raise self._failed(failure) from failure
@@ -79,33 +79,33 @@ class LogWriter:
             raise InputError(f"cannot write {self._path}: {error.strerror}") from error
         try:
             self._writer = McapWriter(self._file)
-            embed(self._writer, self._loaded, self._model_xml, dims_of(first))
+            embed_provenance(self._writer, self._loaded, self._model_xml, dims_of(first))
             self._stream = MessageStream(self._loaded.scenario, first)
-            self._channels = register(self._writer, self._stream.types)
+            self._channels = register_channels(self._writer, self._stream.types)
             self._file.flush()
         except OSError as error:
             raise self._failed(error) from error
 
-    def _write_waiting(self) -> None:
-        """Write the records that wait: many in a row, while their code is in the processor's caches."""
+    def _write_buffer(self) -> None:
+        """Write the buffered records: many in a row, while their code is in the processor's caches."""
         self._between_records = False
-        for record in self._waiting:
+        for record in self._buffer:
             self._tick_bytes = self._add(record)
             self._ticks, self._bytes = self._ticks + 1, self._bytes + self._tick_bytes
             if self._ticks >= self._ticks_per_chunk or self._bytes >= CHUNK_BYTES:
                 self._writer.flush()
                 self._ticks = self._bytes = 0
-        self._waiting.clear()
+        self._buffer.clear()
         self._between_records = True
 
     def _add(self, record: TickRecord) -> int:
         """Write one record; return the reproducible bytes it took before compression."""
         time_ns = time_of(record)
-        said = self._stream.said(record, time_ns)
+        messages = self._stream.serialize(record, time_ns)
         self._writer.add_messages(
-            [(self._channels[topic], data) for topic, data in said], time_ns, time_ns, record.index
+            [(self._channels[topic], data) for topic, data in messages], time_ns, time_ns, record.index
         )
-        return sum([len(data) for topic, data in said if topic != channels.TIMING])
+        return sum([len(data) for topic, data in messages if topic != channels.TIMING])
 
     def _failed(self, error: OSError) -> PbrgError:
         """Close what is left of the file; `__exit__` then has nothing more to do."""

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from pbrg_mj.perception.half_spaces import HalfSpaces
-from pbrg_mj.perception.memory import PerceptionMemory
-from pbrg_mj.perception.perceive import initial, perceive
+from pbrg_mj.perception.perceive import PerceptionMemory, initial, perceive
 from pbrg_mj.perception.setup import PerceptionSetup, perception_setup
 from pbrg_mj.scenario.random_streams import Source, stream
 from pbrg_mj.scenario.schema import Scenario

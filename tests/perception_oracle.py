@@ -4,13 +4,12 @@ import math
 
 import numpy as np
 
-from pbrg_mj.perception.ends import LEAST_GAP, SURE, WELL_WITHIN
-from pbrg_mj.perception.hits import BREAK_MARGIN, CHORD_MARGIN, GRAZING, MAX_LOST
-from pbrg_mj.perception.joins import NOISE_MARGIN, SAME_WALL
-from pbrg_mj.perception.line_fit import LEAST_COSINE
-from pbrg_mj.perception.pieces import MAX_TURN, MIN_TURN
-from pbrg_mj.perception.rules import LineRules
-from pbrg_mj.perception.wall_fits import (
+from pbrg_mj.perception.scan.collinear import NOISE_MARGIN, SAME_WALL
+from pbrg_mj.perception.scan.line_ends import LEAST_GAP, SURE, WELL_WITHIN
+from pbrg_mj.perception.scan.line_fit import LEAST_COSINE
+from pbrg_mj.perception.scan.parameters import LineRules
+from pbrg_mj.perception.scan.points import BREAK_MARGIN, CHORD_MARGIN, GRAZING, MAX_LOST
+from pbrg_mj.perception.scan.robust_fit import (
     FALSE_ALARM,
     LIMIT_MARGIN,
     MAX_ANGLE_STD,
@@ -22,6 +21,7 @@ from pbrg_mj.perception.wall_fits import (
     OUTLIER_SHARE,
     SHORT,
 )
+from pbrg_mj.perception.scan.segmentation import MAX_TURN, MIN_TURN
 
 Beams = list[int]
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pbrg_mj.perception.rules import LineRules, line_rules
+from pbrg_mj.perception.scan.parameters import LineRules, line_rules
 from pbrg_mj.scenario.schema import PRESETS, Beams, Scenario
 from tests.raycast import Scene, cast
 

@@ -7,9 +7,9 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from pbrg_mj.perception.follow import follow
-from pbrg_mj.perception.tracks import TrackRules, no_tracks
-from pbrg_mj.perception.view import View
+from pbrg_mj.perception.track.records import TrackRules, no_tracks
+from pbrg_mj.perception.track.update import follow
+from pbrg_mj.perception.track.world_frame import View
 from tests import track_oracle as oracle
 
 RULES = TrackRules(range_max=4.0, silent=2, memory=2.0, drift=0.005, turn=np.deg2rad(0.2), clearance=0.1, sigmas=3.0)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from pbrg_mj.perception.line_fit import chi_squared_limit
-from pbrg_mj.perception.rules import agreeing_beams
-from pbrg_mj.perception.scan_lines import Lines, scan_lines
+from pbrg_mj.perception.scan.extract_lines import Lines, scan_lines
+from pbrg_mj.perception.scan.line_fit import chi_squared_limit
+from pbrg_mj.perception.scan.parameters import agreeing_beams
 from tests.perception_oracle import find_lines
 from tests.raycast import Scene
 from tests.scans import SENSORS, Sensor, four_robots, planted, sensor

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pbrg_mj.perception.hits import BLOCKED
-from pbrg_mj.perception.own_wheels import blocked_beams
-from pbrg_mj.perception.scan_lines import Lines, scan_lines
+from pbrg_mj.perception.scan.extract_lines import Lines, scan_lines
+from pbrg_mj.perception.scan.points import BLOCKED
+from pbrg_mj.perception.scan.self_occlusion import blocked_beams
 from pbrg_mj.scenario.schema import Beams
 from tests.perceiving import rows, scenario, setup, walk
 from tests.raycast import Scene, cast, robot, wheels

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from pbrg_mj.perception.polygons import gap, hull
+from pbrg_mj.perception.obstacle.polygons import gap, hull
 from tests.perceiving import HAND, PENTAGON, box, rows, scenario, walk
 from tests.raycast import Scene
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from pbrg_mj.perception.frames import STAND, Clock, stand
 from pbrg_mj.perception.setup import perception_setup
+from pbrg_mj.perception.track.pose import STAND, Clock, stand
 from tests.perceiving import HAND, PENTAGON, box, rows, scenario, together, walk
 from tests.raycast import Scene
 

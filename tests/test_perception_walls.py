@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pbrg_mj.perception.scan_lines import Lines, line_buffer, scan_lines, scan_lines_into, workspace
+from pbrg_mj.perception.scan.extract_lines import Lines, line_buffer, scan_lines, scan_lines_into, workspace
 from tests.raycast import Scene, cast
 from tests.scans import SENSORS, Sensor, four_robots, planted, sensor
 

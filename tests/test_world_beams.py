@@ -4,8 +4,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from pbrg_mj.perception import own_wheels
-from pbrg_mj.perception.own_wheels import blocked_beams
+from pbrg_mj.perception.scan import self_occlusion as own_wheels
+from pbrg_mj.perception.scan.self_occlusion import blocked_beams
 from pbrg_mj.scenario.schema import Beams
 from pbrg_mj.world.plant.physics import MujocoPlant
 from pbrg_mj.world.scene.robot import load_robot_model, load_spec

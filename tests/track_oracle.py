@@ -11,12 +11,21 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pbrg_mj.perception.associate import FREE_GAP, GATE, HIDDEN_GAP, NEAR_ANGLE, NEAR_OFFSET, SAME_ANGLE, SAME_OFFSET
-from pbrg_mj.perception.confirm import FEWEST, LONG, SIGMAS, SLOWEST, TOLERANCE, WIDE, WIDEST
-from pbrg_mj.perception.follow import PATIENCE, SEEN_SHARE
-from pbrg_mj.perception.merge import COVERED
-from pbrg_mj.perception.tracks import TrackRules
-from pbrg_mj.perception.view import View
+from pbrg_mj.perception.track.association import (
+    COVERED,
+    FREE_GAP,
+    GATE,
+    HIDDEN_GAP,
+    NEAR_ANGLE,
+    NEAR_OFFSET,
+    SAME_ANGLE,
+    SAME_OFFSET,
+)
+from pbrg_mj.perception.track.confirmation import FEWEST, LONG, SLOWEST, WIDE
+from pbrg_mj.perception.track.extent import SIGMAS, TOLERANCE, WIDEST
+from pbrg_mj.perception.track.records import TrackRules
+from pbrg_mj.perception.track.update import PATIENCE, SEEN_SHARE
+from pbrg_mj.perception.track.world_frame import View
 
 
 @dataclass(eq=False)

@@ -18,8 +18,7 @@ import numpy as np
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.loop.decide import Decisions, Team
-from pbrg_mj.perception.memory import PerceptionMemory
-from pbrg_mj.perception.perceive import initial, perceive
+from pbrg_mj.perception.perceive import PerceptionMemory, initial, perceive
 from pbrg_mj.perception.setup import perception_setup
 from pbrg_mj.scenario.schema import Scenario, operator_reference, whole_number
 from pbrg_mj.sensing.noise import SensorNoise, sensor_noise

@@ -1,16 +1,35 @@
-"""One tick of perception: scans to lines to tracks to half-spaces."""
+"""One tick of perception for all robots: scans to lines to tracks to obstacles to half-spaces."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
 import numpy as np
 
-from pbrg_mj.perception.frames import STAND
+from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.half_spaces import HalfSpaces
-from pbrg_mj.perception.memory import PerceptionMemory
-from pbrg_mj.perception.scans import perceive_scans
-from pbrg_mj.perception.setup import PerceptionSetup
-from pbrg_mj.perception.tracks import no_tracks
+from pbrg_mj.perception.obstacle.half_space import Stance
+from pbrg_mj.perception.obstacle.slots import fill
+from pbrg_mj.perception.scan.extract_lines import LineBuffer, Workspace, line_buffer, scan_lines_into, workspace
+from pbrg_mj.perception.scan.parameters import LineRules
+from pbrg_mj.perception.scan.points import BLOCKED
+from pbrg_mj.perception.setup import Makings, PerceptionSetup
+from pbrg_mj.perception.track.pose import STAND, Clock, PoseModel, stand
+from pbrg_mj.perception.track.records import TrackRules, no_tracks
+from pbrg_mj.perception.track.update import follow
+from pbrg_mj.perception.track.world_frame import turn_into, view
 from pbrg_mj.sensing.readings import Readings
+
+
+@dataclass(frozen=True)
+class PerceptionMemory:
+    """Every robot's tracks, where it stood at its last scan, and the half-spaces made of them. Never written to."""
+
+    tracks: np.ndarray  # (n, M) of TRACK
+    stands: np.ndarray  # (n,) of STAND
+    half_spaces: HalfSpaces
 
 
 def initial(setup: PerceptionSetup) -> PerceptionMemory:
@@ -36,3 +55,85 @@ def perceive(
     written = (tracks, stands, known.G, known.h, known.active, known.binds)
     perceive_scans(scans, setup.plain, (memory.tracks, memory.stands), written)
     return known, PerceptionMemory(tracks, stands, known)
+
+
+class Known(NamedTuple):
+    """What is known, robot by robot."""
+
+    tracks: np.ndarray  # (n, M) of TRACK
+    stands: np.ndarray  # (n,) of STAND
+    G: np.ndarray  # (n, K, 2)
+    h: np.ndarray  # (n, K)
+    active: np.ndarray  # (n, K) bool
+    binds: np.ndarray  # (n, K, n) bool
+
+
+class Room(NamedTuple):
+    """Scratch memory for one scan; nothing in it outlives one."""
+
+    ranges: np.ndarray  # (beams,) [m]
+    beams: np.ndarray  # (beams, 2) directions in the world
+    work: Workspace
+    lines: LineBuffer
+
+
+@kernel
+def perceive_scans(scans, makings, before, after):  # pragma: no cover - compiled
+    """Write to `after` what is known after the scans of all robots that have beams. All arguments are plain tuples.
+
+    scans = (ranges (R, beams) [m], estimates of poses (n, 3) [m, rad], pose_frame, scan_frame, time of use [s]);
+    makings are `Makings.plain()`; before = (tracks, stands) of the scans before; after as in `Known`, without
+    half-spaces yet.
+    """
+    ranges, poses, pose_frame, scan_frame, time = scans
+    clock, known, by = Clock(pose_frame, scan_frame, time), Known(*after), _named(makings)
+    known.tracks[:], known.stands[:] = before
+    room = _room(len(by.directions))
+    for row in range(len(by.robots)):
+        robot = by.robots[row]
+        if not math.isnan(poses[robot, 0] + poses[robot, 1] + poses[robot, 2]):  # else it cannot place a wall
+            _perceive_scan(ranges[row], (robot, poses[robot], clock), by, room, known)
+
+
+@kernel
+def _named(makings):  # pragma: no cover - compiled
+    directions, blocked, rules, track_rules, pose, robots, teams, binds, hand_offset = makings
+    rules, track_rules, pose = LineRules(*rules), TrackRules(*track_rules), PoseModel(*pose)
+    return Makings(directions, blocked, rules, track_rules, pose, robots, teams, binds, hand_offset)
+
+
+@kernel
+def _room(beams):  # pragma: no cover - compiled
+    return Room(np.empty(beams), np.empty((beams, 2)), workspace(beams), line_buffer(beams))
+
+
+@kernel
+def _perceive_scan(read, whose, makings, room, known):  # pragma: no cover - compiled
+    robot, estimate, clock = whose
+    pose = stand(estimate, clock, known.stands[robot], makings.pose)
+    _beyond_wheels(read, makings.blocked, room.ranges)
+    count = scan_lines_into(room.ranges, makings.directions, makings.rules, room.work, room.lines)
+    turn_into(room.beams, makings.directions, pose.heading)
+    tracks = known.tracks[robot]
+    follow(tracks, view(room.lines, count, room.ranges, room.beams, pose), makings.track_rules)
+    stance = _stance(pose, makings.teams[robot], makings.hand_offset)
+    G, h, active = known.G[robot], known.h[robot], known.active[robot]
+    fill(tracks, stance, makings.track_rules, G, h, active)
+    for k in range(len(h)):
+        h[k] += G[k, 0] * pose.x + G[k, 1] * pose.y
+        if active[k]:
+            known.binds[robot, k] = makings.binds[robot]
+
+
+@kernel
+def _beyond_wheels(read, blocked, ranges):  # pragma: no cover - compiled
+    """Write the ranges read to `ranges`, BLOCKED where they can only be the robot's own wheels."""
+    for k in range(len(read)):
+        ranges[k] = BLOCKED if blocked[k] else read[k]
+
+
+@kernel
+def _stance(pose, team, hand_offset):  # pragma: no cover - compiled
+    hand = np.empty((1, 2))
+    hand[0, 0], hand[0, 1] = hand_offset * math.cos(pose.heading), hand_offset * math.sin(pose.heading)
+    return Stance(team + hand, hand, pose.position_var, pose.heading_var)

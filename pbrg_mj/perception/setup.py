@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.perception.frames import pose_model
 from pbrg_mj.perception.half_spaces import HalfSpaces
-from pbrg_mj.perception.own_wheels import blocked_beams
-from pbrg_mj.perception.polygons import hull
-from pbrg_mj.perception.rules import LineRules, line_rules
-from pbrg_mj.perception.scans import Makings
-from pbrg_mj.perception.tracks import track_rules
+from pbrg_mj.perception.obstacle.polygons import hull
+from pbrg_mj.perception.scan.parameters import LineRules, line_rules
+from pbrg_mj.perception.scan.self_occlusion import blocked_beams
+from pbrg_mj.perception.track.pose import PoseModel, pose_model
+from pbrg_mj.perception.track.records import TrackRules, track_rules
 from pbrg_mj.scenario.schema import Estimator, GivenHalfSpace, Scenario, beam_angles
 
 
@@ -108,3 +108,21 @@ def _check(given: GivenHalfSpace, key: str, length: float, robots: int) -> None:
         raise InputError(f"{given.robot} is no robot; allowed are 1 to {robots}", key=f"{key}.robot")
     if not length > 0:
         raise InputError(f"{list(given.normal)} has no direction; any other vector is allowed", key=f"{key}.normal")
+
+
+class Makings(NamedTuple):
+    """All that perception goes by."""
+
+    directions: np.ndarray  # (beams, 2) unit vectors of the beams in the body frame
+    blocked: np.ndarray  # (beams,) bool: the robot's own wheels are in the way
+    rules: LineRules
+    track_rules: TrackRules
+    pose: PoseModel
+    robots: np.ndarray  # (R,) robot of each row of the ranges
+    teams: np.ndarray  # (n, k, 2) hull of the robots its half-spaces bind, from its hand point [m]
+    binds: np.ndarray  # (n, n) bool: whom the half-spaces of each robot bind
+    hand_offset: float  # of the hand point ahead of the body's centre [m]
+
+    def plain(self) -> tuple:
+        """Return the same without names: those of tuples are looked up again at each call of compiled code."""
+        return tuple(tuple(part) if isinstance(part, tuple) else part for part in self)

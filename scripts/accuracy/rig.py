@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from raycast import Scene, cast, wheels
 
-from pbrg_mj.perception.memory import PerceptionMemory
-from pbrg_mj.perception.perceive import initial, perceive
+from pbrg_mj.perception.perceive import PerceptionMemory, initial, perceive
 from pbrg_mj.perception.setup import perception_setup
 from pbrg_mj.scenario.random_streams import Source, stream
 from pbrg_mj.scenario.schema import Scenario

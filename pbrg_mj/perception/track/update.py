@@ -1,17 +1,19 @@
-"""Tracks from scan to scan: carried along, associated, fused, begun and dropped."""
+"""The tracks of one robot from scan to scan: predict, associate, fuse, initiate, delete."""
 
 from __future__ import annotations
 
 import math
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.angles import wrapped
-from pbrg_mj.perception.associate import EXTEND, NEW, STRANGE, UPDATE, associate
-from pbrg_mj.perception.confirm import confirm, extend, note_place, restart, widen
-from pbrg_mj.perception.corners import confirm_corners
-from pbrg_mj.perception.evidence import contradicted
-from pbrg_mj.perception.merge import merge, unite
-from pbrg_mj.perception.view import lines_of, moment_of
+from pbrg_mj.perception.scan.line_fit import wrapped
+from pbrg_mj.perception.track.association import EXTEND, NEW, STRANGE, UPDATE, associate, merge, unite
+from pbrg_mj.perception.track.confirmation import confirm, note_place
+from pbrg_mj.perception.track.extent import BEHIND, IN_RANGE, beam_on_line, extend, restart, widen
+from pbrg_mj.perception.track.world_frame import lines_of, moment_of
+
+MARGIN = 0.05  # [m] from the ends of the stretch seen
+LEAST_BEAMS = 3  # beams on a wall that may speak against it
+PASSED_SHARE = 0.6  # of them must
 
 SEEN_SHARE = 0.02  # of the drift while in sight: nothing is known for ever
 PATIENCE = 3  # scans against a wall before it is dropped, and scans an unconfirmed one may be out of sight
@@ -42,7 +44,6 @@ def follow(tracks, view, rules):
             _begin(tracks, lines[k], scan, now, rules)
     _miss(tracks, scan, rules)
     merge(tracks)
-    confirm_corners(tracks)
 
 
 @kernel
@@ -131,3 +132,28 @@ def _miss(tracks, scan, rules):
             track["missed"] = track["missed"] + 1 if contradicted(track, scan, rules) else 0
             if track["missed"] >= PATIENCE:
                 track["live"] = 0
+
+
+@kernel
+def contradicted(track, scan, rules):  # pragma: no cover - compiled
+    """Return whether a scan shows that a wall is no longer where it was: beams that should meet it went past.
+
+    Beams stopped before it say nothing. A scan without any echo says nothing: the sensor may be blind.
+    """
+    ranges, beams = scan
+    cos, sin, offset = math.cos(track["angle"]), math.sin(track["angle"]), track["offset"]
+    low, high = track["low"] + MARGIN, track["high"] - MARGIN
+    on, past, echoes = 0, 0, 0
+    for k in range(len(ranges)):
+        r = ranges[k]
+        if math.isfinite(r):
+            echoes += 1
+        s, distance = beam_on_line(cos, sin, offset, beams, k)
+        if distance > IN_RANGE * rules.range_max - BEHIND or s < low or s > high:
+            continue
+        if math.isnan(r) or r > distance + BEHIND:
+            past += 1
+            on += 1
+        elif r > distance - BEHIND:
+            on += 1
+    return echoes > 0 and on >= LEAST_BEAMS and past >= PASSED_SHARE * on

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.corners import crossing, ends
-from pbrg_mj.perception.outline import outline
-from pbrg_mj.perception.polygons import gap, hull
+from pbrg_mj.perception.obstacle.outline import crossing, outline
+from pbrg_mj.perception.obstacle.polygons import gap, hull
+from pbrg_mj.perception.track.extent import track_ends
 
 RETURN = 0.05  # [m] of room that a team must have again before its obstacle is kept off all of it again
 
@@ -69,7 +69,7 @@ def _common(a, b):
 def _face(track, bound, rules):
     """Return the face's half-space, kept off by what is uncertain where the robots bound are."""
     gx, gy = math.cos(track["angle"]), math.sin(track["angle"])
-    low, high = ends(track)
+    low, high = track_ends(track)
     var = 0.0
     for k in range(len(bound)):
         s = min(max(bound[k, 1] * gx - bound[k, 0] * gy, low), high)

@@ -10,17 +10,13 @@ from __future__ import annotations
 import math
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.angles import wrapped
-from pbrg_mj.perception.evidence import end_bounds
+from pbrg_mj.perception.scan.line_fit import wrapped
+from pbrg_mj.perception.track.extent import SIGMAS, TOLERANCE
 
 LONG = 1.0  # [m] stretches this long are walls when seen twice, and twice as long in the very first scan at once
 WIDE = 6.0  # and those of so many times their distance without an end in sight: a near wall shows only a short stretch
 SLOWEST = 0.1  # [m/s] things that move at least so fast are told from walls
-WIDEST = 0.15  # [m] blur of an end, and of ends that are hidden
 FEWEST = 3  # sightings of a short wall
-SIGMAS = 3.0
-TOLERANCE = 0.01  # [m] by which an end may move before it counts, beside the noise of the pose
-TORN = 6  # a moved end counts 2, a scan without one -1: lost beams may feign one now and then
 
 
 @kernel
@@ -39,49 +35,6 @@ def note_place(track, line, now):
     track["w2"] += w * tau * tau
     track["e0"] += w * e
     track["e1"] += w * tau * e
-
-
-@kernel
-def restart(track, line, scan, now, rules):
-    """Take a sighting's stretch for the track's, and count its age and motion from here."""
-    track["low"], track["high"] = line["low"], line["high"]
-    track["low_bound"], track["high_bound"] = end_bounds(line, scan, rules)
-    angle, middle = line["angle"], 0.5 * (line["low"] + line["high"])
-    track["ref_angle"] = angle
-    track["ref_x"] = now.x + line["offset"] * math.cos(angle) - middle * math.sin(angle)
-    track["ref_y"] = now.y + line["offset"] * math.sin(angle) + middle * math.cos(angle)
-    track["w0"] = track["w1"] = track["w2"] = track["e0"] = track["e1"] = track["blur"] = 0.0
-    track["first"] = now.time
-    _note_blur(track, line, (track["low_bound"], track["high_bound"]))
-
-
-@kernel
-def extend(track, line, scan, now, rules):
-    """Take a sighting's ends into account, or find that an end has moved and begin the track's stretch anew."""
-    low_bound, high_bound = end_bounds(line, scan, rules)
-    slack = TOLERANCE + SIGMAS * math.sqrt(now.position_var)
-    far = SIGMAS * math.sqrt(now.heading_var) * line["offset"]
-    over = max(line["high"] - track["high_bound"], track["low_bound"] - line["low"])
-    short = max(track["high"] - high_bound, low_bound - track["low"])
-    if max(over, short) > slack + far:
-        track["torn"] += 2
-        if track["torn"] >= TORN or not track["confirmed"]:
-            restart(track, line, scan, now, rules)
-            track["torn"] = track["confirmed"] = 0
-            track["hits"] = 1
-        return
-    track["torn"] = max(track["torn"] - 1, 0)
-    _note_blur(track, line, (low_bound, high_bound))
-    track["low_bound"] = max(track["low_bound"], low_bound)
-    track["high_bound"] = min(track["high_bound"], high_bound)
-    widen(track, line)
-
-
-@kernel
-def widen(track, line):
-    """Let a track reach as far as a sighting of it."""
-    track["low"] = min(track["low"], line["low"])
-    track["high"] = max(track["high"], line["high"])
 
 
 @kernel
@@ -115,10 +68,3 @@ def _rests_along(track, rules):
     """
     shows = (1 + 1 / rules.silent) * track["blur"] + 4 * TOLERANCE
     return (track["seen"] - track["first"]) * SLOWEST > shows
-
-
-@kernel
-def _note_blur(track, line, bounds):
-    """Keep the widest gap so far between the last beam on the thing and the first past it, at the better end."""
-    here = min(line["low"] - bounds[0], bounds[1] - line["high"])
-    track["blur"] = max(track["blur"], min(here, WIDEST))

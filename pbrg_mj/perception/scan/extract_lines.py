@@ -12,14 +12,12 @@ from typing import NamedTuple
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.breaks import clusters_into
-from pbrg_mj.perception.ends import is_free
-from pbrg_mj.perception.hits import points_into, without_spikes
-from pbrg_mj.perception.joins import gather, join_walls, rank_by_length
-from pbrg_mj.perception.pieces import is_curved, pieces_into, without_stub
-from pbrg_mj.perception.rules import LineRules
-from pbrg_mj.perception.strays import add_strays
-from pbrg_mj.perception.wall_fits import fit_wall
+from pbrg_mj.perception.scan.collinear import gather, join_walls, rank_by_length
+from pbrg_mj.perception.scan.line_ends import is_free
+from pbrg_mj.perception.scan.parameters import LineRules
+from pbrg_mj.perception.scan.points import points_into, without_spikes
+from pbrg_mj.perception.scan.robust_fit import add_strays, fit_wall
+from pbrg_mj.perception.scan.segmentation import clusters_into, is_curved, pieces_into, without_stub
 
 
 @dataclass(frozen=True)

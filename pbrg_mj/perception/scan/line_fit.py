@@ -19,8 +19,7 @@ from __future__ import annotations
 import math
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.angles import wrapped
-from pbrg_mj.perception.hits import DX, DY, X, Y
+from pbrg_mj.perception.scan.points import DX, DY, X, Y
 
 S, WEIGHT, RESIDUAL, COSINE = range(4)  # columns of `at`
 LEAST_COSINE = 0.1  # keeps the weight of a beam that runs along the line finite
@@ -184,3 +183,9 @@ def chi_squared_limit(freedom, score):  # pragma: no cover - compiled
     """Return what a chi-squared variable exceeds as often as N(0, 1) exceeds `score` (Wilson and Hilferty)."""
     k = 2.0 / (9.0 * freedom)
     return freedom * (1.0 - k + score * math.sqrt(k)) ** 3
+
+
+@kernel
+def wrapped(angle):
+    """Return an angle [rad] in [-pi, pi]."""
+    return angle - 2 * math.pi * round(angle / (2 * math.pi))

@@ -1,4 +1,4 @@
-"""Which sighting is which track."""
+"""Which line of a scan belongs to which track, and which tracks are one line."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.angles import wrapped
+from pbrg_mj.perception.scan.line_fit import wrapped
 
 GATE = 13.8  # chi-squared with 2 degrees: 1 true sighting in 1000 is beyond
 NEAR_ANGLE, NEAR_OFFSET = (
@@ -106,3 +106,46 @@ def same_wall(a, b):
     if a["low"] > b["high"]:
         return a["low_bound"] == -math.inf and b["high_bound"] == math.inf
     return True
+
+
+COVERED = 0.1  # [m] of a track must lie on the line that shows it to be part of a longer wall
+
+
+@kernel
+def merge(tracks):
+    """Make tracks that have come to be the same wall one."""
+    for i in range(len(tracks)):
+        for j in range(i if tracks[i]["live"] else 0):
+            if tracks[i]["live"] and tracks[j]["live"] and same_wall(tracks[i], tracks[j]):
+                _absorb(tracks, i, j)
+
+
+@kernel
+def unite(tracks, line, track):
+    """Make all tracks one that a single line runs through, whatever ends they have seemed to have; return which."""
+    for i in range(len(tracks)):
+        if i != track and tracks[i]["live"] and _runs_through(tracks[i], line):
+            track = _absorb(tracks, track, i)
+    return track
+
+
+@kernel
+def _runs_through(track, line):
+    common = min(track["high"], line["high"]) - max(track["low"], line["low"])
+    return common > COVERED and distance(track, line) <= GATE
+
+
+@kernel
+def _absorb(tracks, i, j):
+    """Make two tracks one; return the one that stays, the confirmed and older one."""
+    a, b = tracks[i], tracks[j]
+    if (b["confirmed"], -b["first"]) > (a["confirmed"], -a["first"]):
+        i, a, b = j, b, a
+    if b["low"] < a["low"]:
+        a["low"], a["low_bound"] = b["low"], b["low_bound"]
+    if b["high"] > a["high"]:
+        a["high"], a["high_bound"] = b["high"], b["high_bound"]
+    if b["seen"] >= a["seen"]:
+        a["seen"], a["unseen"] = b["seen"], b["unseen"]
+    b["live"] = 0
+    return i

@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.corners import chains
-from pbrg_mj.perception.separate import half_space
+from pbrg_mj.perception.obstacle.half_space import half_space
+from pbrg_mj.perception.obstacle.outline import chains, confirm_corners
 
 NEARER = 0.1  # [m] an obstacle displaces another only if it is so much nearer: slots must not change hands for nothing
 
@@ -20,6 +20,7 @@ def fill(tracks, stance, rules, g, h, active):
     An obstacle keeps its slot. New ones fill free slots, nearest first, and when there are none they displace the
     farthest.
     """
+    confirm_corners(tracks)
     links = chains(tracks)
     root = _roots(tracks, links)
     rows, wide = np.zeros((len(tracks), 3)), np.full(len(tracks), math.inf)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.ends import has_gap
-from pbrg_mj.perception.hits import DX, DY, X, Y
-from pbrg_mj.perception.line_fit import extent, fit_line, weight_of
-from pbrg_mj.perception.wall_fits import write_fit
+from pbrg_mj.perception.scan.line_ends import has_gap
+from pbrg_mj.perception.scan.line_fit import extent, fit_line, weight_of
+from pbrg_mj.perception.scan.points import DX, DY, X, Y
+from pbrg_mj.perception.scan.robust_fit import write_fit
 
 SAME_WALL = math.radians(10.0)  # pieces that differ more in direction, noise apart, are never tried as one wall
 NOISE_MARGIN = 4.0  # standard deviations of a point from its line, or of an angle

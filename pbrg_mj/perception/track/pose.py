@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.angles import wrapped
+from pbrg_mj.perception.scan.line_fit import wrapped
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.sensing.noise import sensor_noise
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.hits import BLOCKED, DX, DY, R
-from pbrg_mj.perception.line_fit import LEAST_COSINE, weight_of
+from pbrg_mj.perception.scan.line_fit import LEAST_COSINE, weight_of
+from pbrg_mj.perception.scan.points import BLOCKED, DX, DY, R
 
 SURE = 4.0  # standard deviations beyond which a beam is clearly farther than the wall
 WELL_WITHIN = 0.9  # of the range limit: a wall nearer than that would have been seen

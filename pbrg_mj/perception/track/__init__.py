@@ -1,0 +1,12 @@
+"""Lines over time: every robot's tracks, in the world frame about the robot's last position.
+
+In: the lines of a scan, the pose estimate, the tracks before. Out: the tracks after, confirmed or not.
+
+    pose            where the robot was when it scanned, and how well it knows that
+    world_frame     lines and beams from the body frame into the world frame
+    records         the record of a track, and the parameters
+    association     which line belongs to which track; tracks of one line merged
+    extent          where a track ends
+    confirmation    whether a track is at rest, and so confirmed
+    update          all of that for one scan: predict, associate, fuse, initiate, delete
+"""

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from pbrg_mj.perception.scan.collinear import NOISE_MARGIN, SAME_WALL
+from pbrg_mj.perception.scan.collinear import MOST_TURN, NOISE_MARGIN
 from pbrg_mj.perception.scan.line_ends import LEAST_GAP, SURE, WELL_WITHIN
 from pbrg_mj.perception.scan.line_fit import LEAST_COSINE
-from pbrg_mj.perception.scan.parameters import LineRules
+from pbrg_mj.perception.scan.parameters import LineParameters
 from pbrg_mj.perception.scan.points import BREAK_MARGIN, CHORD_MARGIN, GRAZING, MAX_LOST
 from pbrg_mj.perception.scan.robust_fit import (
     FALSE_ALARM,
@@ -27,18 +27,18 @@ Beams = list[int]
 
 
 class Scan:
-    """A scan and its rules."""
+    """A scan and its parameters."""
 
-    def __init__(self, ranges: np.ndarray, directions: np.ndarray, rules: LineRules) -> None:
-        self.r, self.d, self.rules = ranges, directions, rules
+    def __init__(self, ranges: np.ndarray, directions: np.ndarray, params: LineParameters) -> None:
+        self.r, self.d, self.params = ranges, directions, params
         self.beams = len(ranges)
         self.xy = ranges[:, None] * directions
-        self.var = rules.range_std**2 + (rules.noise_ratio * ranges) ** 2
+        self.var = params.range_std**2 + (params.noise_ratio * ranges) ** 2
 
     def apart(self, a: int, b: int, skipped: int) -> bool:
         lost = (b - a) % self.beams - 1 - skipped
         sine = float(np.linalg.det(self.d[[a, b]]))
-        if (b <= a and not self.rules.closed) or not 0 <= lost <= MAX_LOST or sine <= 0:
+        if (b <= a and not self.params.closed) or not 0 <= lost <= MAX_LOST or sine <= 0:
             return True
         limit = min(self.r[a], self.r[b]) * sine / GRAZING + BREAK_MARGIN * math.sqrt(self.var[a] + self.var[b])
         return bool(np.linalg.norm(self.xy[b] - self.xy[a]) > limit)
@@ -51,33 +51,35 @@ class Scan:
         chord, off = self.xy[z] - self.xy[a], self.xy[some] - self.xy[a]
         length = float(np.linalg.norm(chord))
         if length == 0:
-            return np.linalg.norm(off, axis=1) / self.rules.split_distance
+            return np.linalg.norm(off, axis=1) / self.params.split_distance
         n = np.array([chord[1], -chord[0]]) / length
         u = off @ chord / length**2
         across = self.var * (self.d @ n) ** 2
         std = np.sqrt(across[some] + (1 - u) ** 2 * across[a] + u**2 * across[z])
-        return off @ n / np.maximum(self.rules.split_distance, CHORD_MARGIN * std)
+        return off @ n / np.maximum(self.params.split_distance, CHORD_MARGIN * std)
 
 
-def find_lines(ranges: np.ndarray, directions: np.ndarray, rules: LineRules) -> list[dict]:
+def find_lines(ranges: np.ndarray, directions: np.ndarray, params: LineParameters) -> list[dict]:
     """Walls as dicts of angle, offset, covariance, low, high, free_low, free_high and their beams; longest first."""
-    scan = Scan(ranges, directions, rules)
-    order = without_spikes(scan, np.flatnonzero(np.isfinite(ranges)).tolist())
+    scan = Scan(ranges, directions, params)
+    order = without_outliers(scan, np.flatnonzero(np.isfinite(ranges)).tolist())
     clusters, ring = cluster(scan, order)
-    pieces = [split_and_merge(scan, beams) for beams in clusters]
-    flat = [(piece, k) for k, group in enumerate(pieces) for piece in group]
+    segments = [split_and_merge(scan, beams) for beams in clusters]
+    flat = [(segment, k) for k, group in enumerate(segments) for segment in group]
     walls = [
-        wall for i, (piece, _) in enumerate(flat) if not curved(scan, flat, ring, i) and (wall := fit_wall(scan, piece))
+        wall
+        for i, (segment, _) in enumerate(flat)
+        if not curved(scan, flat, ring, i) and (wall := fit_segment(scan, segment))
     ]
     walls = joined(scan, walls, [b for group in clusters for b in group])
     for wall in walls:
-        with_strays(scan, wall)
+        inflated(scan, wall)
         wall["free_low"] = ends_at(scan, wall, wall["beams"][0], -1)
         wall["free_high"] = ends_at(scan, wall, wall["beams"][1], 1)
     return sorted(walls, key=lambda wall: wall["low"] - wall["high"])
 
 
-def without_spikes(scan: Scan, order: Beams) -> Beams:
+def without_outliers(scan: Scan, order: Beams) -> Beams:
     count = len(order)
 
     def spike(i: int, size: int) -> bool:
@@ -116,29 +118,29 @@ def split_and_merge(scan: Scan, beams: Beams) -> list[Beams]:
         return [some] if at is None else split(some[:at]) + split(some[at:])
 
     merged: list[Beams] = []
-    for piece in split(beams):
-        if merged and cut(merged[-1] + piece) is None:
-            merged[-1] = merged[-1] + piece
+    for segment in split(beams):
+        if merged and cut(merged[-1] + segment) is None:
+            merged[-1] = merged[-1] + segment
         else:
-            merged.append(piece)
+            merged.append(segment)
     return merged
 
 
-def curved(scan: Scan, pieces: list[tuple[Beams, int]], ring: bool, i: int) -> bool:
+def curved(scan: Scan, segments: list[tuple[Beams, int]], ring: bool, i: int) -> bool:
     def turn(a: tuple[Beams, int], b: tuple[Beams, int]) -> float:
         if min(len(a[0]), len(b[0])) < 3 or (a[1] != b[1] and not ring):
             return 0.0
-        chords = [complex(*(scan.xy[piece[-1]] - scan.xy[piece[0]])) for piece in (a[0], b[0])]
+        chords = [complex(*(scan.xy[segment[-1]] - scan.xy[segment[0]])) for segment in (a[0], b[0])]
         angle = float(np.angle(chords[1] * chords[0].conjugate()))
         return angle if MIN_TURN < abs(angle) < MAX_TURN else 0.0
 
-    after = pieces[(i + 1) % len(pieces)]
-    return len(pieces) >= 3 and turn(pieces[i - 1], pieces[i]) * turn(pieces[i], after) > 0
+    after = segments[(i + 1) % len(segments)]
+    return len(segments) >= 3 and turn(segments[i - 1], segments[i]) * turn(segments[i], after) > 0
 
 
 def weights(scan: Scan, some: Beams, normal: np.ndarray, c: float) -> np.ndarray:
     cosine = np.maximum(np.abs(scan.d[some] @ normal), LEAST_COSINE)
-    return 1 / ((cosine * scan.rules.range_std) ** 2 + (scan.rules.noise_ratio * c) ** 2)
+    return 1 / ((cosine * scan.params.range_std) ** 2 + (scan.params.noise_ratio * c) ** 2)
 
 
 def jacobian(scan: Scan, some: Beams, normal: np.ndarray, c: float) -> np.ndarray:
@@ -180,10 +182,10 @@ def fit_line(scan: Scan, some: Beams, normal: np.ndarray, c: float) -> dict:
     }
 
 
-def fit_wall(scan: Scan, piece: Beams) -> dict | None:
-    rules, some, outliers, checked = scan.rules, list(piece), 0, False
-    while outliers <= max(MAX_OUTLIERS, OUTLIER_SHARE * len(piece)):
-        if len(some) < rules.min_points or math.dist(scan.xy[some[0]], scan.xy[some[-1]]) < rules.min_length:
+def fit_segment(scan: Scan, segment: Beams) -> dict | None:
+    params, some, outliers, checked = scan.params, list(segment), 0, False
+    while outliers <= max(MAX_OUTLIERS, OUTLIER_SHARE * len(segment)):
+        if len(some) < params.min_points or math.dist(scan.xy[some[0]], scan.xy[some[-1]]) < params.min_length:
             return None
         x, y = scan.xy[some[-1]] - scan.xy[some[0]]
         chord = np.array([y, -x]) / math.hypot(x, y)
@@ -191,7 +193,7 @@ def fit_wall(scan: Scan, piece: Beams) -> dict | None:
         if not checked:
             checked = True
             r = line["offset"] / np.maximum(scan.d[some] @ line["normal"], 1e-6)
-            inside = r + LIMIT_MARGIN * np.hypot(rules.range_std, rules.noise_ratio * r) <= rules.range_max
+            inside = r + LIMIT_MARGIN * np.hypot(params.range_std, params.noise_ratio * r) <= params.range_max
             if not inside.all():
                 some = np.array(some)[inside].tolist()
                 continue
@@ -214,7 +216,7 @@ def is_wall(scan: Scan, line: dict) -> bool:
     root = np.sqrt(w)
     basis, _ = np.linalg.qr(root[:, None] * np.column_stack([np.ones_like(s), s, s**2]))
     bend = abs(float(basis[:, 2] @ (root * e)))
-    short = line["high"] - line["low"] < SHORT * scan.rules.min_length
+    short = line["high"] - line["low"] < SHORT * scan.params.min_length
     oblique = abs(line["low"] + line["high"]) > 2 * OBLIQUE * line["offset"]
     sure = line["covariance"][0, 0] <= MAX_ANGLE_STD**2
     return bool(straight and sure and bend <= (MAX_BEND_SHORT if short else MAX_BEND) and not (short and oblique))
@@ -235,12 +237,14 @@ def joined(scan: Scan, walls: list[dict], order: Beams) -> list[dict]:
 
 def joint(scan: Scan, a: dict, b: dict, order: Beams) -> dict | None:
     turn = abs(math.remainder(a["angle"] - b["angle"], 2 * math.pi))
-    if turn > SAME_WALL + NOISE_MARGIN * math.sqrt(a["covariance"][0, 0] + b["covariance"][0, 0]):
+    if turn > MOST_TURN + NOISE_MARGIN * math.sqrt(a["covariance"][0, 0] + b["covariance"][0, 0]):
         return None
     members = set(a["points"]) | set(b["points"])
     points = [p for p in order if p in members]
     line = fit_line(scan, points, a["normal"], a["offset"])
-    if np.any(np.abs(line["residual"]) > np.maximum(scan.rules.split_distance, NOISE_MARGIN / np.sqrt(line["weight"]))):
+    if np.any(
+        np.abs(line["residual"]) > np.maximum(scan.params.split_distance, NOISE_MARGIN / np.sqrt(line["weight"]))
+    ):
         return None
     first, last = sorted((a, b), key=lambda wall: wall["low"])
     if has_gap(scan, line, first["beams"][1], last["beams"][0]):
@@ -249,9 +253,9 @@ def joint(scan: Scan, a: dict, b: dict, order: Beams) -> dict | None:
     return {**line, "points": points, "beams": (first["beams"][0], end["beams"][1])}
 
 
-def with_strays(scan: Scan, line: dict) -> None:
-    """Add what a stray among the points would mean: the line fitted without it, as often as it is one."""
-    if scan.rules.strays == 0:
+def inflated(scan: Scan, line: dict) -> None:
+    """Add what a outlier among the points would mean: the line fitted without it, as often as it is one."""
+    if scan.params.outlier_density == 0:
         return
     by, w, e = line["jacobian"], line["weight"], line["residual"]
     plain, cosine = line["covariance"], scan.d[line["points"]] @ line["normal"]
@@ -262,7 +266,11 @@ def with_strays(scan: Scan, line: dict) -> None:
         shift = without @ by[i] * w[i] * e[i]  # sum w e by = 0 of the whole line, so of the rest it is - w e by
         predicted = e[i] + by[i] @ shift
         std = math.sqrt(1 / w[i] + by[i] @ without @ by[i])
-        odds = scan.rules.strays / cosine[i] / (math.exp(-((predicted / std) ** 2) / 2) / math.sqrt(2 * math.pi) / std)
+        odds = (
+            scan.params.outlier_density
+            / cosine[i]
+            / (math.exp(-((predicted / std) ** 2) / 2) / math.sqrt(2 * math.pi) / std)
+        )
         more += odds / (1 + odds) * (np.outer(shift, shift) + without - plain)
     line["covariance"] = plain + more
 
@@ -275,18 +283,18 @@ def meets(scan: Scan, line: dict, b: int) -> float:
 
 def passes(scan: Scan, line: dict, b: int) -> bool:
     cosine, c = float(scan.d[b] @ line["normal"]), line["offset"]
-    if cosine < LEAST_COSINE or c / cosine > WELL_WITHIN * scan.rules.range_max:
+    if cosine < LEAST_COSINE or c / cosine > WELL_WITHIN * scan.params.range_max:
         return False
     if np.isnan(scan.r[b]):
         return True
     at = np.array([meets(scan, line, b), -1])
     variance = at @ line["covariance"] @ at + 1 / weights(scan, [b], line["normal"], c)[0]
-    return bool(scan.r[b] * cosine - c > max(scan.rules.split_distance, SURE * math.sqrt(variance)))
+    return bool(scan.r[b] * cosine - c > max(scan.params.split_distance, SURE * math.sqrt(variance)))
 
 
 def beside(scan: Scan, b: int, steps: range) -> Beams:
     numbers = [b + k for k in steps]
-    return [k % scan.beams for k in numbers if scan.rules.closed or 0 <= k < scan.beams]
+    return [k % scan.beams for k in numbers if scan.params.closed or 0 <= k < scan.beams]
 
 
 def ends_at(scan: Scan, line: dict, b: int, side: int) -> bool:
@@ -294,7 +302,7 @@ def ends_at(scan: Scan, line: dict, b: int, side: int) -> bool:
     for run, other in enumerate(others, start=1):
         if not passes(scan, line, other):
             return False
-        if run >= scan.rules.agree and abs(meets(scan, line, other) - meets(scan, line, b)) >= LEAST_GAP:
+        if run >= scan.params.agree and abs(meets(scan, line, other) - meets(scan, line, b)) >= LEAST_GAP:
             return True
     return False
 
@@ -306,6 +314,6 @@ def has_gap(scan: Scan, line: dict, low: int, high: int) -> bool:
     run: Beams = [low]  # the last beam that does not pass, and those after it
     for b in beside(scan, low, range(1, between + 1)):
         run = [*run, b] if passes(scan, line, b) else [b]
-        if len(run) > scan.rules.agree and meets(scan, line, run[-1]) - meets(scan, line, run[0]) >= LEAST_GAP:
+        if len(run) > scan.params.agree and meets(scan, line, run[-1]) - meets(scan, line, run[0]) >= LEAST_GAP:
             return True
     return False

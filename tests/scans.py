@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pbrg_mj.perception.scan.parameters import LineRules, line_rules
+from pbrg_mj.perception.scan.parameters import LineParameters, line_parameters
 from pbrg_mj.scenario.schema import PRESETS, Beams, Scenario
 from tests.raycast import Scene, cast
 
@@ -13,10 +13,10 @@ SENSORS = ("none", *PRESETS)
 
 @dataclass(frozen=True)
 class Sensor:
-    """A beam sensor, the rules that go with it, and its beams."""
+    """A beam sensor, its parameters, and its beams."""
 
     beams: Beams
-    rules: LineRules
+    params: LineParameters
     directions: np.ndarray
 
     def look(self, scene: Scene, pose: np.ndarray, random: np.random.Generator | None) -> np.ndarray:
@@ -47,7 +47,7 @@ def sensor(preset: str = "none", **keys: object) -> Sensor:
     )
     beams = scenario.sensors.beams
     angle = 2 * np.pi * np.arange(beams.count) / beams.count
-    return Sensor(beams, line_rules(scenario), np.column_stack([np.cos(angle), np.sin(angle)]))
+    return Sensor(beams, line_parameters(scenario), np.column_stack([np.cos(angle), np.sin(angle)]))
 
 
 def four_robots(random: np.random.Generator, reach: float = 1.5) -> tuple[tuple[float, float, float], ...]:

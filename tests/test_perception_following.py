@@ -7,12 +7,14 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from pbrg_mj.perception.track.records import TrackRules, no_tracks
-from pbrg_mj.perception.track.update import follow
+from pbrg_mj.perception.track.records import TrackParameters, no_tracks
+from pbrg_mj.perception.track.update import update_tracks
 from pbrg_mj.perception.track.world_frame import View
 from tests import track_oracle as oracle
 
-RULES = TrackRules(range_max=4.0, silent=2, memory=2.0, drift=0.005, turn=np.deg2rad(0.2), clearance=0.1, sigmas=3.0)
+PARAMS = TrackParameters(
+    range_max=4.0, silent=2, memory=2.0, drift=0.005, turn=np.deg2rad(0.2), clearance=0.1, sigmas=3.0
+)
 PERIOD, SCANS = 0.1, 60
 EXACT = {"rel": 1e-7, "abs": 1e-9}  # inverses of matrices there, closed forms here
 
@@ -44,7 +46,7 @@ class Walk:
         )
 
     def lines(self, wall: int) -> list[tuple[float, ...]]:
-        """What is seen of a wall: nothing, its whole stretch, or two parts of it."""
+        """What is seen of a wall: nothing, its whole extent, or two parts of it."""
         if self.random.uniform() < 0.25:
             return []
         low, cut, high = np.sort(self.random.uniform(-1.0, 1.0, 3)) + np.array([-0.1, 0.0, 0.1])
@@ -66,8 +68,8 @@ def test_the_compiled_tracks_are_those_of_plain_numpy() -> None:
         walk, tracks, plain = Walk(seed), no_tracks(1, 2)[0], list[oracle.Track]()
         for k in range(SCANS):
             view, before = walk.view(k), [track for track in plain if track.live]
-            follow(tracks, view, RULES)
-            met.update(oracle.follow(plain, view, RULES, len(tracks)))
+            update_tracks(tracks, view, PARAMS)
+            met.update(oracle.update_tracks(plain, view, PARAMS, len(tracks)))
             met["dropped or merged"] += sum(not track.live for track in before)
             assert np.flatnonzero(tracks["live"]).tolist() == [i for i, track in enumerate(plain) if track.live]
             for row, track in zip(tracks, plain, strict=False):
@@ -85,5 +87,5 @@ def assert_same(row: np.void, track: oracle.Track) -> None:
     assert row["p_aa"] == pytest.approx(track.P[0, 0], rel=1e-7)
     assert row["p_ac"] == pytest.approx(track.P[0, 1], rel=1e-7, abs=1e-14)
     assert row["p_cc"] == pytest.approx(track.P[1, 1], rel=1e-7)
-    assert (row["low"], row["high"]) == pytest.approx(track.stretch, **EXACT)
+    assert (row["low"], row["high"]) == pytest.approx(track.extent, **EXACT)
     assert row["seen"] == track.seen

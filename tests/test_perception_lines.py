@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from pbrg_mj.perception.scan.extract_lines import Lines, scan_lines
+from pbrg_mj.perception.scan.extract_lines import Lines, extract_lines
 from pbrg_mj.perception.scan.line_fit import chi_squared_limit
 from pbrg_mj.perception.scan.parameters import agreeing_beams
 from tests.perception_oracle import find_lines
@@ -17,7 +17,7 @@ DEFAULT = sensor()
 def lines_of(
     scene: Scene, of: Sensor = DEFAULT, random: np.random.Generator | None = None, heading: float = 0
 ) -> Lines:
-    return scan_lines(of.look(scene, np.array([0, 0, heading]), random), of.directions, of.rules)
+    return extract_lines(of.look(scene, np.array([0, 0, heading]), random), of.directions, of.params)
 
 
 def wrapped(angle: np.ndarray | float) -> np.ndarray | float:
@@ -98,7 +98,7 @@ def test_the_kernels_do_what_plain_numpy_does(preset: str) -> None:
     for _ in range(80 if preset == "lidar" else 250):
         walls = [(*random.uniform(-2.5, 2.5, 2), *random.uniform(-2.5, 2.5, 2)) for _ in range(random.integers(0, 5))]
         ranges = of.look(Scene(tuple(walls), four_robots(random)), np.zeros(3), random)
-        lines, oracle = scan_lines(ranges, of.directions, of.rules), find_lines(ranges, of.directions, of.rules)
+        lines, oracle = extract_lines(ranges, of.directions, of.params), find_lines(ranges, of.directions, of.params)
         assert len(lines) == len(oracle)
         for i, line in enumerate(oracle):
             assert wrapped(lines.angle[i] - line["angle"]) == pytest.approx(0, abs=1e-9)

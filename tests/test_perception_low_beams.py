@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pbrg_mj.perception.scan.extract_lines import Lines, scan_lines
+from pbrg_mj.perception.scan.extract_lines import Lines, extract_lines
 from pbrg_mj.perception.scan.points import BLOCKED
 from pbrg_mj.perception.scan.self_occlusion import blocked_beams
 from pbrg_mj.scenario.schema import Beams
@@ -23,7 +23,7 @@ def low(**beams: object) -> dict:
 
 
 def lines(ranges: np.ndarray) -> Lines:
-    return scan_lines(ranges, FINE.directions, FINE.rules)
+    return extract_lines(ranges, FINE.directions, FINE.params)
 
 
 def without(scene: Scene, first_deg: int, last_deg: int, reading: float) -> np.ndarray:
@@ -45,7 +45,7 @@ def test_own_wheels_hide_a_sector_of_the_size_that_geometry_says() -> None:
 
 def test_the_beams_that_are_read_past_own_wheels_are_those_of_the_scenario() -> None:
     given = setup(scenario(sensors=low(start_deg=90.0)))
-    np.testing.assert_array_equal(np.flatnonzero(given.makings.blocked), [*range(5), *range(32, 41), *range(68, 72)])
+    np.testing.assert_array_equal(np.flatnonzero(given.parameters.blocked), [*range(5), *range(32, 41), *range(68, 72)])
 
 
 def test_a_wall_goes_on_behind_what_the_robot_hides_and_not_where_nothing_came_back() -> None:
@@ -77,7 +77,7 @@ def test_few_beams_on_either_side_of_what_is_hidden_make_a_wall_together() -> No
     for reading in (BLOCKED, np.nan):
         ranges = cast(wall, np.zeros(3), 24)
         ranges[[-1, 0, 1]] = reading
-        found.append(scan_lines(ranges, ring.directions, ring.rules))
+        found.append(extract_lines(ranges, ring.directions, ring.params))
     assert [len(some) for some in found] == [1, 0]
     assert found[0].offset == pytest.approx([1.0]) and found[0].angle == pytest.approx([0.0], abs=1e-9)
 

@@ -77,7 +77,7 @@ def test_a_team_that_straddles_a_doorway_is_told_so() -> None:
     b = np.array(PENTAGON)
     team = hand[1] + b - b[1]
     G, h = rows(known, 1)
-    assert memory.tracks[1]["own"].any()  # no half-space parts them all from the wall
+    assert memory.tracks[1]["own_only"].any()  # no half-space parts them all from the wall
     assert np.all(h - G @ hand[1] > 0) and np.any(h - team @ G.T < 0)
     assert known.binds[1][known.active[1]].all()
 

@@ -166,7 +166,7 @@ def test_wrong_given_half_spaces_are_refused(rows: list, message: str) -> None:
 
 
 def test_noise_sets_the_rules() -> None:
-    assert setup().rules.range_std == 0.005
-    assert Estimator().split_distance == setup().rules.split_distance
+    assert setup().line_params.range_std == 0.005
+    assert Estimator().split_distance == setup().line_params.split_distance
     cheap = scenario().model_copy(update={"plant": "ideal"})
-    assert perception_setup(cheap, CLEARANCE).rules.range_std == 1e-3
+    assert perception_setup(cheap, CLEARANCE).line_params.range_std == 1e-3

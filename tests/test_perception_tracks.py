@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import chi2
 
 from pbrg_mj.perception.setup import perception_setup
-from pbrg_mj.perception.track.pose import STAND, Clock, stand
+from pbrg_mj.perception.track.pose import ANCHOR, Clock, pose_at_scan
 from tests.perceiving import HAND, PENTAGON, box, rows, scenario, together, walk
 from tests.raycast import Scene
 
@@ -22,9 +22,9 @@ def circling(time: float) -> list[tuple[float, float, float]]:
     return [(0.8 * np.cos(time / 3), 0.5 * np.sin(time / 3), time / 3)]
 
 
-def errors(track: np.void, pose: np.ndarray, stand: np.void) -> tuple[np.ndarray, np.ndarray]:
+def errors(track: np.void, pose: np.ndarray, anchor: np.void) -> tuple[np.ndarray, np.ndarray]:
     """Error of (angle, offset) against the wall x = 1, about the anchor the track uses, and its covariance."""
-    error = np.array([track["angle"], track["offset"] - (1.0 - stand["x"])])
+    error = np.array([track["angle"], track["offset"] - (1.0 - anchor["x"])])
     return error, np.array([[track["p_aa"], track["p_ac"]], [track["p_ac"], track["p_cc"]]])
 
 
@@ -34,7 +34,7 @@ def test_the_covariance_of_a_followed_wall_is_honest(scans: int) -> None:
     for seed in range(150):
         *_, (_, poses, _, memory) = walk(scenario(seed=seed), lambda t: WALL, rests((0, 0, 0.3)), scans)
         track = memory.tracks[0][0]
-        error, covariance = errors(track, poses[0], memory.stands[0])
+        error, covariance = errors(track, poses[0], memory.anchors[0])
         nees.append(error @ np.linalg.solve(covariance, error))
     low, high = chi2.ppf([0.005, 0.995], 2 * len(nees)) / len(nees)
     assert low < np.mean(nees) < high
@@ -51,7 +51,7 @@ def test_fusion_averages_the_noise_of_scans() -> None:
 
 def test_scans_that_share_a_camera_frame_do_not_average_its_noise() -> None:
     slow = scenario(sensors={"camera": {"rate_hz": 2.0}})
-    shared, fresh = (perception_setup(s, 0.1).makings.pose for s in (slow, scenario()))
+    shared, fresh = (perception_setup(s, 0.1).parameters.pose for s in (slow, scenario()))
     assert shared.position_var == pytest.approx(5 * fresh.position_var)  # ten scans share two frames
     assert fresh.position_var == pytest.approx(0.001**2)
 
@@ -159,11 +159,11 @@ def test_a_wall_behind_another_thing_is_kept() -> None:
 
 
 def test_a_pose_late_by_a_camera_delay_is_carried_on() -> None:
-    model = perception_setup(scenario(sensors={"camera": {"rate_hz": 10.0}}), 0.1).makings.pose
-    last = np.zeros(1, dtype=STAND)[0]
-    first = stand(np.array([0.0, 0.0, 3.1]), Clock(0, 0, 0.0), last, model)
+    model = perception_setup(scenario(sensors={"camera": {"rate_hz": 10.0}}), 0.1).parameters.pose
+    last = np.zeros(1, dtype=ANCHOR)[0]
+    first = pose_at_scan(np.array([0.0, 0.0, 3.1]), Clock(0, 0, 0.0), last, model)
     assert first.shift_x == first.elapsed == 0.0
-    late = stand(np.array([0.02, 0.01, 3.2]), Clock(1, 2, 0.2), last, model)
+    late = pose_at_scan(np.array([0.02, 0.01, 3.2]), Clock(1, 2, 0.2), last, model)
     assert (late.x, late.y, late.heading) == pytest.approx((0.04, 0.02, 3.3))
     assert (late.shift_x, late.shift_y, late.elapsed) == pytest.approx((0.04, 0.02, 0.2))
     assert late.position_var > 0.25 * 0.02**2

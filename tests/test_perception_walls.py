@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pbrg_mj.perception.scan.extract_lines import Lines, line_buffer, scan_lines, scan_lines_into, workspace
+from pbrg_mj.perception.scan.extract_lines import Lines, extract_lines, extract_lines_into, line_buffer, line_workspace
 from tests.raycast import Scene, cast
 from tests.scans import SENSORS, Sensor, four_robots, planted, sensor
 
@@ -15,12 +15,12 @@ TEAM = ((0.5, 0.1, 0.06), (0.7, -0.4, 0.06), (-0.4, 0.1, 0.06), (-0.1, 0.3, 0.06
 
 
 def walls(scene: Scene, pose: tuple[float, float, float] = (0, 0, 0), of: Sensor = DEFAULT) -> Lines:
-    return scan_lines(of.look(scene, np.array(pose), None), of.directions, of.rules)
+    return extract_lines(of.look(scene, np.array(pose), None), of.directions, of.params)
 
 
 def noisy(scene: Scene, random: np.random.Generator, of: Sensor = DEFAULT) -> Lines:
     pose = np.array([*random.uniform(-0.15, 0.15, 2), random.uniform(-3, 3)])
-    return scan_lines(of.look(scene, pose, random), of.directions, of.rules)
+    return extract_lines(of.look(scene, pose, random), of.directions, of.params)
 
 
 @pytest.mark.parametrize("heading", np.linspace(0, 2 * np.pi, 25))
@@ -53,8 +53,8 @@ def test_turning_the_scan_by_whole_beams_turns_the_lines(preset: str) -> None:
     for _ in range(40):
         ranges = of.look(Scene(CORNER.segments, four_robots(random)), np.zeros(3), random)
         shift = int(random.integers(1, len(ranges)))
-        still = scan_lines(ranges, of.directions, of.rules)
-        turned = scan_lines(np.roll(ranges, shift), of.directions, of.rules)
+        still = extract_lines(ranges, of.directions, of.params)
+        turned = extract_lines(np.roll(ranges, shift), of.directions, of.params)
         turn = turned.angle - still.angle - 2 * np.pi * shift / len(ranges)
         assert len(still) > 0 and np.cos(turn) == pytest.approx(np.ones(len(still)), abs=1e-12)
         for name in ("offset", "covariance", "low", "high"):
@@ -66,14 +66,14 @@ def test_turning_the_scan_by_whole_beams_turns_the_lines(preset: str) -> None:
 @pytest.mark.parametrize("beams", [24, 36, 72, 180, 360])
 def test_all_beams_equal_or_missing_is_no_wall(value: float, beams: int) -> None:
     of = sensor(count=beams)
-    assert len(scan_lines(np.full(beams, value), of.directions, of.rules)) == 0
+    assert len(extract_lines(np.full(beams, value), of.directions, of.params)) == 0
 
 
 @pytest.mark.parametrize("hits", [(), (3,), (3, 4), (71, 0), (3, 40), (70, 71, 0)])
 def test_few_hits_are_no_wall(hits: tuple[int, ...]) -> None:
     ranges = np.full(72, np.nan)
     ranges[list(hits)] = 1.0
-    assert len(scan_lines(ranges, DEFAULT.directions, DEFAULT.rules)) == 0
+    assert len(extract_lines(ranges, DEFAULT.directions, DEFAULT.params)) == 0
 
 
 @pytest.mark.parametrize("beams", [1, 2, 3, 5, 16])
@@ -81,15 +81,15 @@ def test_anything_may_be_in_a_scan(beams: int) -> None:
     random, of = np.random.default_rng(2), sensor(count=beams)
     for _ in range(50):
         ranges = random.choice([np.nan, np.inf, 0.0, 1.0, *random.uniform(0.1, 3.9, 4)], beams)
-        assert len(scan_lines(ranges, of.directions, of.rules)) <= beams // of.rules.min_points
+        assert len(extract_lines(ranges, of.directions, of.params)) <= beams // of.params.min_points
 
 
 def test_the_kernel_writes_what_the_function_returns() -> None:
     ranges = DEFAULT.look(CORNER, np.zeros(3), np.random.default_rng(4))
-    work, out = workspace(72), line_buffer(72)
-    scan_lines_into(np.full(72, 1.0), DEFAULT.directions, DEFAULT.rules, work, out)  # leaves its traces
-    count = scan_lines_into(ranges, DEFAULT.directions, DEFAULT.rules, work, out)
-    lines = scan_lines(ranges, DEFAULT.directions, DEFAULT.rules)
+    work, out = line_workspace(72), line_buffer(72)
+    extract_lines_into(np.full(72, 1.0), DEFAULT.directions, DEFAULT.params, work, out)  # leaves its traces
+    count = extract_lines_into(ranges, DEFAULT.directions, DEFAULT.params, work, out)
+    lines = extract_lines(ranges, DEFAULT.directions, DEFAULT.params)
     assert count == len(lines) == 2
     for name in ("angle", "offset", "covariance", "low", "high", "free_low", "free_high"):
         assert np.array_equal(getattr(out, name)[:count], getattr(lines, name))
@@ -98,10 +98,10 @@ def test_the_kernel_writes_what_the_function_returns() -> None:
 @pytest.mark.parametrize("preset", SENSORS)
 def test_four_robots_are_no_walls(preset: str) -> None:
     random, of = np.random.default_rng(1), sensor(preset)
-    work, out = workspace(of.beams.count), line_buffer(of.beams.count)
+    work, out = line_workspace(of.beams.count), line_buffer(of.beams.count)
     for _ in range(10_000):
         exact = cast(Scene((), four_robots(random)), np.zeros(3), of.beams.count, of.beams.range_max)
-        assert scan_lines_into(of.disturb(exact, random), of.directions, of.rules, work, out) == 0
+        assert extract_lines_into(of.disturb(exact, random), of.directions, of.params, work, out) == 0
 
 
 RECALL = {"none": 0.985, "ideal": 0.985, "robotarium": 0.97, "tof_ring": 0.95, "lidar": 0.985}
@@ -117,7 +117,7 @@ def test_a_wall_with_robots_before_it_is_one_wall_where_it_is(preset: str) -> No
         )
         wall = planted(angle, offset, -2.0, 2.0)
         ranges = of.look(Scene(wall.segments, robots), np.zeros(3), random)
-        lines = scan_lines(ranges, of.directions, of.rules)
+        lines = extract_lines(ranges, of.directions, of.params)
         assert len(lines) <= 2
         if len(lines) > 0:
             error = np.array(
@@ -142,7 +142,7 @@ def test_lone_outliers_neither_split_nor_bend_a_wall(off: float) -> None:
     clean = cast(WALL, np.zeros(3), 72)
     ranges = clean.copy()
     ranges[[3, 67]] += off
-    (expected,), found = walls(WALL).covariance, scan_lines(ranges, DEFAULT.directions, DEFAULT.rules)
+    (expected,), found = walls(WALL).covariance, extract_lines(ranges, DEFAULT.directions, DEFAULT.params)
     assert found.offset == pytest.approx([1], abs=1e-9) and found.angle == pytest.approx([0], abs=1e-9)
     assert found.high - found.low == pytest.approx(walls(WALL).high - walls(WALL).low, abs=1e-9)
     assert np.all(np.diag(found.covariance[0]) < 1.3 * np.diag(expected))
@@ -152,7 +152,7 @@ def test_lone_outliers_neither_split_nor_bend_a_wall(off: float) -> None:
 def test_a_lone_outlier_does_not_make_a_wall_too_short(off: float) -> None:
     ranges = cast(Scene(((1.0, -0.4, 1.0, 0.4),)), np.zeros(3), 72)
     ranges[0] += off
-    found = scan_lines(ranges, DEFAULT.directions, DEFAULT.rules)
+    found = extract_lines(ranges, DEFAULT.directions, DEFAULT.params)
     assert found.offset == pytest.approx([1], abs=1e-9) and found.high - found.low > 0.7
 
 
@@ -160,7 +160,7 @@ def test_a_lone_outlier_does_not_make_a_wall_too_short(off: float) -> None:
 def test_two_beams_that_pass_part_a_wall(there: tuple[float, float]) -> None:
     ranges = cast(WALL, np.zeros(3), 72)
     ranges[[3, 4]] = there
-    found = scan_lines(ranges, DEFAULT.directions, DEFAULT.rules)
+    found = extract_lines(ranges, DEFAULT.directions, DEFAULT.params)
     assert found.offset == pytest.approx([1, 1], abs=1e-9)
     left, right = np.argsort(found.low)
     assert found.free_high[left] and found.free_low[right]
@@ -169,7 +169,7 @@ def test_two_beams_that_pass_part_a_wall(there: tuple[float, float]) -> None:
 def test_a_thin_thing_before_a_wall_hides_two_beams_of_it_only() -> None:
     ranges = cast(WALL, np.zeros(3), 72)
     ranges[[3, 4]] = 0.7
-    found = scan_lines(ranges, DEFAULT.directions, DEFAULT.rules)
+    found = extract_lines(ranges, DEFAULT.directions, DEFAULT.params)
     assert len(found) == 1 and found.offset == pytest.approx([1], abs=1e-9)
 
 
@@ -193,9 +193,9 @@ def test_a_pillar_is_no_wall(radius: float, beams: int) -> None:
 
 def test_a_rough_surface_is_no_wall() -> None:
     ranges = cast(Scene(((0.8, -0.5, 0.8, 0.5),)), np.zeros(3), 72)
-    assert len(scan_lines(ranges, DEFAULT.directions, DEFAULT.rules)) == 1
+    assert len(extract_lines(ranges, DEFAULT.directions, DEFAULT.params)) == 1
     rough = ranges + 0.012 * (-1.0) ** np.arange(72)  # no single point is an outlier, all together are
-    assert len(scan_lines(rough, DEFAULT.directions, DEFAULT.rules)) == 0
+    assert len(extract_lines(rough, DEFAULT.directions, DEFAULT.params)) == 0
 
 
 def ends(scene: Scene, of: Sensor = DEFAULT) -> list[tuple[bool, bool]]:
@@ -218,7 +218,7 @@ def test_an_end_that_is_hidden_or_lost_is_none() -> None:
     ranges = cast(Scene(((1.0, -6.0, 1.0, 6.0),)), np.zeros(3), 72)
     ranges[9:] = np.where(np.arange(9, 72) < 30, 0.5, ranges[9:])  # something near hides the rest
     ranges[8] = np.nan  # and one beam is lost
-    found = scan_lines(ranges, DEFAULT.directions, DEFAULT.rules)
+    found = extract_lines(ranges, DEFAULT.directions, DEFAULT.params)
     assert not found.free_high[np.argmin(np.abs(found.offset - 1))]
 
 
@@ -262,7 +262,7 @@ def test_a_direction_that_noise_hides_is_none() -> None:
 def test_a_wall_near_the_range_limit_is_not_pulled_in() -> None:
     random, of = np.random.default_rng(11), sensor("robotarium", dropout=0.0, outliers=0.0)
     scene = planted(0.0, 3.2, -6.0, 6.0)
-    found = [scan_lines(of.look(scene, np.zeros(3), random), of.directions, of.rules) for _ in range(1500)]
+    found = [extract_lines(of.look(scene, np.zeros(3), random), of.directions, of.params) for _ in range(1500)]
     offsets = np.array([lines.offset[0] for lines in found if len(lines) > 0])
     assert len(offsets) > 1450
     assert abs(offsets.mean() - 3.2) < 0.003  # one scan scatters by 0.028
@@ -271,9 +271,9 @@ def test_a_wall_near_the_range_limit_is_not_pulled_in() -> None:
 def test_the_ends_of_a_sweep_are_no_ends_of_walls() -> None:
     angle = np.deg2rad(np.linspace(-60, 60, 49))
     directions = np.column_stack([np.cos(angle), np.sin(angle)])
-    found = scan_lines(1.0 / np.cos(angle), directions, DEFAULT.rules._replace(closed=False))
+    found = extract_lines(1.0 / np.cos(angle), directions, DEFAULT.params._replace(closed=False))
     assert found.offset == pytest.approx([1], abs=1e-9)
     assert not found.free_low[0] and not found.free_high[0]
     half = np.where(angle < 0.5, 1.0 / np.cos(angle), np.nan)
-    found = scan_lines(half, directions, DEFAULT.rules._replace(closed=False))
+    found = extract_lines(half, directions, DEFAULT.params._replace(closed=False))
     assert not found.free_low[0] and found.free_high[0]

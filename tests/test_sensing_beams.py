@@ -55,20 +55,20 @@ def test_quantisation_comes_before_the_limits():
 @pytest.mark.parametrize("raw", [1.0, -1.0])
 def test_outliers_take_their_share_anywhere_between_the_limits_whatever_was_hit(raw):
     ranges = scan(raw, outliers=0.2)
-    strays = ranges[(ranges != raw) & ~np.isnan(ranges)]
-    assert len(strays) / COUNT == pytest.approx(0.2, abs=3.5 * np.sqrt(0.16 / COUNT))
-    assert np.sum(ranges == raw) + np.sum(np.isnan(ranges)) == COUNT - len(strays)
-    counts, _ = np.histogram(strays, bins=20, range=(0.1, 4.0))
-    assert counts.sum() == len(strays)
-    expected = len(strays) / 20
+    outliers = ranges[(ranges != raw) & ~np.isnan(ranges)]
+    assert len(outliers) / COUNT == pytest.approx(0.2, abs=3.5 * np.sqrt(0.16 / COUNT))
+    assert np.sum(ranges == raw) + np.sum(np.isnan(ranges)) == COUNT - len(outliers)
+    counts, _ = np.histogram(outliers, bins=20, range=(0.1, 4.0))
+    assert counts.sum() == len(outliers)
+    expected = len(outliers) / 20
     assert ((counts - expected) ** 2 / expected).sum() < 43.8  # chi-square of 19 degrees of freedom, 0.1 %
 
 
 def test_outliers_come_in_the_sensors_steps():
-    strays = scan(-1.0, outliers=1.0, quantum=0.05)
-    strays = strays[~np.isnan(strays)]
-    np.testing.assert_allclose(strays / 0.05, np.round(strays / 0.05), atol=1e-9)
-    assert (strays.min(), strays.max()) == pytest.approx((0.1, 3.95))
+    outliers = scan(-1.0, outliers=1.0, quantum=0.05)
+    outliers = outliers[~np.isnan(outliers)]
+    np.testing.assert_allclose(outliers / 0.05, np.round(outliers / 0.05), atol=1e-9)
+    assert (outliers.min(), outliers.max()) == pytest.approx((0.1, 3.95))
 
 
 def test_dropout_comes_last_and_spares_no_outlier():

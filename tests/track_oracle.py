@@ -1,4 +1,4 @@
-"""The tracks of one robot in plain numpy: the rules of follow, associate, merge and confirm with matrices and lists.
+"""The tracks of one robot in plain numpy: the params of update_tracks, associate, merge and confirm with matrices and lists.
 
 Beams say nothing here (no echo, no free ends), so nothing is contradicted and no end is known; and no two walls meet at
 a corner. A list of `Track`s stands for the array of records; a track that is not alive is a free place.
@@ -23,28 +23,28 @@ from pbrg_mj.perception.track.association import (
 )
 from pbrg_mj.perception.track.confirmation import FEWEST, LONG, SLOWEST, WIDE
 from pbrg_mj.perception.track.extent import SIGMAS, TOLERANCE, WIDEST
-from pbrg_mj.perception.track.records import TrackRules
+from pbrg_mj.perception.track.records import TrackParameters
 from pbrg_mj.perception.track.update import PATIENCE, SEEN_SHARE
 from pbrg_mj.perception.track.world_frame import View
 
 
 @dataclass(eq=False)
 class Track:
-    """A wall n . (q - anchor) = c, x = (angle of n, c) with covariance P, and the stretch of it that was seen."""
+    """A wall n . (q - anchor) = c, x = (angle of n, c) with covariance P, and the extent of it that was seen."""
 
     x: np.ndarray
     P: np.ndarray
-    stretch: tuple[float, float]
+    extent: tuple[float, float]
     first: float
     seen: float
-    place: np.ndarray  # the middle of the first stretch, in the world
+    place: np.ndarray  # the middle of the first extent, in the world
     direction: float  # of the normal then
     sightings: list[tuple[float, float, float]] = field(default_factory=list)  # time, way along the normal, variance
     live: bool = True
     confirmed: bool = False
     hits: int = 1
     unseen: int = 0
-    strange: int = 0
+    conflicts: int = 0
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Sighting:
 
     x: np.ndarray
     R: np.ndarray
-    stretch: tuple[float, float]
+    extent: tuple[float, float]
 
 
 def turned(angle: float) -> float:
@@ -76,7 +76,7 @@ def tangent_of(angle: float) -> np.ndarray:
     return np.array([-math.sin(angle), math.cos(angle)])
 
 
-def follow(tracks: list[Track], view: View, rules: TrackRules, places: int) -> list[str]:
+def update_tracks(tracks: list[Track], view: View, params: TrackParameters, places: int) -> list[str]:
     """Bring the tracks up to date with a scan and return the lines' roles; `places` is how many tracks there may be."""
     seen = [
         Sighting(
@@ -86,45 +86,45 @@ def follow(tracks: list[Track], view: View, rules: TrackRules, places: int) -> l
     ]
     for track in tracks:
         if track.live:
-            predict(track, view, rules)
+            predict(track, view, params)
     roles = associate(tracks, seen)
     new = []
     for line, (role, track) in zip(seen, roles, strict=True):
         if role == "update":
-            fuse(united(tracks, track, line), line, view, rules)
+            fuse(united(tracks, track, line), line, view, params)
         elif role == "extend":
-            track.stretch = hull(track.stretch, line.stretch)
-        elif role == "strange":
-            track.strange += 1
-            track.live &= track.confirmed and track.strange < PATIENCE
-        if role == "new" or (role == "strange" and not track.live):
+            track.extent = hull(track.extent, line.extent)
+        elif role == "conflicts":
+            track.conflicts += 1
+            track.live &= track.confirmed and track.conflicts < PATIENCE
+        if role == "new" or (role == "conflicts" and not track.live):
             new.append(line)
     for line in new:
-        begin(tracks, line, view, rules, places)
+        begin(tracks, line, view, params, places)
     for i, a in enumerate(tracks):
         for b in tracks[:i]:
-            if a.live and b.live and same_wall(a, b):
+            if a.live and b.live and same_line(a, b):
                 absorb(a, b)
     return [role for role, _ in roles]
 
 
-def predict(track: Track, view: View, rules: TrackRules) -> None:
+def predict(track: Track, view: View, params: TrackParameters) -> None:
     """The anchor moves with the robot: c' = c - n . shift, so d c' / d angle = - t . shift."""
     shift = np.array([view.shift_x, view.shift_y])
     along = float(tangent_of(track.x[0]) @ shift)
     F = np.array([[1.0, 0.0], [-along, 1.0]])
     share = 1.0 if track.unseen else SEEN_SHARE
-    Q = np.diag([rules.turn, rules.drift]) ** 2 * share**2 * view.elapsed
+    Q = np.diag([params.turn, params.drift]) ** 2 * share**2 * view.elapsed
     track.x = track.x - [0.0, normal_of(track.x[0]) @ shift]
     track.P = F @ track.P @ F.T + Q
-    track.stretch = (track.stretch[0] - along, track.stretch[1] - along)
+    track.extent = (track.extent[0] - along, track.extent[1] - along)
     track.unseen += 1
-    kept = view.time - track.seen <= rules.memory + 1e-9
+    kept = view.time - track.seen <= params.memory + 1e-9
     track.live = kept and (track.confirmed or track.unseen <= PATIENCE)
 
 
 def apart(a: tuple[float, float], b: tuple[float, float]) -> float:
-    """The gap between two stretches; negative when they overlap."""
+    """The gap between two extents; negative when they overlap."""
     return max(a[0], b[0]) - min(a[1], b[1])
 
 
@@ -144,15 +144,15 @@ def associate(tracks: list[Track], seen: list[Sighting]) -> list[tuple[str, Trac
     pairs = []
     for k, line in enumerate(seen):
         for i, track in enumerate(tracks):
-            if not track.live or apart(track.stretch, line.stretch) >= HIDDEN_GAP:
+            if not track.live or apart(track.extent, line.extent) >= HIDDEN_GAP:
                 continue
             cost = distance(track, line)
             turn, off = difference(line.x, track.x)
-            near = abs(turn) < NEAR_ANGLE and abs(off + turn * sum(line.stretch) / 2) < NEAR_OFFSET
+            near = abs(turn) < NEAR_ANGLE and abs(off + turn * sum(line.extent) / 2) < NEAR_OFFSET
             if cost <= GATE:
                 pairs.append((cost, k, i))
             elif near and result[k][0] == "new":
-                result[k] = ("strange", track)
+                result[k] = ("conflicts", track)
     given: set[int] = set()
     taken: set[int] = set()
     for _, k, i in sorted(pairs):
@@ -166,12 +166,12 @@ def associate(tracks: list[Track], seen: list[Sighting]) -> list[tuple[str, Trac
 def united(tracks: list[Track], track: Track, line: Sighting) -> Track:
     """Make all tracks one that the line runs through."""
     for other in tracks:
-        if other is not track and other.live and -apart(other.stretch, line.stretch) > COVERED:
+        if other is not track and other.live and -apart(other.extent, line.extent) > COVERED:
             track = absorb(track, other) if distance(other, line) <= GATE else track
     return track
 
 
-def fuse(track: Track, line: Sighting, view: View, rules: TrackRules) -> None:
+def fuse(track: Track, line: Sighting, view: View, params: TrackParameters) -> None:
     """Two independent Gaussian estimates of the same line, weighted by their information."""
     note(track, line, view)
     W, V = np.linalg.inv(track.P), np.linalg.inv(line.R)
@@ -179,9 +179,9 @@ def fuse(track: Track, line: Sighting, view: View, rules: TrackRules) -> None:
     track.x = track.x + P @ V @ difference(line.x, track.x)
     track.x[0] = turned(track.x[0])
     track.P, track.seen = P, view.time
-    track.hits, track.unseen, track.strange = track.hits + 1, 0, 0
-    track.stretch = hull(track.stretch, line.stretch)
-    confirm(track, line, view, rules)
+    track.hits, track.unseen, track.conflicts = track.hits + 1, 0, 0
+    track.extent = hull(track.extent, line.extent)
+    confirm(track, line, view, params)
 
 
 def note(track: Track, line: Sighting, view: View) -> None:
@@ -194,11 +194,11 @@ def note(track: Track, line: Sighting, view: View) -> None:
     track.sightings.append((view.time - track.first, way, float(to_c @ line.R @ to_c)))
 
 
-def confirm(track: Track, line: Sighting, view: View, rules: TrackRules) -> None:
-    length = line.stretch[1] - line.stretch[0]
+def confirm(track: Track, line: Sighting, view: View, params: TrackParameters) -> None:
+    length = line.extent[1] - line.extent[0]
     wide = length >= WIDE * line.x[1]
     large = length >= LONG or wide if track.hits > 1 else view.elapsed == 0 and (length >= 2 * LONG or wide)
-    slid = (track.seen - track.first) * SLOWEST > (1 + 1 / rules.silent) * WIDEST + 4 * TOLERANCE
+    slid = (track.seen - track.first) * SLOWEST > (1 + 1 / params.silent) * WIDEST + 4 * TOLERANCE
     track.confirmed = bool(track.confirmed or large or (rests(track) and slid))
 
 
@@ -213,11 +213,11 @@ def rests(track: Track) -> bool:
     return bool(abs(speed) + SIGMAS * math.sqrt(covariance[1, 1]) < SLOWEST)
 
 
-def begin(tracks: list[Track], line: Sighting, view: View, rules: TrackRules, places: int) -> None:
-    middle = sum(line.stretch) / 2
+def begin(tracks: list[Track], line: Sighting, view: View, params: TrackParameters, places: int) -> None:
+    middle = sum(line.extent) / 2
     place = np.array([view.x, view.y]) + line.x[1] * normal_of(line.x[0]) + middle * tangent_of(line.x[0])
     x, time = np.array([turned(line.x[0]), line.x[1]]), view.time
-    track = Track(x, line.R.copy(), line.stretch, time, time, place, float(line.x[0]))
+    track = Track(x, line.R.copy(), line.extent, time, time, place, float(line.x[0]))
     free = next((i for i, old in enumerate(tracks) if not old.live), None)
     if free is None and len(tracks) == places:
         weak = [i for i, old in enumerate(tracks) if not old.confirmed and old.x[1] > line.x[1]]
@@ -225,11 +225,11 @@ def begin(tracks: list[Track], line: Sighting, view: View, rules: TrackRules, pl
             return
         free = max(weak, key=lambda i: tracks[i].x[1])
     note(track, line, view)
-    confirm(track, line, view, rules)
+    confirm(track, line, view, params)
     tracks[slice(len(tracks), None) if free is None else slice(free, free + 1)] = [track]
 
 
-def same_wall(a: Track, b: Track) -> bool:
+def same_line(a: Track, b: Track) -> bool:
     """The same line within their errors; the ends are unknown, so any gap may be hidden."""
     error = difference(b.x, a.x)
     S = a.P + b.P + np.diag([SAME_ANGLE, SAME_OFFSET]) ** 2
@@ -240,7 +240,7 @@ def absorb(a: Track, b: Track) -> Track:
     """Make two tracks one: the confirmed one stays, or the older."""
     if (b.confirmed, -b.first) > (a.confirmed, -a.first):
         a, b = b, a
-    a.stretch = hull(a.stretch, b.stretch)
+    a.extent = hull(a.extent, b.extent)
     if b.seen >= a.seen:
         a.seen, a.unseen = b.seen, b.unseen
     b.live = False

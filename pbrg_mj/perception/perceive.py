@@ -10,15 +10,21 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.half_spaces import HalfSpaces
-from pbrg_mj.perception.obstacle.half_space import Stance
-from pbrg_mj.perception.obstacle.slots import fill
-from pbrg_mj.perception.scan.extract_lines import LineBuffer, Workspace, line_buffer, scan_lines_into, workspace
-from pbrg_mj.perception.scan.parameters import LineRules
+from pbrg_mj.perception.obstacle.half_space import BoundRobots
+from pbrg_mj.perception.obstacle.slots import update_half_spaces
+from pbrg_mj.perception.scan.extract_lines import (
+    LineBuffer,
+    LineWorkspace,
+    extract_lines_into,
+    line_buffer,
+    line_workspace,
+)
+from pbrg_mj.perception.scan.parameters import LineParameters
 from pbrg_mj.perception.scan.points import BLOCKED
-from pbrg_mj.perception.setup import Makings, PerceptionSetup
-from pbrg_mj.perception.track.pose import STAND, Clock, PoseModel, stand
-from pbrg_mj.perception.track.records import TrackRules, no_tracks
-from pbrg_mj.perception.track.update import follow
+from pbrg_mj.perception.setup import PerceptionParameters, PerceptionSetup
+from pbrg_mj.perception.track.pose import ANCHOR, Clock, PoseModel, pose_at_scan
+from pbrg_mj.perception.track.records import TrackParameters, no_tracks
+from pbrg_mj.perception.track.update import update_tracks
 from pbrg_mj.perception.track.world_frame import turn_into, view
 from pbrg_mj.sensing.readings import Readings
 
@@ -28,14 +34,14 @@ class PerceptionMemory:
     """Every robot's tracks, where it stood at its last scan, and the half-spaces made of them. Never written to."""
 
     tracks: np.ndarray  # (n, M) of TRACK
-    stands: np.ndarray  # (n,) of STAND
+    anchors: np.ndarray  # (n,) of ANCHOR
     half_spaces: HalfSpaces
 
 
 def initial(setup: PerceptionSetup) -> PerceptionMemory:
     """Return the memory before the first tick: the given half-spaces, or none."""
     known = setup.given or HalfSpaces.empty(setup.robots, setup.slots)
-    return PerceptionMemory(no_tracks(setup.robots, setup.slots), np.zeros(setup.robots, dtype=STAND), known)
+    return PerceptionMemory(no_tracks(setup.robots, setup.slots), np.zeros(setup.robots, dtype=ANCHOR), known)
 
 
 def perceive(
@@ -50,79 +56,79 @@ def perceive(
     if setup.given is not None or not readings.new_scan:
         return memory.half_spaces, memory
     known = HalfSpaces.empty(setup.robots, setup.slots)
-    tracks, stands = np.empty(memory.tracks.shape, memory.tracks.dtype), np.empty_like(memory.stands)
+    tracks, anchors = np.empty(memory.tracks.shape, memory.tracks.dtype), np.empty_like(memory.anchors)
     scans = (readings.ranges, readings.body_pose, readings.pose_frame, readings.scan_frame, time)
-    written = (tracks, stands, known.G, known.h, known.active, known.binds)
-    perceive_scans(scans, setup.plain, (memory.tracks, memory.stands), written)
-    return known, PerceptionMemory(tracks, stands, known)
+    written = (tracks, anchors, known.G, known.h, known.active, known.binds)
+    perceive_scans(scans, setup.packed, (memory.tracks, memory.anchors), written)
+    return known, PerceptionMemory(tracks, anchors, known)
 
 
-class Known(NamedTuple):
+class PerceptionArrays(NamedTuple):
     """What is known, robot by robot."""
 
     tracks: np.ndarray  # (n, M) of TRACK
-    stands: np.ndarray  # (n,) of STAND
+    anchors: np.ndarray  # (n,) of ANCHOR
     G: np.ndarray  # (n, K, 2)
     h: np.ndarray  # (n, K)
     active: np.ndarray  # (n, K) bool
     binds: np.ndarray  # (n, K, n) bool
 
 
-class Room(NamedTuple):
+class ScanWorkspace(NamedTuple):
     """Scratch memory for one scan; nothing in it outlives one."""
 
     ranges: np.ndarray  # (beams,) [m]
     beams: np.ndarray  # (beams, 2) directions in the world
-    work: Workspace
+    fitting: LineWorkspace
     lines: LineBuffer
 
 
 @kernel
-def perceive_scans(scans, makings, before, after):  # pragma: no cover - compiled
+def perceive_scans(scans, parameters, before, after):  # pragma: no cover - compiled
     """Write to `after` what is known after the scans of all robots that have beams. All arguments are plain tuples.
 
     scans = (ranges (R, beams) [m], estimates of poses (n, 3) [m, rad], pose_frame, scan_frame, time of use [s]);
-    makings are `Makings.plain()`; before = (tracks, stands) of the scans before; after as in `Known`, without
+    parameters are `PerceptionParameters.packed()`; before = (tracks, anchors) of the scans before; after as in `PerceptionArrays`, without
     half-spaces yet.
     """
     ranges, poses, pose_frame, scan_frame, time = scans
-    clock, known, by = Clock(pose_frame, scan_frame, time), Known(*after), _named(makings)
-    known.tracks[:], known.stands[:] = before
-    room = _room(len(by.directions))
+    clock, known, by = Clock(pose_frame, scan_frame, time), PerceptionArrays(*after), _named(parameters)
+    known.tracks[:], known.anchors[:] = before
+    work = _scan_workspace(len(by.directions))
     for row in range(len(by.robots)):
         robot = by.robots[row]
         if not math.isnan(poses[robot, 0] + poses[robot, 1] + poses[robot, 2]):  # else it cannot place a wall
-            _perceive_scan(ranges[row], (robot, poses[robot], clock), by, room, known)
+            _perceive_scan(ranges[row], (robot, poses[robot], clock), by, work, known)
 
 
 @kernel
-def _named(makings):  # pragma: no cover - compiled
-    directions, blocked, rules, track_rules, pose, robots, teams, binds, hand_offset = makings
-    rules, track_rules, pose = LineRules(*rules), TrackRules(*track_rules), PoseModel(*pose)
-    return Makings(directions, blocked, rules, track_rules, pose, robots, teams, binds, hand_offset)
+def _named(parameters):  # pragma: no cover - compiled
+    directions, blocked, params, track_params, pose, robots, teams, binds, hand_offset = parameters
+    params, track_params, pose = LineParameters(*params), TrackParameters(*track_params), PoseModel(*pose)
+    return PerceptionParameters(directions, blocked, params, track_params, pose, robots, teams, binds, hand_offset)
 
 
 @kernel
-def _room(beams):  # pragma: no cover - compiled
-    return Room(np.empty(beams), np.empty((beams, 2)), workspace(beams), line_buffer(beams))
+def _scan_workspace(beams):  # pragma: no cover - compiled
+    return ScanWorkspace(np.empty(beams), np.empty((beams, 2)), line_workspace(beams), line_buffer(beams))
 
 
 @kernel
-def _perceive_scan(read, whose, makings, room, known):  # pragma: no cover - compiled
+def _perceive_scan(read, whose, parameters, work, known):  # pragma: no cover - compiled
     robot, estimate, clock = whose
-    pose = stand(estimate, clock, known.stands[robot], makings.pose)
-    _beyond_wheels(read, makings.blocked, room.ranges)
-    count = scan_lines_into(room.ranges, makings.directions, makings.rules, room.work, room.lines)
-    turn_into(room.beams, makings.directions, pose.heading)
+    pose = pose_at_scan(estimate, clock, known.anchors[robot], parameters.pose)
+    _beyond_wheels(read, parameters.blocked, work.ranges)
+    count = extract_lines_into(work.ranges, parameters.directions, parameters.line, work.fitting, work.lines)
+    turn_into(work.beams, parameters.directions, pose.heading)
     tracks = known.tracks[robot]
-    follow(tracks, view(room.lines, count, room.ranges, room.beams, pose), makings.track_rules)
-    stance = _stance(pose, makings.teams[robot], makings.hand_offset)
+    update_tracks(tracks, view(work.lines, count, work.ranges, work.beams, pose), parameters.track)
+    bound = _bound_robots(pose, parameters.teams[robot], parameters.hand_offset)
     G, h, active = known.G[robot], known.h[robot], known.active[robot]
-    fill(tracks, stance, makings.track_rules, G, h, active)
+    update_half_spaces(tracks, bound, parameters.track, G, h, active)
     for k in range(len(h)):
         h[k] += G[k, 0] * pose.x + G[k, 1] * pose.y
         if active[k]:
-            known.binds[robot, k] = makings.binds[robot]
+            known.binds[robot, k] = parameters.binds[robot]
 
 
 @kernel
@@ -133,7 +139,7 @@ def _beyond_wheels(read, blocked, ranges):  # pragma: no cover - compiled
 
 
 @kernel
-def _stance(pose, team, hand_offset):  # pragma: no cover - compiled
+def _bound_robots(pose, team, hand_offset):  # pragma: no cover - compiled
     hand = np.empty((1, 2))
     hand[0, 0], hand[0, 1] = hand_offset * math.cos(pose.heading), hand_offset * math.sin(pose.heading)
-    return Stance(team + hand, hand, pose.position_var, pose.heading_var)
+    return BoundRobots(team + hand, hand, pose.position_var, pose.heading_var)

@@ -10,10 +10,10 @@ import numpy as np
 from pbrg_mj.errors import InputError
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.perception.obstacle.polygons import hull
-from pbrg_mj.perception.scan.parameters import LineRules, line_rules
+from pbrg_mj.perception.scan.parameters import LineParameters, line_parameters
 from pbrg_mj.perception.scan.self_occlusion import blocked_beams
 from pbrg_mj.perception.track.pose import PoseModel, pose_model
-from pbrg_mj.perception.track.records import TrackRules, track_rules
+from pbrg_mj.perception.track.records import TrackParameters, track_parameters
 from pbrg_mj.scenario.schema import Estimator, GivenHalfSpace, Scenario, beam_angles
 
 
@@ -23,19 +23,19 @@ class PerceptionSetup:
 
     robots: int
     slots: int  # half-spaces per robot
-    makings: Makings
-    plain: tuple  # the makings as `perceive_scans` takes them
+    parameters: PerceptionParameters
+    packed: tuple  # the parameters as `perceive_scans` takes them
     given: HalfSpaces | None  # for `source: given`; None when walls come from the beams
 
     @property
     def directions(self) -> np.ndarray:
         """Unit vectors (beams, 2) of the beams in the body frame."""
-        return self.makings.directions
+        return self.parameters.directions
 
     @property
-    def rules(self) -> LineRules:
-        """Rules by which points are lines."""
-        return self.makings.rules
+    def line_params(self) -> LineParameters:
+        """Parameters of the lines."""
+        return self.parameters.line
 
 
 def perception_setup(scenario: Scenario, clearance: float, hand_offset: float = 0.0) -> PerceptionSetup:
@@ -45,13 +45,13 @@ def perception_setup(scenario: Scenario, clearance: float, hand_offset: float = 
     the body's centre. Raises InputError when given half-spaces do not fit: no such robot, zero normal, more than
     there are slots.
     """
-    estimator, rules, robots = scenario.estimator, line_rules(scenario), scenario.robots
+    estimator, params, robots = scenario.estimator, line_parameters(scenario), scenario.robots
     formation, beams = np.array(scenario.team.formation, dtype=float), scenario.sensors.beams
-    makings = Makings(
+    parameters = PerceptionParameters(
         directions=unit_vectors(beam_angles(beams)),
         blocked=blocked_beams(beams),
-        rules=rules,
-        track_rules=track_rules(scenario, rules.agree, clearance),
+        line=params,
+        track=track_parameters(scenario, params.agree, clearance),
         pose=pose_model(scenario),
         robots=np.array(scenario.beam_robots, dtype=np.int64),
         teams=np.array([_team(formation, robot, estimator.scope) for robot in range(robots)]),
@@ -61,8 +61,8 @@ def perception_setup(scenario: Scenario, clearance: float, hand_offset: float = 
     return PerceptionSetup(
         robots=robots,
         slots=estimator.half_spaces_per_robot,
-        makings=makings,
-        plain=makings.plain(),
+        parameters=parameters,
+        packed=parameters.packed(),
         given=given_half_spaces(estimator, robots) if estimator.source == "given" else None,
     )
 
@@ -110,19 +110,19 @@ def _check(given: GivenHalfSpace, key: str, length: float, robots: int) -> None:
         raise InputError(f"{list(given.normal)} has no direction; any other vector is allowed", key=f"{key}.normal")
 
 
-class Makings(NamedTuple):
+class PerceptionParameters(NamedTuple):
     """All that perception goes by."""
 
     directions: np.ndarray  # (beams, 2) unit vectors of the beams in the body frame
     blocked: np.ndarray  # (beams,) bool: the robot's own wheels are in the way
-    rules: LineRules
-    track_rules: TrackRules
+    line: LineParameters
+    track: TrackParameters
     pose: PoseModel
     robots: np.ndarray  # (R,) robot of each row of the ranges
     teams: np.ndarray  # (n, k, 2) hull of the robots its half-spaces bind, from its hand point [m]
     binds: np.ndarray  # (n, n) bool: whom the half-spaces of each robot bind
     hand_offset: float  # of the hand point ahead of the body's centre [m]
 
-    def plain(self) -> tuple:
+    def packed(self) -> tuple:
         """Return the same without names: those of tuples are looked up again at each call of compiled code."""
         return tuple(tuple(part) if isinstance(part, tuple) else part for part in self)

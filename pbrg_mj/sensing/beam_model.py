@@ -37,9 +37,9 @@ def _drawn(
     """
     beams = shape[1]
     additive, dropped, ratio = np.zeros(shape), np.zeros(shape), np.zeros(shape)
-    strayed = np.zeros((shape[0], 2 * beams))  # whether it is an outlier, and where between the limits that lies
-    strays = noise.outliers > 0
-    ratios = strays or noise.range_ratio > 0
+    outlier = np.zeros((shape[0], 2 * beams))  # whether it is an outlier, and where between the limits that lies
+    any_outliers = noise.outliers > 0
+    ratios = any_outliers or noise.range_ratio > 0
     drops = ratios or noise.dropout > 0
     for row, random in enumerate(randoms):
         random.standard_normal(out=additive[row])
@@ -47,14 +47,14 @@ def _drawn(
             random.random(out=dropped[row])
         if ratios:
             random.standard_normal(out=ratio[row])
-        if strays:
-            random.random(out=strayed[row])
-    return additive, dropped, ratio, strayed
+        if any_outliers:
+            random.random(out=outlier[row])
+    return additive, dropped, ratio, outlier
 
 
 @kernel
 def _reported(raw, drawn, spread, shares, limits):  # pragma: no cover - compiled
-    additive, dropped, ratio, strayed = drawn
+    additive, dropped, ratio, outlier = drawn
     low, high, quantum = limits
     beams = raw.shape[1]
     ranges = np.full(raw.shape, np.nan)
@@ -63,8 +63,8 @@ def _reported(raw, drawn, spread, shares, limits):  # pragma: no cover - compile
             if dropped[row, k] < shares[0]:
                 continue
             true = raw[row, k]
-            if strayed[row, k] < shares[1]:
-                seen = quantised(low + (high - low) * strayed[row, beams + k], quantum)
+            if outlier[row, k] < shares[1]:
+                seen = quantised(low + (high - low) * outlier[row, beams + k], quantum)
             elif low <= true < high:
                 seen = quantised(true + spread[0] * additive[row, k] + spread[1] * true * ratio[row, k], quantum)
             else:

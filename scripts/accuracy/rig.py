@@ -64,7 +64,7 @@ class Rig:
 
     def errors(self, track: np.void, normal: np.ndarray, offset: float) -> tuple[float, float, float]:
         """Error of a track's angle [rad] and offset [m] about its anchor, and the normalised error squared."""
-        anchor = np.array([self.memory.stands[0]["x"], self.memory.stands[0]["y"]])
+        anchor = np.array([self.memory.anchors[0]["x"], self.memory.anchors[0]["y"]])
         turn = track["angle"] - np.arctan2(normal[1], normal[0])
         error = np.array([np.angle(np.exp(1j * turn)), track["offset"] - (offset - normal @ anchor)])
         covariance = np.array([[track["p_aa"], track["p_ac"]], [track["p_ac"], track["p_cc"]]])

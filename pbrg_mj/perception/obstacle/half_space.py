@@ -15,48 +15,48 @@ from pbrg_mj.perception.track.extent import track_ends
 RETURN = 0.05  # [m] of room that a team must have again before its obstacle is kept off all of it again
 
 
-class Stance(NamedTuple):
+class BoundRobots(NamedTuple):
     """Where the robots that a half-space binds are thought to be, seen from the robot's anchor."""
 
     team: np.ndarray  # (k, 2) corners of the hull of the robots bound, counter-clockwise [m]
     hand: np.ndarray  # (1, 2) the own hand point [m]
-    end_var: float  # variance of a point's place, constant part [m^2]
-    turn_var: float  # and part per square metre of distance [rad^2]
+    position_var: float  # variance of a point's place, constant part [m^2]
+    heading_var: float  # and part per square metre of distance [rad^2]
 
 
 @kernel
-def half_space(tracks, root, links, stance, rules):
+def half_space(tracks, root, links, robots, params):
     """Return gx, gy, h, distance of the half-space g . (q - anchor) <= h for the obstacle whose first face is `root`.
 
     The distance [m] is that of the robots bound from the obstacle. When no half-space parts them, the own hand point
     alone is kept off it; when that is inside as well, the face that is least crossed is the answer.
     """
-    corners = outline(tracks, root, links, stance.hand[0], rules)
+    corners = outline(tracks, root, links, robots.hand[0], params)
     places = np.zeros((len(corners), 2))
     for k in range(len(corners)):
         places[k, 0], places[k, 1] = corners[k]["x"], corners[k]["y"]
     order = hull(places)
     solid = places[order]
     track = tracks[root]
-    gx, gy, width, i, j = gap(stance.team, solid)
-    track["own"] = 1 if width < (RETURN if track["own"] else 0.0) else 0
-    bound = stance.hand if track["own"] else stance.team
-    if track["own"]:
-        gx, gy, width, i, j = gap(stance.hand, solid)
+    gx, gy, width, i, j = gap(robots.team, solid)
+    track["own_only"] = 1 if width < (RETURN if track["own_only"] else 0.0) else 0
+    bound = robots.hand if track["own_only"] else robots.team
+    if track["own_only"]:
+        gx, gy, width, i, j = gap(robots.hand, solid)
     if width < 0:
-        return _crossed(tracks, root, links, stance, rules)
+        return _least_crossed(tracks, root, links, robots, params)
     a, b = corners[order[i]], corners[order[j]]
-    face = _common(a, b) if i != j else -1
+    face = _common_face(a, b) if i != j else -1
     if face >= 0:
-        gx, gy, h = _face(tracks[face], bound, rules)
+        gx, gy, h = _face_row(tracks[face], bound, params)
         return gx, gy, h, width
-    var = max(_corner_var(tracks, a, (gx, gy), stance), _corner_var(tracks, b, (gx, gy), stance), 0.0)
+    var = max(_corner_var(tracks, a, (gx, gy), robots), _corner_var(tracks, b, (gx, gy), robots), 0.0)
     h = gx * a["x"] + gy * a["y"]
-    return gx, gy, h - rules.clearance - rules.sigmas * math.sqrt(var), width
+    return gx, gy, h - params.clearance - params.sigmas * math.sqrt(var), width
 
 
 @kernel
-def _common(a, b):
+def _common_face(a, b):
     """Return the face on which both corners lie in view, or -1."""
     if a["hidden"] or b["hidden"]:
         return -1
@@ -66,7 +66,7 @@ def _common(a, b):
 
 
 @kernel
-def _face(track, bound, rules):
+def _face_row(track, bound, params):
     """Return the face's half-space, kept off by what is uncertain where the robots bound are."""
     gx, gy = math.cos(track["angle"]), math.sin(track["angle"])
     low, high = track_ends(track)
@@ -74,7 +74,7 @@ def _face(track, bound, rules):
     for k in range(len(bound)):
         s = min(max(bound[k, 1] * gx - bound[k, 0] * gy, low), high)
         var = max(var, _variance(track, s))
-    return gx, gy, track["offset"] - rules.clearance - rules.sigmas * math.sqrt(var)
+    return gx, gy, track["offset"] - params.clearance - params.sigmas * math.sqrt(var)
 
 
 @kernel
@@ -84,7 +84,7 @@ def _variance(track, s):
 
 
 @kernel
-def _corner_var(tracks, corner, g, stance):
+def _corner_var(tracks, corner, g, robots):
     """Return the variance of g . x of a corner x.
 
     Where two faces meet, n . x = offset of both gives it; an end has the face's variance across and that of any
@@ -94,7 +94,7 @@ def _corner_var(tracks, corner, g, stance):
     ax, ay = math.cos(a["angle"]), math.sin(a["angle"])
     va = _variance(a, corner["s"])
     if corner["other"] < 0:
-        along = stance.end_var + stance.turn_var * (corner["s"] ** 2 + a["offset"] ** 2)
+        along = robots.position_var + robots.heading_var * (corner["s"] ** 2 + a["offset"] ** 2)
         return (g[0] * ax + g[1] * ay) ** 2 * va + (g[1] * ax - g[0] * ay) ** 2 * along
     b = tracks[corner["other"]]
     bx, by = math.cos(b["angle"]), math.sin(b["angle"])
@@ -104,16 +104,16 @@ def _corner_var(tracks, corner, g, stance):
 
 
 @kernel
-def _crossed(tracks, root, links, stance, rules):
+def _least_crossed(tracks, root, links, robots, params):
     """Return the half-space of the face that the own hand point has crossed least: an infeasible row says so."""
     best, face, at = math.inf, root, root
     while at >= 0:
         track = tracks[at]
-        depth = stance.hand[0, 0] * math.cos(track["angle"]) + stance.hand[0, 1] * math.sin(track["angle"])
+        depth = robots.hand[0, 0] * math.cos(track["angle"]) + robots.hand[0, 1] * math.sin(track["angle"])
         if depth - track["offset"] < best:
             best, face = depth - track["offset"], at
         at = links[1][at]
         if at == root:
             break
-    gx, gy, h = _face(tracks[face], stance.hand, rules)
+    gx, gy, h = _face_row(tracks[face], robots.hand, params)
     return gx, gy, h, -best

@@ -50,7 +50,7 @@ def convex_corner(a, b):
 
 
 @kernel
-def chains(tracks):
+def face_chains(tracks):
     """Return (M,) the faces before and (M,) after each face of a convex obstacle, counter-clockwise round the robot.
 
     -1 for none. The nearest corner wins where several are possible.
@@ -106,7 +106,7 @@ not been seen but follows from the faces."""
 
 
 @kernel
-def outline(tracks, root, links, hand, rules):
+def outline(tracks, root, links, hand, params):
     """Return the corners of the obstacle whose first face is `root`; links are the faces before and after each (M,).
 
     Faces end at the corner with the next, or where `ends` says. Two faces are closed to a parallelogram, one is DEPTH
@@ -132,7 +132,7 @@ def outline(tracks, root, links, hand, rules):
         if joined and face != root:
             size = _add(corners, size, (start_x + far_x - x, start_y + far_y - y), (high, face, -1, 1))
         if not joined and after[face] < 0:
-            depth = _depth(track, low, high, hand, rules)
+            depth = _depth(track, low, high, hand, params)
             nx, ny = depth * math.cos(track["angle"]), depth * math.sin(track["angle"])
             size = _add(corners, size, (x + nx, y + ny), (low, face, -1, 1))
             size = _add(corners, size, (far_x + nx, far_y + ny), (high, face, -1, 1))
@@ -161,11 +161,11 @@ def _add(corners, size, place, what):
 
 
 @kernel
-def _depth(track, low, high, hand, rules):
+def _depth(track, low, high, hand, params):
     """Return how deep a lone face is: where the robot itself has got to behind it, there is nothing."""
     cos, sin = math.cos(track["angle"]), math.sin(track["angle"])
     beyond = hand[0] * cos + hand[1] * sin - track["offset"]
     s = hand[1] * cos - hand[0] * sin
-    if low <= s <= high and beyond > rules.clearance:
-        return min(DEPTH, beyond - rules.clearance)
+    if low <= s <= high and beyond > params.clearance:
+        return min(DEPTH, beyond - params.clearance)
     return DEPTH

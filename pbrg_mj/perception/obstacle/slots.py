@@ -8,26 +8,26 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.obstacle.half_space import half_space
-from pbrg_mj.perception.obstacle.outline import chains, confirm_corners
+from pbrg_mj.perception.obstacle.outline import confirm_corners, face_chains
 
 NEARER = 0.1  # [m] an obstacle displaces another only if it is so much nearer: slots must not change hands for nothing
 
 
 @kernel
-def fill(tracks, stance, rules, g, h, active):
+def update_half_spaces(tracks, robots, params, g, h, active):
     """Write the half-spaces g (K, 2), h (K,), active (K,) of the tracks (M,) into slots, about the anchor.
 
-    An obstacle keeps its slot. New ones fill free slots, nearest first, and when there are none they displace the
+    An obstacle keeps its slot. New ones update_half_spaces free slots, nearest first, and when there are none they displace the
     farthest.
     """
     confirm_corners(tracks)
-    links = chains(tracks)
+    links = face_chains(tracks)
     root = _roots(tracks, links)
-    rows, wide = np.zeros((len(tracks), 3)), np.full(len(tracks), math.inf)
+    rows, distance = np.zeros((len(tracks), 3)), np.full(len(tracks), math.inf)
     for i in range(len(tracks)):
         if root[i]:
-            rows[i, 0], rows[i, 1], rows[i, 2], wide[i] = half_space(tracks, i, links, stance, rules)
-    _assign(tracks, root, wide, len(h))
+            rows[i, 0], rows[i, 1], rows[i, 2], distance[i] = half_space(tracks, i, links, robots, params)
+    _assign_slots(tracks, root, distance, len(h))
     g[:], h[:], active[:] = 0.0, 0.0, False
     for i in range(len(tracks)):
         slot = tracks[i]["slot"]
@@ -42,19 +42,19 @@ def _roots(tracks, links):
     before, after = links
     root = np.zeros(len(tracks), np.bool_)
     done = np.zeros(len(tracks), np.bool_)
-    for ring in range(2):  # open chains first; what is left are closed ones, and any face may be their first
+    for ring in range(2):  # open face_chains first; what is left are closed ones, and any face may be their first
         for i in range(len(tracks)):
             walls = tracks[i]["live"] and tracks[i]["confirmed"]
             if not walls:
                 tracks[i]["slot"] = -1
             elif not done[i] and (before[i] < 0 or ring):
                 root[i] = True
-                _hand_over(tracks, i, after, done)
+                _inherit_slot(tracks, i, after, done)
     return root
 
 
 @kernel
-def _hand_over(tracks, root, after, done):
+def _inherit_slot(tracks, root, after, done):
     """Give the obstacle's first face the slot that its longest known face holds."""
     slot, since, face = -1, math.inf, root
     while face >= 0 and not done[face]:
@@ -67,31 +67,31 @@ def _hand_over(tracks, root, after, done):
 
 
 @kernel
-def _assign(tracks, root, wide, slots):
+def _assign_slots(tracks, root, distance, slots):
     """Give slots to obstacles without one, nearest first."""
     while True:
         new, nearest = -1, math.inf
         for i in range(len(tracks)):
-            if root[i] and tracks[i]["slot"] < 0 and wide[i] < nearest:
-                new, nearest = i, wide[i]
+            if root[i] and tracks[i]["slot"] < 0 and distance[i] < nearest:
+                new, nearest = i, distance[i]
         if new < 0:
             return
-        slot = _room(tracks, root, wide, slots, nearest)
+        slot = _free_slot(tracks, root, distance, slots, nearest)
         if slot < 0:
             return
         tracks[new]["slot"] = slot
 
 
 @kernel
-def _room(tracks, root, wide, slots, nearest):
+def _free_slot(tracks, root, distance, slots, nearest):
     """Return a free slot, or that of the farthest obstacle if it is farther than `nearest` [m], or -1."""
     used = np.zeros(slots, np.bool_)
     farthest, most = -1, nearest + NEARER
     for i in range(len(tracks)):
         if root[i] and tracks[i]["slot"] >= 0:
             used[tracks[i]["slot"]] = True
-            if wide[i] > most:
-                farthest, most = i, wide[i]
+            if distance[i] > most:
+                farthest, most = i, distance[i]
     for slot in range(slots):
         if not used[slot]:
             return slot

@@ -1,4 +1,4 @@
-"""Which pieces are the same wall: something may stand before the middle of it, a doorway may not."""
+"""Which segments are the same line: something may stand before the middle of it, a doorway may not."""
 
 from __future__ import annotations
 
@@ -10,55 +10,55 @@ from pbrg_mj.perception.scan.line_fit import extent, fit_line, weight_of
 from pbrg_mj.perception.scan.points import DX, DY, X, Y
 from pbrg_mj.perception.scan.robust_fit import write_fit
 
-SAME_WALL = math.radians(10.0)  # pieces that differ more in direction, noise apart, are never tried as one wall
+MOST_TURN = math.radians(10.0)  # segments that differ more in direction, noise apart, are never tried as one line
 NOISE_MARGIN = 4.0  # standard deviations of a point from its line, or of an angle
 
 
 @kernel
-def join_walls(points, rules, order, work, walls):  # pragma: no cover - compiled
-    """Make collinear pieces one, longest first; return how many walls are left, listed in `work.ranking`."""
-    rank_by_length(work.fits, work.ranking, walls)
+def merge_collinear(points, params, order, work, lines):  # pragma: no cover - compiled
+    """Make collinear segments one, longest first; return how many lines are left, listed in `work.ranking`."""
+    rank_by_length(work.fits, work.ranking, lines)
     kept = 0
-    for i in range(walls):
-        wall = work.ranking[i]
+    for i in range(lines):
+        line = work.ranking[i]
         joined = False
         for k in range(kept):
-            if _join(points, rules, order, (work.ranking[k], wall), work):
+            if _merge_pair(points, params, order, (work.ranking[k], line), work):
                 joined = True
                 break
         if not joined:
-            work.ranking[kept] = wall
+            work.ranking[kept] = line
             kept += 1
     return kept
 
 
 @kernel
 def rank_by_length(fits, ranking, count):  # pragma: no cover - compiled
-    """Sort the wall numbers in `ranking` by length, longest first (insertion sort: stable, and there are few)."""
+    """Sort the line numbers in `ranking` by length, longest first (insertion sort: stable, and there are few)."""
     for i in range(1, count):
-        wall, k = ranking[i], i
-        length = fits[wall, 6] - fits[wall, 5]
+        line, k = ranking[i], i
+        length = fits[line, 6] - fits[line, 5]
         while k > 0 and fits[ranking[k - 1], 6] - fits[ranking[k - 1], 5] < length:
             ranking[k] = ranking[k - 1]
             k -= 1
-        ranking[k] = wall
+        ranking[k] = line
 
 
 @kernel
-def _join(points, rules, order, pair, work):  # pragma: no cover - compiled
-    """Add wall b to wall a of `pair` if one line without a gap goes through both; tell whether it was done."""
+def _merge_pair(points, params, order, pair, work):  # pragma: no cover - compiled
+    """Add line b to line a of `pair` if one line without a gap goes through both; tell whether it was done."""
     a, b = pair
     fits, ends, joint = work.fits, work.ends, work.joint
     turn = abs(fits[b, 0] - fits[a, 0])
-    if min(turn, 2.0 * math.pi - turn) > SAME_WALL + NOISE_MARGIN * math.sqrt(fits[a, 2] + fits[b, 2]):
+    if min(turn, 2.0 * math.pi - turn) > MOST_TURN + NOISE_MARGIN * math.sqrt(fits[a, 2] + fits[b, 2]):
         return False
     members = work.members[: gather(order, work.owner, a, b, work.members)]
-    line = fit_line(points, rules, members, (fits[a, 0], fits[a, 1]))
-    if not _near(points, rules, members, line):
+    line = fit_line(points, params, members, (fits[a, 0], fits[a, 1]))
+    if not _near(points, params, members, line):
         return False
-    write_fit(line, extent(points, rules, members, line, work.at), joint)
+    write_fit(line, extent(points, params, members, line, work.at), joint)
     low, high = (a, b) if fits[a, 5] < fits[b, 5] else (b, a)
-    if has_gap(points, rules, joint, ends[low, 1], ends[high, 0]):
+    if has_gap(points, params, joint, ends[low, 1], ends[high, 0]):
         return False
     inner = fits[high, 6] < fits[low, 6]  # the one lies within the other
     ends[a, 0], ends[a, 1] = ends[low, 0], ends[low, 1] if inner else ends[high, 1]
@@ -70,7 +70,7 @@ def _join(points, rules, order, pair, work):  # pragma: no cover - compiled
 
 @kernel
 def gather(order, owner, a, b, members):  # pragma: no cover - compiled
-    """Write the beams that wall a or wall b owns; return how many there are."""
+    """Write the beams that line a or line b owns; return how many there are."""
     count = 0
     for beam in order:
         if owner[beam] == a or owner[beam] == b:
@@ -80,13 +80,13 @@ def gather(order, owner, a, b, members):  # pragma: no cover - compiled
 
 
 @kernel
-def _near(points, rules, members, line):  # pragma: no cover - compiled
+def _near(points, params, members, line):  # pragma: no cover - compiled
     """Tell whether all points are on the line: within the split distance, or the noise if that is larger."""
     nx, ny, c = math.cos(line[0]), math.sin(line[0]), line[1]
     for b in members:
         off = abs(nx * points[b, X] + ny * points[b, Y] - c)
-        if off > rules.split_distance:
-            w = weight_of(rules, nx * points[b, DX] + ny * points[b, DY], c)
+        if off > params.split_distance:
+            w = weight_of(params, nx * points[b, DX] + ny * points[b, DY], c)
             if off > NOISE_MARGIN / math.sqrt(w):
                 return False
     return True

@@ -1,4 +1,4 @@
-"""What the beams beside a wall say: does it end there, does it have a gap."""
+"""What the beams beside a line say: does it end there, does it have a gap."""
 
 from __future__ import annotations
 
@@ -8,64 +8,64 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.scan.line_fit import LEAST_COSINE, weight_of
 from pbrg_mj.perception.scan.points import BLOCKED, DX, DY, R
 
-SURE = 4.0  # standard deviations beyond which a beam is clearly farther than the wall
-WELL_WITHIN = 0.9  # of the range limit: a wall nearer than that would have been seen
-LEAST_GAP = 0.1  # [m] along the wall that beams must pass: nothing gets through less
+SURE = 4.0  # standard deviations beyond which a beam is clearly farther than the line
+WELL_WITHIN = 0.9  # of the range limit: a line nearer than that would have been seen
+LEAST_GAP = 0.1  # [m] along the line that beams must pass: nothing gets through less
 
 
 @kernel
-def passes(points, rules, fit, b):  # pragma: no cover - compiled
-    """Tell whether beam b is known to pass where the wall, continued, would be.
+def passes(points, params, fit, b):  # pragma: no cover - compiled
+    """Tell whether beam b is known to pass where the line, continued, would be.
 
-    It returned something clearly farther away, or nothing although the wall would be well within range. `fit` (7,) is
+    It returned something clearly farther away, or nothing although the line would be well within range. `fit` (7,) is
     theta, c, var theta, cov, var c, low, high. A beam that something nearer or the robot itself stopped knows nothing.
     """
-    if not rules.closed and (b < 0 or b >= len(points)):
+    if not params.closed and (b < 0 or b >= len(points)):
         return False
     b %= len(points)
     nx, ny, c = math.cos(fit[0]), math.sin(fit[0]), fit[1]
     cosine = nx * points[b, DX] + ny * points[b, DY]
-    if cosine < LEAST_COSINE or c > cosine * WELL_WITHIN * rules.range_max:
+    if cosine < LEAST_COSINE or c > cosine * WELL_WITHIN * params.range_max:
         return False
     if not math.isfinite(points[b, R]):
         return points[b, R] != BLOCKED
     s = _along(points, fit, b)
-    variance = 1.0 / weight_of(rules, cosine, c) + s * s * fit[2] - 2.0 * s * fit[3] + fit[4]
-    return points[b, R] * cosine - c > max(rules.split_distance, SURE * math.sqrt(variance))
+    variance = 1.0 / weight_of(params, cosine, c) + s * s * fit[2] - 2.0 * s * fit[3] + fit[4]
+    return points[b, R] * cosine - c > max(params.split_distance, SURE * math.sqrt(variance))
 
 
 @kernel
-def is_free(points, rules, fit, b, side):  # pragma: no cover - compiled
-    """Tell whether a wall truly ends at beam b: enough beams next to it pass, on its side -1 (clockwise) or +1."""
+def is_free(points, params, fit, b, side):  # pragma: no cover - compiled
+    """Tell whether a line truly ends at beam b: enough beams next to it pass, on its side -1 (clockwise) or +1."""
     start = _along(points, fit, b)
     for k in range(1, len(points) // 2):
-        if not passes(points, rules, fit, b + side * k):
+        if not passes(points, params, fit, b + side * k):
             return False
-        if k >= rules.agree and abs(_along(points, fit, b + side * k) - start) >= LEAST_GAP:
+        if k >= params.agree and abs(_along(points, fit, b + side * k) - start) >= LEAST_GAP:
             return True
     return False
 
 
 @kernel
-def has_gap(points, rules, fit, low, high):  # pragma: no cover - compiled
-    """Tell whether enough neighbouring beams between `low` and `high`, counter-clockwise, pass the wall."""
+def has_gap(points, params, fit, low, high):  # pragma: no cover - compiled
+    """Tell whether enough neighbouring beams between `low` and `high`, counter-clockwise, pass the line."""
     between = (high - low) % len(points) - 1
-    if between > len(points) // 2:  # the pieces overlap
+    if between > len(points) // 2:  # the segments overlap
         return False
     agreed, start = 0, low
     for b in range(low + 1, low + 1 + between):
-        if not passes(points, rules, fit, b):
+        if not passes(points, params, fit, b):
             agreed, start = 0, b
             continue
         agreed += 1
-        if agreed >= rules.agree and _along(points, fit, b) - _along(points, fit, start) >= LEAST_GAP:
+        if agreed >= params.agree and _along(points, fit, b) - _along(points, fit, start) >= LEAST_GAP:
             return True
     return False
 
 
 @kernel
 def _along(points, fit, b):  # pragma: no cover - compiled
-    """Return where beam b meets the wall's line, along t = (-sin, cos) [m]."""
+    """Return where beam b meets the line's line, along t = (-sin, cos) [m]."""
     b %= len(points)
     nx, ny = math.cos(fit[0]), math.sin(fit[0])
     cosine = max(nx * points[b, DX] + ny * points[b, DY], LEAST_COSINE)

@@ -26,10 +26,10 @@ LEAST_COSINE = 0.1  # keeps the weight of a beam that runs along the line finite
 
 
 @kernel
-def weight_of(rules, cosine, c):  # pragma: no cover - compiled
+def weight_of(params, cosine, c):  # pragma: no cover - compiled
     """Return 1 / variance [1/m^2] of the residual of a point whose beam meets the line (n, c) at n . d = cosine."""
     cosine_2 = max(cosine**2, LEAST_COSINE**2)
-    return 1.0 / (cosine_2 * rules.range_std**2 + (rules.noise_ratio * c) ** 2)
+    return 1.0 / (cosine_2 * params.range_std**2 + (params.noise_ratio * c) ** 2)
 
 
 @kernel
@@ -45,23 +45,23 @@ def meeting(points, nx, ny, c, b):  # pragma: no cover - compiled
 
 
 @kernel
-def fit_line(points, rules, members, guess):  # pragma: no cover - compiled
+def fit_line(points, params, members, guess):  # pragma: no cover - compiled
     """Return (theta, c) of the line; `guess` (theta, c) is good enough for weights.
 
     Total least squares come near whatever the guess; one step from there solves the ranges' equations as well as the
     noise lets one tell.
     """
-    return _scored(points, rules, members, _principal_axis(points, rules, members, guess))
+    return _scored(points, params, members, _principal_axis(points, params, members, guess))
 
 
 @kernel
-def _scored(points, rules, members, line):  # pragma: no cover - compiled
+def _scored(points, params, members, line):  # pragma: no cover - compiled
     """Return (theta, c) one step of Fisher scoring on from `line`."""
     nx, ny, c = math.cos(line[0]), math.sin(line[0]), line[1]
     total = ws = wss = we = wse = 0.0
     for b in members:
         cosine, s = meeting(points, nx, ny, c, b)
-        w = weight_of(rules, cosine, c)
+        w = weight_of(params, cosine, c)
         error = nx * points[b, X] + ny * points[b, Y] - c
         total += w
         ws += w * s
@@ -85,11 +85,11 @@ def _outward(theta, c):  # pragma: no cover - compiled
 
 
 @kernel
-def _principal_axis(points, rules, members, guess):  # pragma: no cover - compiled
+def _principal_axis(points, params, members, guess):  # pragma: no cover - compiled
     nx, ny, c = math.cos(guess[0]), math.sin(guess[0]), guess[1]
     total = x = y = sxx = sxy = syy = 0.0
     for b in members:  # moments about the guess's foot point
-        w = weight_of(rules, nx * points[b, DX] + ny * points[b, DY], c)
+        w = weight_of(params, nx * points[b, DX] + ny * points[b, DY], c)
         px, py = points[b, X] - c * nx, points[b, Y] - c * ny
         total += w
         x += w * px
@@ -113,7 +113,7 @@ def chord_line(points, first, last):  # pragma: no cover - compiled
 
 
 @kernel
-def extent(points, rules, members, line, at):  # pragma: no cover - compiled
+def extent(points, params, members, line, at):  # pragma: no cover - compiled
     """Return (total weight, weighted mean of s, weighted sum of (s - mean)^2, least s, largest s), s along the line.
 
     What it takes of each point is written to `at`, for all who ask more of the line: the divisions are what costs.
@@ -124,7 +124,7 @@ def extent(points, rules, members, line, at):  # pragma: no cover - compiled
     for i in range(len(members)):
         b = members[i]
         cosine, s = meeting(points, nx, ny, c, b)
-        w = weight_of(rules, cosine, c)
+        w = weight_of(params, cosine, c)
         at[i, S], at[i, WEIGHT], at[i, COSINE] = s, w, cosine
         at[i, RESIDUAL] = nx * points[b, X] + ny * points[b, Y] - c
         total += w

@@ -8,10 +8,10 @@ from typing import NamedTuple
 from pbrg_mj.scenario.schema import Beams, Scenario
 
 NOISE_FLOOR = 1e-3  # [m] below this, straight walls and exact ranges no longer are
-FALSE_END = 1e-3  # probability that stray beams alone make a gap or an end of a wall
+FALSE_END = 1e-3  # probability that outlier_share beams alone make a gap or an end of a wall
 
 
-class LineRules(NamedTuple):
+class LineParameters(NamedTuple):
     """When points of a scan are one straight wall. A named tuple, so that compiled code takes it as it is."""
 
     range_std: float  # additive noise and quantisation of the ranges, at least NOISE_FLOOR [m]
@@ -21,16 +21,16 @@ class LineRules(NamedTuple):
     min_points: int
     min_length: float  # [m]
     agree: int  # neighbouring beams that must pass by before a wall ends or has a gap
-    strays: float = 0.0  # density of stray ranges against those that are none [1/m]
+    outlier_density: float = 0.0  # density of outlier_share ranges against those that are none [1/m]
     closed: bool = True  # the beams go all the way round: the last one is next to the first
 
 
-def line_rules(scenario: Scenario) -> LineRules:
-    """Return the rules for a scenario; the ideal plant is seen exactly."""
+def line_parameters(scenario: Scenario) -> LineParameters:
+    """Return the params for a scenario; the ideal plant is seen exactly."""
     beams, estimator = scenario.sensors.beams, scenario.estimator
     exact = scenario.plant == "ideal"
     range_std = 0.0 if exact else math.hypot(beams.noise_std, beams.quantum / math.sqrt(12.0))
-    return LineRules(
+    return LineParameters(
         range_std=max(range_std, NOISE_FLOOR),
         noise_ratio=0.0 if exact else beams.noise_ratio,
         range_max=beams.range_max,
@@ -38,19 +38,19 @@ def line_rules(scenario: Scenario) -> LineRules:
         min_points=estimator.min_points,
         min_length=estimator.min_length,
         agree=agreeing_beams(0.0 if exact else beams.dropout + beams.outliers),
-        strays=0.0 if exact else _stray_density(beams),
+        outlier_density=0.0 if exact else _outlier_density(beams),
         closed=beams.sweep_deg == 360.0,
     )
 
 
-def _stray_density(beams: Beams) -> float:
+def _outlier_density(beams: Beams) -> float:
     """Return how densely outliers lie within the range limits, against one beam that is none [1/m]."""
     sound = max(1.0 - beams.outliers, FALSE_END)
     return beams.outliers / (sound * (beams.range_max - beams.range_min))
 
 
-def agreeing_beams(stray: float) -> int:
-    """Return how many neighbouring beams, two or more, all are stray with a probability of at most FALSE_END."""
-    if stray <= FALSE_END:
+def agreeing_beams(outlier_share: float) -> int:
+    """Return how many neighbouring beams, two or more, all are outlier_share with a probability of at most FALSE_END."""
+    if outlier_share <= FALSE_END:
         return 2
-    return max(2, math.ceil(math.log(FALSE_END) / math.log(min(stray, 0.5))))
+    return max(2, math.ceil(math.log(FALSE_END) / math.log(min(outlier_share, 0.5))))

@@ -21,14 +21,14 @@ CHORD_MARGIN = 3.5  # standard deviations of a point's distance from a chord
 
 
 @kernel
-def points_into(ranges, directions, rules, points, order):  # pragma: no cover - compiled
+def points_into(ranges, directions, params, points, order):  # pragma: no cover - compiled
     """Write the points, and to `order` the beams that hit something; return how many there are."""
     count = 0
     for b in range(len(ranges)):
         r = ranges[b]
         points[b, X], points[b, Y], points[b, R] = r * directions[b, 0], r * directions[b, 1], r
         points[b, DX], points[b, DY] = directions[b, 0], directions[b, 1]
-        points[b, VARIANCE] = range_variance(rules, r)
+        points[b, VARIANCE] = range_variance(params, r)
         if math.isfinite(r):
             order[count] = b
             count += 1
@@ -36,20 +36,20 @@ def points_into(ranges, directions, rules, points, order):  # pragma: no cover -
 
 
 @kernel
-def range_variance(rules, r):  # pragma: no cover - compiled
+def range_variance(params, r):  # pragma: no cover - compiled
     """Return sigma^2 [m^2] of a range r."""
-    return rules.range_std**2 + (rules.noise_ratio * r) ** 2
+    return params.range_std**2 + (params.noise_ratio * r) ** 2
 
 
 @kernel
-def apart(points, rules, b, after, skipped):  # pragma: no cover - compiled
+def apart(points, params, b, after, skipped):  # pragma: no cover - compiled
     """Tell whether two points belong to different things, by an adaptive breakpoint.
 
     `after` follows b counter-clockwise; `skipped` beams between them do not count. A wall whose far point is met at
     the angle GRAZING spreads its points r sin(dphi) / sin(GRAZING) apart, r the shorter range and dphi the angle
     between the beams (after Borges and Aldon, "Line extraction in 2D range images for mobile robotics", 2004).
     """
-    if after <= b and not rules.closed:
+    if after <= b and not params.closed:
         return True
     lost = (after - b if after >= b else after - b + len(points)) - 1 - skipped
     sine = points[b, DX] * points[after, DY] - points[b, DY] * points[after, DX]
@@ -70,7 +70,7 @@ def chord_normal(points, a, z):  # pragma: no cover - compiled
 
 
 @kernel
-def chord_error(points, rules, ends, chord, b):  # pragma: no cover - compiled
+def chord_error(points, params, ends, chord, b):  # pragma: no cover - compiled
     """Return how far point b lies from the chord between `ends`, in what is allowed; negative on the robot's side.
 
     Allowed is the split distance, or more where the noise of the three points is larger. Within the split distance it
@@ -81,13 +81,13 @@ def chord_error(points, rules, ends, chord, b):  # pragma: no cover - compiled
     px, py = points[b, X] - points[a, X], points[b, Y] - points[a, Y]
     off = nx * px + ny * py
     if length == 0.0:
-        return math.sqrt(px * px + py * py) / rules.split_distance
-    if abs(off) <= rules.split_distance:
+        return math.sqrt(px * px + py * py) / params.split_distance
+    if abs(off) <= params.split_distance:
         return 0.0
     u = (nx * py - ny * px) / length
     variance = _across(points, b, nx, ny)
     variance += (1.0 - u) ** 2 * _across(points, a, nx, ny) + u**2 * _across(points, z, nx, ny)
-    return off / max(rules.split_distance, CHORD_MARGIN * math.sqrt(variance))
+    return off / max(params.split_distance, CHORD_MARGIN * math.sqrt(variance))
 
 
 @kernel
@@ -96,7 +96,7 @@ def _across(points, b, nx, ny):  # pragma: no cover - compiled
 
 
 @kernel
-def without_spikes(points, rules, order, count, kept):  # pragma: no cover - compiled
+def without_outliers(points, params, order, count, kept):  # pragma: no cover - compiled
     """Write to `kept` the points of `order` that are no lone outliers; return how many there are.
 
     A lone outlier has the same straight surface on both sides. So do two neighbours that are both NEARER than that
@@ -113,9 +113,9 @@ def without_spikes(points, rules, order, count, kept):  # pragma: no cover - com
         before, a = _nth(order, count, i - 2), _nth(order, count, i - 1)
         b, c = _nth(order, count, i), _nth(order, count, i + 1)
         y, z = _nth(order, count, i + 2), _nth(order, count, i + 3)
-        pair = count > 5 and _side(points, rules, a, y, b) < 0 and _side(points, rules, a, y, c) < 0
-        pair = pair and _is_pair(points, rules, (before, a, b, c, y, z))
-        lone = _side(points, rules, a, c, b) != 0 and _is_lone(points, rules, (before, a, b, c, y))
+        pair = count > 5 and _side(points, params, a, y, b) < 0 and _side(points, params, a, y, c) < 0
+        pair = pair and _is_pair(points, params, (before, a, b, c, y, z))
+        lone = _side(points, params, a, c, b) != 0 and _is_lone(points, params, (before, a, b, c, y))
         if i >= 0 and not (pair or pair_before or lone):
             kept[left] = order[i]
             left += 1
@@ -130,43 +130,43 @@ def _nth(order, count, i):  # pragma: no cover - compiled
 
 
 @kernel
-def _side(points, rules, a, z, b):  # pragma: no cover - compiled
+def _side(points, params, a, z, b):  # pragma: no cover - compiled
     """Return -1 if b may be off the chord a-z on the robot's side, 1 on the far side, 0 if it is on it.
 
     On it is surely on it, whatever is rounded: within 0.9995 of the split distance.
     """
     x, y = points[z, X] - points[a, X], points[z, Y] - points[a, Y]
     cross = y * (points[b, X] - points[a, X]) - x * (points[b, Y] - points[a, Y])
-    if cross * cross < 0.999 * rules.split_distance**2 * (x * x + y * y):
+    if cross * cross < 0.999 * params.split_distance**2 * (x * x + y * y):
         return 0
     return -1 if cross < 0.0 else 1
 
 
 @kernel
-def _is_lone(points, rules, beams):  # pragma: no cover - compiled
+def _is_lone(points, params, beams):  # pragma: no cover - compiled
     """Tell whether the third of five points is off the surface that the others lie on."""
     before, a, b, z, after = beams
-    error = chord_error(points, rules, (a, z), chord_normal(points, a, z), b)
-    return abs(error) > 1.0 and _is_surface(points, rules, (before, a, z, after), 1 if error < 0.0 else 0)
+    error = chord_error(points, params, (a, z), chord_normal(points, a, z), b)
+    return abs(error) > 1.0 and _is_surface(points, params, (before, a, z, after), 1 if error < 0.0 else 0)
 
 
 @kernel
-def _is_pair(points, rules, beams):  # pragma: no cover - compiled
+def _is_pair(points, params, beams):  # pragma: no cover - compiled
     """Tell whether the third and fourth of six points are nearer than the surface that the others lie on."""
     before, a, b, c, z, after = beams
     chord = chord_normal(points, a, z)
-    if chord_error(points, rules, (a, z), chord, b) >= -1.0 or chord_error(points, rules, (a, z), chord, c) >= -1.0:
+    if chord_error(points, params, (a, z), chord, b) >= -1.0 or chord_error(points, params, (a, z), chord, c) >= -1.0:
         return False
-    return _is_surface(points, rules, (before, a, z, after), 2)
+    return _is_surface(points, params, (before, a, z, after), 2)
 
 
 @kernel
-def _is_surface(points, rules, beams, hidden):  # pragma: no cover - compiled
+def _is_surface(points, params, beams, hidden):  # pragma: no cover - compiled
     """Tell whether four points lie on one surface, of which so many beams between the middle two are hidden."""
     before, a, z, after = beams
-    if apart(points, rules, before, a, 0) or apart(points, rules, a, z, hidden) or apart(points, rules, z, after, 0):
+    if apart(points, params, before, a, 0) or apart(points, params, a, z, hidden) or apart(points, params, z, after, 0):
         return False
     chord = chord_normal(points, before, after)
-    first = chord_error(points, rules, (before, after), chord, a)
-    second = chord_error(points, rules, (before, after), chord, z)
+    first = chord_error(points, params, (before, after), chord, a)
+    second = chord_error(points, params, (before, after), chord, z)
     return max(abs(first), abs(second)) <= 1.0

@@ -31,18 +31,18 @@ from pbrg_mj.perception.scan.line_fit import (
 from pbrg_mj.perception.scan.points import DX, DY, X, Y, range_variance
 
 OUTLIER = 3.5  # standard deviations beyond which a point belongs to something else
-MAX_OUTLIERS = 2  # a piece with more of them is no wall, unless
+MAX_OUTLIERS = 2  # a segment with more of them is no wall, unless
 OUTLIER_SHARE = 0.05  # they are no more than this of its points
 FALSE_ALARM = 3.09  # score of a normal variable: a share of 1e-3 of true walls fails the residuals' test, per scan
 MAX_BEND, MAX_BEND_SHORT = 3.0, 2.0  # standard deviations of the curvature
 MAX_ANGLE_STD = math.radians(3.5)  # a direction less sure than this is none
-SHORT = 2.0  # least lengths of a wall up to which a piece may be a row of robots
+SHORT = 2.0  # least lengths of a wall up to which a segment may be a row of robots
 OBLIQUE = math.tan(math.radians(35.0))  # tangent of the incidence in its middle from which on gaps are hidden
 LIMIT_MARGIN = 3.0  # standard deviations of a range from the range limit
 
 
 @kernel
-def fit_wall(points, rules, members, at, fit):  # pragma: no cover - compiled
+def fit_segment(points, params, members, at, fit):  # pragma: no cover - compiled
     """Fit a wall to the beams `members`, write `fit` (7,) and return how many of them it kept, first; 0: no wall.
 
     `fit` is theta, c, var theta, cov, var c, low, high. Outliers are taken out of `members`; `at` (B, 4) is scratch.
@@ -51,22 +51,22 @@ def fit_wall(points, rules, members, at, fit):  # pragma: no cover - compiled
     outliers = 0
     limit_checked = False
     while outliers <= max(MAX_OUTLIERS, OUTLIER_SHARE * len(members)):
-        if count < rules.min_points or _length(points, members[0], members[count - 1]) < rules.min_length:
+        if count < params.min_points or _length(points, members[0], members[count - 1]) < params.min_length:
             return 0
         kept = members[:count]
-        line = fit_line(points, rules, kept, chord_line(points, kept[0], kept[-1]))
+        line = fit_line(points, params, kept, chord_line(points, kept[0], kept[-1]))
         if not limit_checked:
             limit_checked = True
-            inside = _drop_at_limit(points, rules, kept, line)
+            inside = _drop_at_limit(points, params, kept, line)
             if inside < count:
                 count = inside
                 continue
-        moments = extent(points, rules, kept, line, at)
+        moments = extent(points, params, kept, line, at)
         worst, index = worst_point(at, count, moments)
         if worst <= OUTLIER:
             write_fit(line, moments, fit)
             misfit, bend = straightness(at, count, moments)
-            return count if _is_wall(rules, fit, misfit / chi_squared_limit(count - 2, FALSE_ALARM), bend) else 0
+            return count if _is_straight(params, fit, misfit / chi_squared_limit(count - 2, FALSE_ALARM), bend) else 0
         for i in range(index, count - 1):
             members[i] = members[i + 1]
         count -= 1
@@ -84,14 +84,14 @@ def write_fit(line, moments, fit):  # pragma: no cover - compiled
 
 
 @kernel
-def _is_wall(rules, fit, misfit, bend):  # pragma: no cover - compiled
-    """Tell whether a straight piece is long, sure and straight enough; `misfit` is a share of what is allowed.
+def _is_straight(params, fit, misfit, bend):  # pragma: no cover - compiled
+    """Tell whether a straight segment is long, sure and straight enough; `misfit` is a share of what is allowed.
 
-    A short piece may be a row of robots. It must be straighter, and not seen so obliquely that the gaps are hidden.
+    A short segment may be a row of robots. It must be straighter, and not seen so obliquely that the gaps are hidden.
     """
     if fit[2] > MAX_ANGLE_STD**2 or misfit > 1.0 or bend > MAX_BEND:
         return False
-    if fit[6] - fit[5] >= SHORT * rules.min_length:
+    if fit[6] - fit[5] >= SHORT * params.min_length:
         return True
     return bend <= MAX_BEND_SHORT and abs(fit[5] + fit[6]) <= 2.0 * OBLIQUE * fit[1]
 
@@ -102,7 +102,7 @@ def _length(points, first, last):  # pragma: no cover - compiled
 
 
 @kernel
-def _drop_at_limit(points, rules, members, line):  # pragma: no cover - compiled
+def _drop_at_limit(points, params, members, line):  # pragma: no cover - compiled
     """Take out points where the line is within noise of the range limit; return how many are left, first.
 
     There only ranges that happen to be too short are seen. The line decides, not the range: else it would be bent.
@@ -112,7 +112,7 @@ def _drop_at_limit(points, rules, members, line):  # pragma: no cover - compiled
     for b in members:
         cosine = max(nx * points[b, DX] + ny * points[b, DY], 1e-6)
         r = line[1] / cosine
-        if r + LIMIT_MARGIN * math.sqrt(range_variance(rules, r)) <= rules.range_max:
+        if r + LIMIT_MARGIN * math.sqrt(range_variance(params, r)) <= params.range_max:
             members[left] = b
             left += 1
     return left
@@ -122,15 +122,15 @@ HALF_LOG_2PI = 0.5 * math.log(2.0 * math.pi)
 
 
 @kernel
-def add_strays(points, rules, members, at, fit):  # pragma: no cover - compiled
-    """Add to the covariance in `fit` (7,) of the line through the beams `members` (N,) what strays among them mean."""
-    total, mean, spread, _, _ = extent(points, rules, members, (fit[0], fit[1]), at)
+def inflate_for_outliers(points, params, members, at, fit):  # pragma: no cover - compiled
+    """Add to the covariance in `fit` (7,) of the line through the beams `members` (N,) what outliers among them mean."""
+    total, mean, spread, _, _ = extent(points, params, members, (fit[0], fit[1]), at)
     paa, pac, pcc = fit[2], fit[3], fit[4]
     for i in range(len(members)):
         s, w = at[i, S], at[i, WEIGHT]
         kept = max(1.0 - w * (1.0 / total + (s - mean) ** 2 / spread), 1e-6)  # 1 - leverage
         square = w * at[i, RESIDUAL] ** 2 / kept
-        p = _probability(rules, square, math.sqrt(1.0 / (w * kept)) / max(at[i, COSINE], 1e-6))
+        p = _probability(params, square, math.sqrt(1.0 / (w * kept)) / max(at[i, COSINE], 1e-6))
         size = p * w * (square + 1.0) / kept
         turn, shift = paa * s - pac, pac * s - pcc  # P (s, -1)'
         fit[2] += size * turn * turn
@@ -139,10 +139,10 @@ def add_strays(points, rules, members, at, fit):  # pragma: no cover - compiled
 
 
 @kernel
-def _probability(rules, square, std):  # pragma: no cover - compiled
-    """Return how likely a point is a stray: its squared deviation, and the standard deviation of its range [m].
+def _probability(params, square, std):  # pragma: no cover - compiled
+    """Return how likely a point is a outlier: its squared deviation, and the standard deviation of its range [m].
 
-    Strays are spread evenly, points of the wall are Gaussian about where the others put it.
+    Outliers are spread evenly, points of the wall are Gaussian about where the others put it.
     """
-    odds = rules.strays * std * math.exp(min(0.5 * square + HALF_LOG_2PI, 50.0))
+    odds = params.outlier_density * std * math.exp(min(0.5 * square + HALF_LOG_2PI, 50.0))
     return odds / (1.0 + odds)

@@ -13,10 +13,10 @@ GATE = 13.8  # chi-squared with 2 degrees: 1 true sighting in 1000 is beyond
 NEAR_ANGLE, NEAR_OFFSET = (
     math.radians(10.0),
     0.15,
-)  # a sighting this near a wall, but outside its gate, is strange
-FREE_GAP, HIDDEN_GAP = 0.15, 0.6  # [m] between two stretches of one wall, with a true end between or not
+)  # a sighting this near a wall, but outside its gate, is conflicts
+FREE_GAP, HIDDEN_GAP = 0.15, 0.6  # [m] between two extents of one wall, with a true end between or not
 SAME_ANGLE, SAME_OFFSET = math.radians(1.0), 0.01  # tracks this close are one wall, however sure they are
-NEW, UPDATE, EXTEND, STRANGE = 0, 1, 2, 3
+NEW, UPDATE, EXTEND, CONFLICT = 0, 1, 2, 3
 
 
 @kernel
@@ -24,7 +24,7 @@ def associate(tracks, lines):  # pragma: no cover - compiled
     """Write the role of every line (L,) of a scan, and the track it belongs to (-1 for NEW).
 
     Nearest pairs first (Mahalanobis), one line a track: it UPDATEs it. A further line of the same track EXTENDs it.
-    STRANGE is a line too near a track to be another wall and too far to be this one.
+    CONFLICT is a line too near a track to be another wall and too far to be this one.
     """
     cost = np.full((len(lines), len(tracks)), math.inf)
     for k in range(len(lines)):
@@ -33,7 +33,7 @@ def associate(tracks, lines):  # pragma: no cover - compiled
             if tracks[i]["live"] and _overlaps(tracks[i], line):
                 cost[k, i] = distance(tracks[i], line)
                 if cost[k, i] > GATE and line["role"] == NEW and _is_near(tracks[i], line):
-                    line["role"], line["track"] = STRANGE, i
+                    line["role"], line["track"] = CONFLICT, i
     for _ in range(len(lines)):
         k, i = _cheapest(cost)
         if k < 0:
@@ -82,7 +82,7 @@ def _is_near(track, line):
 
 @kernel
 def _overlaps(track, line):
-    """Return whether the stretches of track and line touch, but for a gap that may be hidden."""
+    """Return whether the extents of track and line touch, but for a gap that may be hidden."""
     if line["low"] > track["high"]:
         ended = track["high_bound"] < math.inf or line["free_low"]
         return line["low"] - track["high"] < (FREE_GAP if ended else HIDDEN_GAP)
@@ -91,7 +91,7 @@ def _overlaps(track, line):
 
 
 @kernel
-def same_wall(a, b):
+def same_line(a, b):
     """Return whether two tracks are one wall: the same line within their errors, and no true end between them."""
     turn = wrapped(b["angle"] - a["angle"])
     if abs(turn) > 0.2:
@@ -116,7 +116,7 @@ def merge(tracks):
     """Make tracks that have come to be the same wall one."""
     for i in range(len(tracks)):
         for j in range(i if tracks[i]["live"] else 0):
-            if tracks[i]["live"] and tracks[j]["live"] and same_wall(tracks[i], tracks[j]):
+            if tracks[i]["live"] and tracks[j]["live"] and same_line(tracks[i], tracks[j]):
                 _absorb(tracks, i, j)
 
 

@@ -1,6 +1,6 @@
 """When a track counts as a wall: long ones when seen twice, short ones when nothing about them can be moving.
 
-A short stretch may be the face of something that moves. Its speed along the normal is estimated by weighted least
+A short extent may be the face of something that moves. Its speed along the normal is estimated by weighted least
 squares from its sightings. A slide along itself shows at an end once it is longer than about twice the gap between
 the last beam on the thing and the first past it. It is a wall when SLOWEST is ruled out both ways.
 """
@@ -13,14 +13,14 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.scan.line_fit import wrapped
 from pbrg_mj.perception.track.extent import SIGMAS, TOLERANCE
 
-LONG = 1.0  # [m] stretches this long are walls when seen twice, and twice as long in the very first scan at once
-WIDE = 6.0  # and those of so many times their distance without an end in sight: a near wall shows only a short stretch
+LONG = 1.0  # [m] extents this long are walls when seen twice, and twice as long in the very first scan at once
+WIDE = 6.0  # and those of so many times their distance without an end in sight: a near wall shows only a short extent
 SLOWEST = 0.1  # [m/s] things that move at least so fast are told from walls
 FEWEST = 3  # sightings of a short wall
 
 
 @kernel
-def note_place(track, line, now):
+def note_motion(track, line, now):
     """Add a sighting to the sums that give the track's speed along its normal."""
     angle = line["angle"]
     x, y = track["ref_x"] - now.x, track["ref_y"] - now.y
@@ -38,7 +38,7 @@ def note_place(track, line, now):
 
 
 @kernel
-def confirm(track, line, now, rules):
+def confirm(track, line, now, params):
     """Make a track a wall if it cannot be anything else."""
     if track["confirmed"]:
         return
@@ -46,7 +46,7 @@ def confirm(track, line, now, rules):
     ended = line["free_low"] or line["free_high"]
     wide = not ended and length >= WIDE * line["offset"]
     large = length >= LONG or wide if track["hits"] > 1 else now.elapsed == 0 and (length >= 2 * LONG or wide)
-    track["confirmed"] = 1 if large or (rests_across(track) and _rests_along(track, rules)) else 0
+    track["confirmed"] = 1 if large or (rests_across(track) and _rests_along(track, params)) else 0
 
 
 @kernel
@@ -61,10 +61,10 @@ def rests_across(track):
 
 
 @kernel
-def _rests_along(track, rules):
+def _rests_along(track, params):
     """Return whether a slide at SLOWEST since the first sighting would have shown at an end.
 
     It shows when the first beam past the thing meets it, or the last on it does not, and by one beam late.
     """
-    shows = (1 + 1 / rules.silent) * track["blur"] + 4 * TOLERANCE
+    shows = (1 + 1 / params.silent) * track["end_blur"] + 4 * TOLERANCE
     return (track["seen"] - track["first"]) * SLOWEST > shows

@@ -11,10 +11,10 @@ from pbrg_mj.kernel import kernel
 
 FAR = 100.0  # [m] a wall whose end has not been seen goes on so far
 
-WIDEST = 0.15  # [m] blur of an end, and of ends that are hidden
+WIDEST = 0.15  # [m] end_blur of an end, and of ends that are hidden
 SIGMAS = 3.0
 TOLERANCE = 0.01  # [m] by which an end may move before it counts, beside the noise of the pose
-TORN = 6  # a moved end counts 2, a scan without one -1: lost beams may feign one now and then
+MOST_END_MOVES = 6  # a moved end counts 2, a scan without one -1: lost beams may feign one now and then
 
 LEAST_COSINE = 0.15  # beams that meet the wall at a more grazing angle say nothing
 IN_RANGE = 0.95  # of range_max: no echo is expected from farther
@@ -35,15 +35,15 @@ def beam_on_line(cos, sin, offset, beams, k):  # pragma: no cover - compiled
 
 
 @kernel
-def end_bounds(line, scan, rules):  # pragma: no cover - compiled
+def end_bounds(line, scan, params):  # pragma: no cover - compiled
     """Return coordinates before and beyond which the wall of a sighting does not go; infinite for ends not free."""
-    low = end_bound(line, scan, -1, rules) if line["free_low"] else -math.inf
-    high = end_bound(line, scan, 1, rules) if line["free_high"] else math.inf
+    low = end_bound(line, scan, -1, params) if line["free_low"] else -math.inf
+    high = end_bound(line, scan, 1, params) if line["free_high"] else math.inf
     return low, high
 
 
 @kernel
-def end_bound(line, scan, end, rules):  # pragma: no cover - compiled
+def end_bound(line, scan, end, params):  # pragma: no cover - compiled
     """Return a coordinate beyond which the wall of a sighting does not go, at its high (end = 1) or low (-1) end.
 
     It is where the first echo from behind came through, or where so many neighbours got no echo that they cannot all
@@ -63,7 +63,7 @@ def end_bound(line, scan, end, rules):  # pragma: no cover - compiled
     k = at
     for _ in range(beams if at >= 0 else 0):
         s, distance = beam_on_line(cos, sin, offset, directions, k)
-        if distance > IN_RANGE * rules.range_max or end * s < start:
+        if distance > IN_RANGE * params.range_max or end * s < start:
             break
         r = ranges[k]
         if math.isnan(r):
@@ -72,7 +72,7 @@ def end_bound(line, scan, end, rules):  # pragma: no cover - compiled
             break  # something hides the rest
         else:
             silent = 0
-        if silent >= rules.silent or r > distance + BEHIND:
+        if silent >= params.silent or r > distance + BEHIND:
             best = end * s
             break
         k = (k + end) % beams
@@ -80,43 +80,43 @@ def end_bound(line, scan, end, rules):  # pragma: no cover - compiled
 
 
 @kernel
-def restart(track, line, scan, now, rules):
-    """Take a sighting's stretch for the track's, and count its age and motion from here."""
+def restart_extent(track, line, scan, now, params):
+    """Take a sighting's extent for the track's, and count its age and motion from here."""
     track["low"], track["high"] = line["low"], line["high"]
-    track["low_bound"], track["high_bound"] = end_bounds(line, scan, rules)
+    track["low_bound"], track["high_bound"] = end_bounds(line, scan, params)
     angle, middle = line["angle"], 0.5 * (line["low"] + line["high"])
     track["ref_angle"] = angle
     track["ref_x"] = now.x + line["offset"] * math.cos(angle) - middle * math.sin(angle)
     track["ref_y"] = now.y + line["offset"] * math.sin(angle) + middle * math.cos(angle)
-    track["w0"] = track["w1"] = track["w2"] = track["e0"] = track["e1"] = track["blur"] = 0.0
+    track["w0"] = track["w1"] = track["w2"] = track["e0"] = track["e1"] = track["end_blur"] = 0.0
     track["first"] = now.time
     _note_blur(track, line, (track["low_bound"], track["high_bound"]))
 
 
 @kernel
-def extend(track, line, scan, now, rules):
-    """Take a sighting's ends into account, or find that an end has moved and begin the track's stretch anew."""
-    low_bound, high_bound = end_bounds(line, scan, rules)
+def update_extent(track, line, scan, now, params):
+    """Take a sighting's ends into account, or find that an end has moved and begin the track's extent anew."""
+    low_bound, high_bound = end_bounds(line, scan, params)
     slack = TOLERANCE + SIGMAS * math.sqrt(now.position_var)
     far = SIGMAS * math.sqrt(now.heading_var) * line["offset"]
     over = max(line["high"] - track["high_bound"], track["low_bound"] - line["low"])
     short = max(track["high"] - high_bound, low_bound - track["low"])
     if max(over, short) > slack + far:
-        track["torn"] += 2
-        if track["torn"] >= TORN or not track["confirmed"]:
-            restart(track, line, scan, now, rules)
-            track["torn"] = track["confirmed"] = 0
+        track["end_moves"] += 2
+        if track["end_moves"] >= MOST_END_MOVES or not track["confirmed"]:
+            restart_extent(track, line, scan, now, params)
+            track["end_moves"] = track["confirmed"] = 0
             track["hits"] = 1
         return
-    track["torn"] = max(track["torn"] - 1, 0)
+    track["end_moves"] = max(track["end_moves"] - 1, 0)
     _note_blur(track, line, (low_bound, high_bound))
     track["low_bound"] = max(track["low_bound"], low_bound)
     track["high_bound"] = min(track["high_bound"], high_bound)
-    widen(track, line)
+    widen_extent(track, line)
 
 
 @kernel
-def widen(track, line):
+def widen_extent(track, line):
     """Let a track reach as far as a sighting of it."""
     track["low"] = min(track["low"], line["low"])
     track["high"] = max(track["high"], line["high"])
@@ -126,11 +126,11 @@ def widen(track, line):
 def _note_blur(track, line, bounds):
     """Keep the widest gap so far between the last beam on the thing and the first past it, at the better end."""
     here = min(line["low"] - bounds[0], bounds[1] - line["high"])
-    track["blur"] = max(track["blur"], min(here, WIDEST))
+    track["end_blur"] = max(track["end_blur"], min(here, WIDEST))
 
 
 @kernel
 def track_ends(track):
-    """Return where a face begins and ends along t: beyond the stretch seen, as far as no beam has passed it by."""
+    """Return where a face begins and ends along t: beyond the extent seen, as far as no beam has passed it by."""
     low = min(track["low_bound"], track["low"]) if track["low_bound"] > -math.inf else track["low"] - FAR
     return low, max(track["high_bound"], track["high"]) if track["high_bound"] < math.inf else track["high"] + FAR

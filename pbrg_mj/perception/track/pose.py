@@ -20,7 +20,7 @@ from pbrg_mj.sensing.noise import sensor_noise
 LONGEST = 0.5  # [s] speeds are not taken over longer gaps
 FRESH = 1e-6  # [s] a pose this old is as old as the scan
 
-STAND = np.dtype(
+ANCHOR = np.dtype(
     [(name, np.float64) for name in ("x", "y", "est_x", "est_y", "est_heading", "exposed", "time", "known")]
 )
 """Where a robot stood at its last scan: x, y [m], the tracks' anchor; the camera's estimate [m], [rad] and when it was
@@ -68,8 +68,8 @@ def pose_model(scenario: Scenario) -> PoseModel:
 
 
 @kernel
-def stand(estimate, clock, last, model):
-    """Return the ScanPose of a scan from the `estimate` (3,) of the camera, and remember it in `last` (a STAND)."""
+def pose_at_scan(estimate, clock, last, model):
+    """Return the ScanPose of a scan from the `estimate` (3,) of the camera, and remember it in `last` (a ANCHOR)."""
     exposed = clock.pose_frame * model.frame_period
     age = min(max(clock.scan_frame * model.scan_period - exposed, 0.0), LONGEST)
     x, y, heading = estimate[0], estimate[1], estimate[2]

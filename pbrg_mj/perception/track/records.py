@@ -15,25 +15,25 @@ import numpy as np
 from pbrg_mj.scenario.schema import Scenario
 
 _REAL = ["angle", "offset", "p_aa", "p_ac", "p_cc", "low", "high", "low_bound", "high_bound", "first", "seen"]
-_REAL += ["ref_angle", "ref_x", "ref_y", "w0", "w1", "w2", "e0", "e1", "blur"]
-_WHOLE = ["live", "confirmed", "slot", "hits", "unseen", "missed", "strange", "torn", "own"]
+_REAL += ["ref_angle", "ref_x", "ref_y", "w0", "w1", "w2", "e0", "e1", "end_blur"]
+_WHOLE = ["live", "confirmed", "slot", "hits", "unseen", "contradictions", "conflicts", "end_moves", "own_only"]
 
 TRACK = np.dtype([(name, np.float64) for name in _REAL] + [(name, np.int64) for name in _WHOLE])
 """One wall followed by one robot.
 
 - angle [rad], offset [m], and their covariance p_aa, p_ac, p_cc
-- low, high [m]: the stretch seen; low_bound, high_bound [m]: beams passed by there, so the wall ends before; infinite
+- low, high [m]: the extent seen; low_bound, high_bound [m]: beams passed by there, so the wall ends before; infinite
   when no end has been seen
 - first, seen [s]: first and last sighting; hits: sightings; unseen: scans since the last
 - ref_angle, ref_x, ref_y: line and place of the first sighting; w0, w1, w2, e0, e1: sums of 1, tau, tau^2, e, tau e,
   each weighted by 1/variance, e the displacement along the normal and tau the time since then
-- blur [m]: how far the thing can slide along itself before its better seen end must show it
-- live: in use; confirmed: it counts as a wall; missed, strange, torn: what speaks against it
-- slot: of its half-space, -1 for none; own: its obstacle is kept off the own hand point alone
+- end_blur [m]: how far the thing can slide along itself before its better seen end must show it
+- live: in use; confirmed: it counts as a wall; contradictions, conflicts, end_moves: what speaks against it
+- slot: of its half-space, -1 for none; own_only: its obstacle is kept off the own_only hand point alone
 """
 
 
-class TrackRules(NamedTuple):
+class TrackParameters(NamedTuple):
     """Parameters of the tracks; a named tuple, so that compiled code takes it as it is."""
 
     range_max: float  # of the beams [m]
@@ -45,10 +45,10 @@ class TrackRules(NamedTuple):
     sigmas: float  # half-spaces move inward by this many standard deviations
 
 
-def track_rules(scenario: Scenario, agree: int, clearance: float) -> TrackRules:
-    """Return the rules for a scenario; `agree` neighbouring beams are not lost together."""
+def track_parameters(scenario: Scenario, agree: int, clearance: float) -> TrackParameters:
+    """Return the params for a scenario; `agree` neighbouring beams are not lost together."""
     estimator = scenario.estimator
-    return TrackRules(
+    return TrackParameters(
         range_max=scenario.sensors.beams.range_max,
         silent=agree if scenario.sensors.beams.dropout > 0 else 1,
         memory=estimator.memory,

@@ -6,12 +6,12 @@ import math
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.scan.line_fit import wrapped
-from pbrg_mj.perception.track.association import EXTEND, NEW, STRANGE, UPDATE, associate, merge, unite
-from pbrg_mj.perception.track.confirmation import confirm, note_place
-from pbrg_mj.perception.track.extent import BEHIND, IN_RANGE, beam_on_line, extend, restart, widen
+from pbrg_mj.perception.track.association import CONFLICT, EXTEND, NEW, UPDATE, associate, merge, unite
+from pbrg_mj.perception.track.confirmation import confirm, note_motion
+from pbrg_mj.perception.track.extent import BEHIND, IN_RANGE, beam_on_line, restart_extent, update_extent, widen_extent
 from pbrg_mj.perception.track.world_frame import lines_of, moment_of
 
-MARGIN = 0.05  # [m] from the ends of the stretch seen
+MARGIN = 0.05  # [m] from the ends of the extent seen
 LEAST_BEAMS = 3  # beams on a wall that may speak against it
 PASSED_SHARE = 0.6  # of them must
 
@@ -21,33 +21,33 @@ SLACK = 1e-9  # [s] rounding of the clock
 
 
 @kernel
-def follow(tracks, view, rules):
+def update_tracks(tracks, view, params):
     """Bring one robot's tracks (M,) up to date with one scan, in place."""
     lines, now, scan = lines_of(view), moment_of(view), (view.ranges, view.beams)
     for i in range(len(tracks)):
         if tracks[i]["live"]:
-            _carry(tracks[i], now, rules)
+            _predict(tracks[i], now, params)
     associate(tracks, lines)
     for k in range(len(lines)):
         line = lines[k]
         if line["role"] == UPDATE:
             line["track"] = unite(tracks, line, line["track"])
-            _fuse(tracks[line["track"]], line, scan, now, rules)
+            _fuse(tracks[line["track"]], line, scan, now, params)
         elif line["role"] == EXTEND:
-            widen(tracks[line["track"]], line)
-        elif line["role"] == STRANGE:
-            _doubt(tracks[line["track"]])
+            widen_extent(tracks[line["track"]], line)
+        elif line["role"] == CONFLICT:
+            _note_conflict(tracks[line["track"]])
             if not tracks[line["track"]]["live"]:
                 line["role"] = NEW
     for k in range(len(lines)):
         if lines[k]["role"] == NEW:
-            _begin(tracks, lines[k], scan, now, rules)
-    _miss(tracks, scan, rules)
+            _initiate(tracks, lines[k], scan, now, params)
+    _delete_contradicted(tracks, scan, params)
     merge(tracks)
 
 
 @kernel
-def _carry(track, now, rules):
+def _predict(track, now, params):
     """Take a track from the last anchor to this one, let its uncertainty grow, and forget it in the end."""
     cos, sin = math.cos(track["angle"]), math.sin(track["angle"])
     along = now.shift_y * cos - now.shift_x * sin
@@ -60,17 +60,17 @@ def _carry(track, now, rules):
     track["p_cc"] += along * (along * track["p_aa"] - 2 * track["p_ac"])
     track["p_ac"] -= along * track["p_aa"]
     share = SEEN_SHARE if track["unseen"] == 0 else 1.0
-    track["p_aa"] += (share * rules.turn) ** 2 * now.elapsed
-    track["p_cc"] += (share * rules.drift) ** 2 * now.elapsed
+    track["p_aa"] += (share * params.turn) ** 2 * now.elapsed
+    track["p_cc"] += (share * params.drift) ** 2 * now.elapsed
     track["unseen"] += 1
-    if now.time - track["seen"] > rules.memory + SLACK or (not track["confirmed"] and track["unseen"] > PATIENCE):
+    if now.time - track["seen"] > params.memory + SLACK or (not track["confirmed"] and track["unseen"] > PATIENCE):
         track["live"] = 0
 
 
 @kernel
-def _fuse(track, line, scan, now, rules):
+def _fuse(track, line, scan, now, params):
     """Kalman update of (angle, offset) with a sighting: its noise is independent of the scans before."""
-    note_place(track, line, now)
+    note_motion(track, line, now)
     da = wrapped(line["angle"] - track["angle"])
     dc = line["offset"] - track["offset"]
     paa, pac, pcc = track["p_aa"], track["p_ac"], track["p_cc"]
@@ -85,21 +85,21 @@ def _fuse(track, line, scan, now, rules):
     track["p_ac"] = (1 - kaa) * pac - kac * pcc
     track["seen"] = now.time
     track["hits"] += 1
-    track["unseen"] = track["missed"] = track["strange"] = 0
-    extend(track, line, scan, now, rules)
-    confirm(track, line, now, rules)
+    track["unseen"] = track["contradictions"] = track["conflicts"] = 0
+    update_extent(track, line, scan, now, params)
+    confirm(track, line, now, params)
 
 
 @kernel
-def _doubt(track):
+def _note_conflict(track):
     """Count a sighting near a track but not of it: a wall that moves does that, and a moving thing is dropped."""
-    track["strange"] += 1
-    if not track["confirmed"] or track["strange"] >= PATIENCE:
+    track["conflicts"] += 1
+    if not track["confirmed"] or track["conflicts"] >= PATIENCE:
         track["live"] = 0
 
 
 @kernel
-def _begin(tracks, line, scan, now, rules):
+def _initiate(tracks, line, scan, now, params):
     """Begin a track; when all are in use, the farthest unconfirmed one makes room, or nobody does."""
     free, farthest = -1, -1.0
     for i in range(len(tracks)):
@@ -116,26 +116,26 @@ def _begin(tracks, line, scan, now, rules):
     track["p_aa"], track["p_ac"], track["p_cc"] = line["c_aa"], line["c_ac"], line["c_cc"]
     track["first"] = track["seen"] = now.time
     track["hits"] = track["live"] = 1
-    track["unseen"] = track["missed"] = track["strange"] = track["torn"] = track["own"] = 0
+    track["unseen"] = track["contradictions"] = track["conflicts"] = track["end_moves"] = track["own_only"] = 0
     track["confirmed"] = 0
     track["slot"] = -1
-    restart(track, line, scan, now, rules)
-    note_place(track, line, now)
-    confirm(track, line, now, rules)
+    restart_extent(track, line, scan, now, params)
+    note_motion(track, line, now)
+    confirm(track, line, now, params)
 
 
 @kernel
-def _miss(tracks, scan, rules):
+def _delete_contradicted(tracks, scan, params):
     for i in range(len(tracks)):
         track = tracks[i]
         if track["live"] and track["unseen"] > 0:
-            track["missed"] = track["missed"] + 1 if contradicted(track, scan, rules) else 0
-            if track["missed"] >= PATIENCE:
+            track["contradictions"] = track["contradictions"] + 1 if contradicted(track, scan, params) else 0
+            if track["contradictions"] >= PATIENCE:
                 track["live"] = 0
 
 
 @kernel
-def contradicted(track, scan, rules):  # pragma: no cover - compiled
+def contradicted(track, scan, params):  # pragma: no cover - compiled
     """Return whether a scan shows that a wall is no longer where it was: beams that should meet it went past.
 
     Beams stopped before it say nothing. A scan without any echo says nothing: the sensor may be blind.
@@ -149,7 +149,7 @@ def contradicted(track, scan, rules):  # pragma: no cover - compiled
         if math.isfinite(r):
             echoes += 1
         s, distance = beam_on_line(cos, sin, offset, beams, k)
-        if distance > IN_RANGE * rules.range_max - BEHIND or s < low or s > high:
+        if distance > IN_RANGE * params.range_max - BEHIND or s < low or s > high:
             continue
         if math.isnan(r) or r > distance + BEHIND:
             past += 1

@@ -1,4 +1,4 @@
-"""Perception run over time without a plant: scenes are ray-cast, and the sensing room adds its noise."""
+"""Perception run over time without a plant: scenes are ray-cast, and `sensing` adds its noise."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def setup(given: Scenario) -> PerceptionSetup:
 
 
 def readings(scenes: list[Scene], poses: np.ndarray, noise: SensorNoise, frame: int) -> Readings:
-    """What robots see at true `poses` (n, 3), each in a scene of its own, with the noise of the sensing room."""
+    """What robots see at true `poses` (n, 3), each in a scene of its own, with the noise of `sensing`."""
     rows, seen = [], []
     for robot, (scene, pose) in enumerate(zip(scenes, poses, strict=True)):
         raw = cast(scene, pose, BEAMS, noise.range_max)

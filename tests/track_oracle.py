@@ -1,4 +1,4 @@
-"""The tracks of one robot in plain numpy: the params of update_tracks, associate, merge and confirm with matrices and lists.
+"""The tracks of one robot in plain numpy: the rules of update, association and confirmation, with matrices and lists.
 
 Beams say nothing here (no echo, no free ends), so nothing is contradicted and no end is known; and no two walls meet at
 a corner. A list of `Track`s stands for the array of records; a track that is not alive is a free place.

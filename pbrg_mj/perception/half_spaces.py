@@ -9,9 +9,9 @@ import numpy as np
 
 @dataclass(frozen=True)
 class HalfSpaces:
-    """What every robot knows of the walls: K slots a robot, each a half-space for HAND POINTS or empty.
+    """What every robot knows of the obstacles: K slots a robot, each a half-space for HAND POINTS or empty.
 
-    A wall keeps its slot as long as it is remembered, so that multipliers carry over from tick to tick.
+    An obstacle keeps its slot as long as it is remembered, so that multipliers carry over from tick to tick.
     """
 
     G: np.ndarray  # (n, K, 2) unit outward normals in the world; zeros in an empty slot

@@ -31,7 +31,7 @@ from pbrg_mj.sensing.readings import Readings
 
 @dataclass(frozen=True)
 class PerceptionMemory:
-    """Every robot's tracks, where it stood at its last scan, and the half-spaces made of them. Never written to."""
+    """Every robot's tracks, the position at its last scan, and the half-spaces made of them. Never written to."""
 
     tracks: np.ndarray  # (n, M) of TRACK
     anchors: np.ndarray  # (n,) of ANCHOR
@@ -49,9 +49,9 @@ def perceive(
 ) -> tuple[HalfSpaces, PerceptionMemory]:
     """Return the half-spaces every robot knows at `time` [s], for hand points in the world, and the new memory.
 
-    They change with a new scan only. A half-space is a wall as followed over time, moved towards the robots by the
-    clearance and `sigmas` standard deviations: a robot nearer to the wall than that lies outside its own
-    half-space, and the caller sees it so.
+    They change with a new scan only. A half-space is an obstacle as tracked over time, moved towards the robots by the
+    clearance and `sigmas` standard deviations: a robot nearer to the obstacle than that
+    lies outside its own half-space, and the caller sees it so.
     """
     if setup.given is not None or not readings.new_scan:
         return memory.half_spaces, memory
@@ -64,7 +64,7 @@ def perceive(
 
 
 class PerceptionArrays(NamedTuple):
-    """What is known, robot by robot."""
+    """What every robot knows: its tracks, its anchor and its half-spaces."""
 
     tracks: np.ndarray  # (n, M) of TRACK
     anchors: np.ndarray  # (n,) of ANCHOR
@@ -88,8 +88,8 @@ def perceive_scans(scans, parameters, before, after):  # pragma: no cover - comp
     """Write to `after` what is known after the scans of all robots that have beams. All arguments are plain tuples.
 
     scans = (ranges (R, beams) [m], estimates of poses (n, 3) [m, rad], pose_frame, scan_frame, time of use [s]);
-    parameters are `PerceptionParameters.packed()`; before = (tracks, anchors) of the scans before; after as in `PerceptionArrays`, without
-    half-spaces yet.
+    parameters are `PerceptionParameters.packed()`; before = (tracks, anchors) of the scans before; after as in
+    `PerceptionArrays`, without half-spaces yet.
     """
     ranges, poses, pose_frame, scan_frame, time = scans
     clock, known, by = Clock(pose_frame, scan_frame, time), PerceptionArrays(*after), _named(parameters)
@@ -97,7 +97,7 @@ def perceive_scans(scans, parameters, before, after):  # pragma: no cover - comp
     work = _scan_workspace(len(by.directions))
     for row in range(len(by.robots)):
         robot = by.robots[row]
-        if not math.isnan(poses[robot, 0] + poses[robot, 1] + poses[robot, 2]):  # else it cannot place a wall
+        if not math.isnan(poses[robot, 0] + poses[robot, 1] + poses[robot, 2]):  # else it cannot place a line
             _perceive_scan(ranges[row], (robot, poses[robot], clock), by, work, known)
 
 

@@ -1,4 +1,4 @@
-"""What perception needs to know of a scenario, once."""
+"""Parameters of perception, made from a scenario once."""
 
 from __future__ import annotations
 
@@ -17,6 +17,24 @@ from pbrg_mj.perception.track.records import TrackParameters, track_parameters
 from pbrg_mj.scenario.schema import Estimator, GivenHalfSpace, Scenario, beam_angles
 
 
+class PerceptionParameters(NamedTuple):
+    """All parameters of the compiled code."""
+
+    directions: np.ndarray  # (beams, 2) unit vectors of the beams in the body frame
+    blocked: np.ndarray  # (beams,) bool: the robot's own wheels are in the way
+    line: LineParameters
+    track: TrackParameters
+    pose: PoseModel
+    robots: np.ndarray  # (R,) robot of each row of the ranges
+    teams: np.ndarray  # (n, k, 2) hull of the robots its half-spaces bind, from its hand point [m]
+    binds: np.ndarray  # (n, n) bool: whom the half-spaces of each robot bind
+    hand_offset: float  # of the hand point ahead of the body's centre [m]
+
+    def packed(self) -> tuple:
+        """Return the same without names: those of tuples are looked up again at each call of compiled code."""
+        return tuple(tuple(part) if isinstance(part, tuple) else part for part in self)
+
+
 @dataclass(frozen=True)
 class PerceptionSetup:
     """All parameters of perception, frozen."""
@@ -25,7 +43,7 @@ class PerceptionSetup:
     slots: int  # half-spaces per robot
     parameters: PerceptionParameters
     packed: tuple  # the parameters as `perceive_scans` takes them
-    given: HalfSpaces | None  # for `source: given`; None when walls come from the beams
+    given: HalfSpaces | None  # for `source: given`; None when they come from the beams
 
     @property
     def directions(self) -> np.ndarray:
@@ -108,21 +126,3 @@ def _check(given: GivenHalfSpace, key: str, length: float, robots: int) -> None:
         raise InputError(f"{given.robot} is no robot; allowed are 1 to {robots}", key=f"{key}.robot")
     if not length > 0:
         raise InputError(f"{list(given.normal)} has no direction; any other vector is allowed", key=f"{key}.normal")
-
-
-class PerceptionParameters(NamedTuple):
-    """All that perception goes by."""
-
-    directions: np.ndarray  # (beams, 2) unit vectors of the beams in the body frame
-    blocked: np.ndarray  # (beams,) bool: the robot's own wheels are in the way
-    line: LineParameters
-    track: TrackParameters
-    pose: PoseModel
-    robots: np.ndarray  # (R,) robot of each row of the ranges
-    teams: np.ndarray  # (n, k, 2) hull of the robots its half-spaces bind, from its hand point [m]
-    binds: np.ndarray  # (n, n) bool: whom the half-spaces of each robot bind
-    hand_offset: float  # of the hand point ahead of the body's centre [m]
-
-    def packed(self) -> tuple:
-        """Return the same without names: those of tuples are looked up again at each call of compiled code."""
-        return tuple(tuple(part) if isinstance(part, tuple) else part for part in self)

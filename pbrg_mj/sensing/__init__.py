@@ -1,1 +1,7 @@
-"""The sensing room: seeded noise between raw readings and what robots see."""
+"""Raw samples of the sensors to what robots see: seeded noise, held frames.
+
+noise           parameters of the noise, from a scenario
+beam_model      what a range sensor makes of true ranges, one effect after the other
+readings        `Readings`, the result
+sense           one tick: all of that for all robots
+"""

@@ -1,4 +1,4 @@
-"""One half-space for each obstacle: the one with the most room between it and the robots it binds."""
+"""One half-space for each obstacle: the one with the widest gap between it and the robots it binds."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pbrg_mj.perception.obstacle.outline import crossing, outline
 from pbrg_mj.perception.obstacle.polygons import gap, hull
 from pbrg_mj.perception.track.extent import track_ends
 
-RETURN = 0.05  # [m] of room that a team must have again before its obstacle is kept off all of it again
+RETURN = 0.05  # [m] of gap from which on an obstacle is kept off the whole team again
 
 
 class BoundRobots(NamedTuple):

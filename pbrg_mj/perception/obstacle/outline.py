@@ -12,7 +12,7 @@ from pbrg_mj.perception.track.confirmation import rests_across
 from pbrg_mj.perception.track.extent import track_ends
 
 LEAST_TURN, MOST_TURN = math.radians(20.0), math.radians(160.0)  # between two faces at a corner
-REACH = 0.2  # [m] a corner may lie so far inside the stretch seen, and twice that beyond
+REACH = 0.2  # [m] a corner may lie so far inside the extent seen, and twice that beyond
 BEYOND = 0.02  # [m] a face lies so far behind the other's line, at a convex corner
 
 
@@ -109,8 +109,8 @@ not been seen but follows from the faces."""
 def outline(tracks, root, links, hand, params):
     """Return the corners of the obstacle whose first face is `root`; links are the faces before and after each (M,).
 
-    Faces end at the corner with the next, or where `ends` says. Two faces are closed to a parallelogram, one is DEPTH
-    deep, or less if the robot's hand point (2,) is behind it.
+    Faces end at the corner with the next, or where `track_ends` says. Two faces are closed to a parallelogram, one is
+    DEPTH deep, or less if the robot's hand point (2,) is behind it.
     """
     before, after = links
     corners = np.empty(4 * _faces(root, after), dtype=CORNER)

@@ -17,8 +17,7 @@ NEARER = 0.1  # [m] an obstacle displaces another only if it is so much nearer: 
 def update_half_spaces(tracks, robots, params, g, h, active):
     """Write the half-spaces g (K, 2), h (K,), active (K,) of the tracks (M,) into slots, about the anchor.
 
-    An obstacle keeps its slot. New ones update_half_spaces free slots, nearest first, and when there are none they displace the
-    farthest.
+    An obstacle keeps its slot. New ones take free slots, nearest first, or displace the farthest.
     """
     confirm_corners(tracks)
     links = face_chains(tracks)
@@ -42,7 +41,7 @@ def _roots(tracks, links):
     before, after = links
     root = np.zeros(len(tracks), np.bool_)
     done = np.zeros(len(tracks), np.bool_)
-    for ring in range(2):  # open face_chains first; what is left are closed ones, and any face may be their first
+    for ring in range(2):  # open chains first; what is left are closed ones, and any face may be their first
         for i in range(len(tracks)):
             walls = tracks[i]["live"] and tracks[i]["confirmed"]
             if not walls:

@@ -1,4 +1,4 @@
-"""Which segments are the same line: something may stand before the middle of it, a doorway may not."""
+"""Segments of one line merged: something may hide the middle of a line, but a doorway separates two."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NOISE_MARGIN = 4.0  # standard deviations of a point from its line, or of an ang
 
 @kernel
 def merge_collinear(points, params, order, work, lines):  # pragma: no cover - compiled
-    """Make collinear segments one, longest first; return how many lines are left, listed in `work.ranking`."""
+    """Merge collinear lines, longest first; return how many lines are left, listed in `work.ranking`."""
     rank_by_length(work.fits, work.ranking, lines)
     kept = 0
     for i in range(lines):
@@ -46,7 +46,7 @@ def rank_by_length(fits, ranking, count):  # pragma: no cover - compiled
 
 @kernel
 def _merge_pair(points, params, order, pair, work):  # pragma: no cover - compiled
-    """Add line b to line a of `pair` if one line without a gap goes through both; tell whether it was done."""
+    """Merge line b of `pair` into line a if one line without a gap goes through both; return whether it did."""
     a, b = pair
     fits, ends, joint = work.fits, work.ends, work.joint
     turn = abs(fits[b, 0] - fits[a, 0])

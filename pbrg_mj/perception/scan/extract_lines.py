@@ -1,7 +1,7 @@
 """One scan to the straight lines it shows, in the body frame.
 
-Points -> clusters (adaptive breakpoints) -> straight segments (split and merge) -> lines (quasi-likelihood of the ranges)
--> collinear segments made one -> what the beams beside an end say about it.
+Points -> clusters (adaptive breakpoints) -> straight segments (split and merge) -> lines (quasi-likelihood of the
+ranges) -> collinear lines merged -> free ends, where the beams beside them pass by.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Lines:
     angle: np.ndarray  # (L,) direction of the outward normal n [rad]
     offset: np.ndarray  # (L,) distance of the origin, >= 0 [m]
     covariance: np.ndarray  # (L, 2, 2) of (angle, offset) from range noise
-    low: np.ndarray  # (L,) where the stretch seen begins along t = (-sin, cos) [m]
+    low: np.ndarray  # (L,) where the extent seen begins along t = (-sin, cos) [m]
     high: np.ndarray  # (L,) where it ends [m]
     free_low: np.ndarray  # (L,) bool: the line truly ends at `low`, beams pass by it there
     free_high: np.ndarray  # (L,) bool: the same at `high`
@@ -38,7 +38,7 @@ class Lines:
 
 
 class LineBuffer(NamedTuple):
-    """Room for the lines of a scan, for compiled code: the arrays of `Lines`, whose first `count` rows are used."""
+    """Arrays for the lines of a scan, for compiled code: those of `Lines`, whose first `count` rows are used."""
 
     angle: np.ndarray
     offset: np.ndarray
@@ -50,16 +50,16 @@ class LineBuffer(NamedTuple):
 
 
 class LineWorkspace(NamedTuple):
-    """Room for one scan of B beams while its lines are fitted."""
+    """Scratch arrays for one scan of B beams while its lines are fitted."""
 
-    points: np.ndarray  # (B, 6) of each beam, see hits.py
+    points: np.ndarray  # (B, 6) of each beam, see points.py
     hits: np.ndarray  # (B,) beams that hit something
     kept: np.ndarray  # (B,) without lone outliers
     order: np.ndarray  # (B,) turned so that no cluster wraps
     stops: np.ndarray  # (B,) where clusters stop in `order`
     stack: np.ndarray  # (B + 2, 2) segments still to split
     segments: np.ndarray  # (B, 3) start, stop in `order`, cluster
-    members: np.ndarray  # (B,) beams of the line at hand
+    members: np.ndarray  # (B,) beams of one line
     at: np.ndarray  # (B, 4) where they meet its line
     owner: np.ndarray  # (B,) line that has a beam's point, -1: none
     fits: np.ndarray  # (B, 7) theta, c, var theta, cov, var c, low, high of each line
@@ -70,7 +70,7 @@ class LineWorkspace(NamedTuple):
 
 @kernel
 def line_buffer(beams):  # pragma: no cover - compiled
-    """Return room for all lines that a scan of so many beams can have: each takes three points at least."""
+    """Return a LineBuffer for all lines that a scan of so many beams can have: each takes three points at least."""
     most = beams // 3 + 1
     angle, offset, covariance = np.empty(most), np.empty(most), np.empty((most, 2, 2))
     low, high = np.empty(most), np.empty(most)
@@ -79,7 +79,7 @@ def line_buffer(beams):  # pragma: no cover - compiled
 
 @kernel
 def line_workspace(beams):  # pragma: no cover - compiled
-    """Return room for scans of so many beams."""
+    """Return a LineWorkspace for scans of so many beams."""
     return LineWorkspace(
         points=np.empty((beams, 6)),
         hits=np.empty(beams, np.int64),
@@ -101,8 +101,8 @@ def line_workspace(beams):  # pragma: no cover - compiled
 def extract_lines(ranges: np.ndarray, directions: np.ndarray, params: LineParameters) -> Lines:
     """Return the lines of one scan: ranges (beams,) [m], NaN for no hit; directions (beams, 2) unit vectors.
 
-    The beams are in counter-clockwise order, evenly spread. Anything in a scan is allowed: what is no line gives
-    no line.
+    The beams are in counter-clockwise order, evenly spread. Any scan is allowed: what is not straight gives no
+    line.
     """
     out = line_buffer(len(ranges))
     count = extract_lines_into(ranges, directions, params, line_workspace(len(ranges)), out)
@@ -113,7 +113,7 @@ def extract_lines(ranges: np.ndarray, directions: np.ndarray, params: LineParame
 def extract_lines_into(ranges, directions, params, work, out):  # pragma: no cover - compiled
     """Write the lines of one scan to `out` (LineBuffer), longest first; return how many there are.
 
-    `ranges` (beams,) and `directions` (beams, 2) are contiguous floats, `work` is a LineWorkspace. Nothing is allocated.
+    `ranges` (beams,) and `directions` (beams, 2) are contiguous floats, `work` is a LineWorkspace.
     """
     points = work.points
     hits = points_into(ranges, directions, params, points, work.hits)

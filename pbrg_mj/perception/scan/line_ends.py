@@ -65,7 +65,7 @@ def has_gap(points, params, fit, low, high):  # pragma: no cover - compiled
 
 @kernel
 def _along(points, fit, b):  # pragma: no cover - compiled
-    """Return where beam b meets the line's line, along t = (-sin, cos) [m]."""
+    """Return where beam b meets the line, along t = (-sin, cos) [m]."""
     b %= len(points)
     nx, ny = math.cos(fit[0]), math.sin(fit[0])
     cosine = max(nx * points[b, DX] + ny * points[b, DY], LEAST_COSINE)

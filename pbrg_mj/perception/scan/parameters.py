@@ -1,4 +1,4 @@
-"""What fitting lines to a scan needs to know of the sensor and the estimator."""
+"""Parameters of line extraction: the sensor and the estimator."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import NamedTuple
 from pbrg_mj.scenario.schema import Beams, Scenario
 
 NOISE_FLOOR = 1e-3  # [m] below this, straight walls and exact ranges no longer are
-FALSE_END = 1e-3  # probability that outlier_share beams alone make a gap or an end of a wall
+FALSE_END = 1e-3  # probability that outliers alone make a gap or an end of a line
 
 
 class LineParameters(NamedTuple):
-    """When points of a scan are one straight wall. A named tuple, so that compiled code takes it as it is."""
+    """When points of a scan are one straight line. A named tuple, so that compiled code takes it as it is."""
 
     range_std: float  # additive noise and quantisation of the ranges, at least NOISE_FLOOR [m]
     noise_ratio: float  # standard deviation of the noise per range [-]
@@ -20,13 +20,13 @@ class LineParameters(NamedTuple):
     split_distance: float  # [m]
     min_points: int
     min_length: float  # [m]
-    agree: int  # neighbouring beams that must pass by before a wall ends or has a gap
-    outlier_density: float = 0.0  # density of outlier_share ranges against those that are none [1/m]
+    agree: int  # neighbouring beams that must pass by before a line ends or has a gap
+    outlier_density: float = 0.0  # density of outliers over range, against inliers [1/m]
     closed: bool = True  # the beams go all the way round: the last one is next to the first
 
 
 def line_parameters(scenario: Scenario) -> LineParameters:
-    """Return the params for a scenario; the ideal plant is seen exactly."""
+    """Return the parameters for a scenario; the ideal plant is seen exactly."""
     beams, estimator = scenario.sensors.beams, scenario.estimator
     exact = scenario.plant == "ideal"
     range_std = 0.0 if exact else math.hypot(beams.noise_std, beams.quantum / math.sqrt(12.0))
@@ -44,13 +44,13 @@ def line_parameters(scenario: Scenario) -> LineParameters:
 
 
 def _outlier_density(beams: Beams) -> float:
-    """Return how densely outliers lie within the range limits, against one beam that is none [1/m]."""
+    """Return the density of outliers within the range limits, against one inlier [1/m]."""
     sound = max(1.0 - beams.outliers, FALSE_END)
     return beams.outliers / (sound * (beams.range_max - beams.range_min))
 
 
 def agreeing_beams(outlier_share: float) -> int:
-    """Return how many neighbouring beams, two or more, all are outlier_share with a probability of at most FALSE_END."""
+    """Return how many neighbouring beams, two or more, all are outliers with a probability of at most FALSE_END."""
     if outlier_share <= FALSE_END:
         return 2
     return max(2, math.ceil(math.log(FALSE_END) / math.log(min(outlier_share, 0.5))))

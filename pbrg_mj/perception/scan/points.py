@@ -1,7 +1,7 @@
 """The points of one scan, without lone outliers.
 
-Compiled functions of this room take `points` (B, 6), one row a beam: x, y, range, direction x, y, variance of the range
-as measured; a beam without a point has the range NaN, or BLOCKED. Points are named by the number of their beam; a list
+Kernels of this package take `points` (B, 6), one row a beam: x, y, range, direction x, y, variance of the range as
+measured; a beam without a point has the range NaN, or BLOCKED. Points are named by the number of their beam; a list
 of beams in use, counter-clockwise, is an `order`.
 """
 

@@ -31,21 +31,21 @@ from pbrg_mj.perception.scan.line_fit import (
 from pbrg_mj.perception.scan.points import DX, DY, X, Y, range_variance
 
 OUTLIER = 3.5  # standard deviations beyond which a point belongs to something else
-MAX_OUTLIERS = 2  # a segment with more of them is no wall, unless
+MAX_OUTLIERS = 2  # a segment with more of them is no line, unless
 OUTLIER_SHARE = 0.05  # they are no more than this of its points
-FALSE_ALARM = 3.09  # score of a normal variable: a share of 1e-3 of true walls fails the residuals' test, per scan
+FALSE_ALARM = 3.09  # score of a normal variable: a share of 1e-3 of straight walls fails the residuals' test, per scan
 MAX_BEND, MAX_BEND_SHORT = 3.0, 2.0  # standard deviations of the curvature
 MAX_ANGLE_STD = math.radians(3.5)  # a direction less sure than this is none
-SHORT = 2.0  # least lengths of a wall up to which a segment may be a row of robots
+SHORT = 2.0  # least lengths up to which a segment may be a row of robots
 OBLIQUE = math.tan(math.radians(35.0))  # tangent of the incidence in its middle from which on gaps are hidden
 LIMIT_MARGIN = 3.0  # standard deviations of a range from the range limit
 
 
 @kernel
 def fit_segment(points, params, members, at, fit):  # pragma: no cover - compiled
-    """Fit a wall to the beams `members`, write `fit` (7,) and return how many of them it kept, first; 0: no wall.
+    """Fit a line to the beams `members`, write `fit` (7,) and return how many of them it kept, first; 0: no line.
 
-    `fit` is theta, c, var theta, cov, var c, low, high. Outliers are taken out of `members`; `at` (B, 4) is scratch.
+    `fit` is theta, c, var theta, cov, var c, low, high. Outliers are removed from `members`; `at` (B, 4) is scratch.
     """
     count = len(members)
     outliers = 0
@@ -85,7 +85,7 @@ def write_fit(line, moments, fit):  # pragma: no cover - compiled
 
 @kernel
 def _is_straight(params, fit, misfit, bend):  # pragma: no cover - compiled
-    """Tell whether a straight segment is long, sure and straight enough; `misfit` is a share of what is allowed.
+    """Return whether a segment is long, certain and straight enough; `misfit` is a share of what is allowed.
 
     A short segment may be a row of robots. It must be straighter, and not seen so obliquely that the gaps are hidden.
     """
@@ -123,7 +123,7 @@ HALF_LOG_2PI = 0.5 * math.log(2.0 * math.pi)
 
 @kernel
 def inflate_for_outliers(points, params, members, at, fit):  # pragma: no cover - compiled
-    """Add to the covariance in `fit` (7,) of the line through the beams `members` (N,) what outliers among them mean."""
+    """Inflate the covariance in `fit` (7,) of the line through the beams `members` (N,) for outliers among them."""
     total, mean, spread, _, _ = extent(points, params, members, (fit[0], fit[1]), at)
     paa, pac, pcc = fit[2], fit[3], fit[4]
     for i in range(len(members)):
@@ -140,9 +140,9 @@ def inflate_for_outliers(points, params, members, at, fit):  # pragma: no cover 
 
 @kernel
 def _probability(params, square, std):  # pragma: no cover - compiled
-    """Return how likely a point is a outlier: its squared deviation, and the standard deviation of its range [m].
+    """Return how likely a point is an outlier: its squared deviation, and the standard deviation of its range [m].
 
-    Outliers are spread evenly, points of the wall are Gaussian about where the others put it.
+    Outliers are spread evenly, points of the line are Gaussian about where the others put it.
     """
     odds = params.outlier_density * std * math.exp(min(0.5 * square + HALF_LOG_2PI, 50.0))
     return odds / (1.0 + odds)

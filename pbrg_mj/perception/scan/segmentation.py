@@ -99,9 +99,9 @@ def _split(points, params, order, whole, segments, work):  # pragma: no cover - 
 
 @kernel
 def _merge(points, params, order, segment, first, segments, out):  # pragma: no cover - compiled
-    """Append a segment, or join it to the one before if they are straight together; return how many there are.
+    """Append a segment, or merge it with the one before if they are straight together; return how many there are.
 
-    A split may leave a wall's last point with the next wall.
+    A split may leave a line's last point with the next line.
     """
     if segments > first and _cut(points, params, order, out[segments - 1, 0], segment[1]) < 0:
         out[segments - 1, 1] = segment[1]
@@ -127,7 +127,7 @@ def _cut(points, params, order, low, high):  # pragma: no cover - compiled
 def without_stub(points, params, order, segment):  # pragma: no cover - compiled
     """Return where a segment starts and stops without a stub on the far side of beams that the robot itself stops.
 
-    Whether it goes on behind them nobody sees. It does if both sides show half of a wall's least length, more than
+    Whether it goes on behind them nobody sees. It does if both sides show half of a line's least length, more than
     another robot shows; a shorter side may be such a robot.
     """
     start, stop = segment[0], segment[1]

@@ -1,4 +1,7 @@
-"""Which beams a robot's own wheels stop: those that start below the wheels' tops and go out to the sides."""
+"""Self-occlusion: the beams that a robot's own wheels stop.
+
+They start below the wheels' tops and go out to the sides.
+"""
 
 from __future__ import annotations
 

@@ -13,9 +13,9 @@ GATE = 13.8  # chi-squared with 2 degrees: 1 true sighting in 1000 is beyond
 NEAR_ANGLE, NEAR_OFFSET = (
     math.radians(10.0),
     0.15,
-)  # a sighting this near a wall, but outside its gate, is conflicts
-FREE_GAP, HIDDEN_GAP = 0.15, 0.6  # [m] between two extents of one wall, with a true end between or not
-SAME_ANGLE, SAME_OFFSET = math.radians(1.0), 0.01  # tracks this close are one wall, however sure they are
+)  # a line this near a track, but outside its gate, is a CONFLICT
+FREE_GAP, HIDDEN_GAP = 0.15, 0.6  # [m] between two extents of one line, with a true end between or not
+SAME_ANGLE, SAME_OFFSET = math.radians(1.0), 0.01  # tracks this close are one line, however sure they are
 NEW, UPDATE, EXTEND, CONFLICT = 0, 1, 2, 3
 
 
@@ -24,7 +24,7 @@ def associate(tracks, lines):  # pragma: no cover - compiled
     """Write the role of every line (L,) of a scan, and the track it belongs to (-1 for NEW).
 
     Nearest pairs first (Mahalanobis), one line a track: it UPDATEs it. A further line of the same track EXTENDs it.
-    CONFLICT is a line too near a track to be another wall and too far to be this one.
+    CONFLICT is a line too near a track to be another line and too far to be this one.
     """
     cost = np.full((len(lines), len(tracks)), math.inf)
     for k in range(len(lines)):
@@ -92,7 +92,7 @@ def _overlaps(track, line):
 
 @kernel
 def same_line(a, b):
-    """Return whether two tracks are one wall: the same line within their errors, and no true end between them."""
+    """Return whether two tracks are one line: the same within their errors, and no true end between them."""
     turn = wrapped(b["angle"] - a["angle"])
     if abs(turn) > 0.2:
         return False
@@ -108,12 +108,12 @@ def same_line(a, b):
     return True
 
 
-COVERED = 0.1  # [m] of a track must lie on the line that shows it to be part of a longer wall
+COVERED = 0.1  # [m] of a track must lie on the line that shows it to be part of a longer line
 
 
 @kernel
 def merge(tracks):
-    """Make tracks that have come to be the same wall one."""
+    """Merge tracks that have come to be the same line."""
     for i in range(len(tracks)):
         for j in range(i if tracks[i]["live"] else 0):
             if tracks[i]["live"] and tracks[j]["live"] and same_line(tracks[i], tracks[j]):
@@ -122,7 +122,7 @@ def merge(tracks):
 
 @kernel
 def unite(tracks, line, track):
-    """Make all tracks one that a single line runs through, whatever ends they have seemed to have; return which."""
+    """Merge all tracks that a single line runs through, whatever ends they have seemed to have; return which."""
     for i in range(len(tracks)):
         if i != track and tracks[i]["live"] and _runs_through(tracks[i], line):
             track = _absorb(tracks, track, i)
@@ -137,7 +137,7 @@ def _runs_through(track, line):
 
 @kernel
 def _absorb(tracks, i, j):
-    """Make two tracks one; return the one that stays, the confirmed and older one."""
+    """Merge two tracks; return the one that stays, the confirmed and older one."""
     a, b = tracks[i], tracks[j]
     if (b["confirmed"], -b["first"]) > (a["confirmed"], -a["first"]):
         i, a, b = j, b, a

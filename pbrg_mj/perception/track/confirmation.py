@@ -1,8 +1,8 @@
-"""When a track counts as a wall: long ones when seen twice, short ones when nothing about them can be moving.
+"""When a track is confirmed: a long one when seen twice, a short one when it cannot be moving.
 
 A short extent may be the face of something that moves. Its speed along the normal is estimated by weighted least
 squares from its sightings. A slide along itself shows at an end once it is longer than about twice the gap between
-the last beam on the thing and the first past it. It is a wall when SLOWEST is ruled out both ways.
+the last beam on the thing and the first past it. It is confirmed when SLOWEST is ruled out both ways.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.scan.line_fit import wrapped
 from pbrg_mj.perception.track.extent import SIGMAS, TOLERANCE
 
-LONG = 1.0  # [m] extents this long are walls when seen twice, and twice as long in the very first scan at once
+LONG = 1.0  # [m] extents this long are confirmed when seen twice, and twice as long in the very first scan at once
 WIDE = 6.0  # and those of so many times their distance without an end in sight: a near wall shows only a short extent
-SLOWEST = 0.1  # [m/s] things that move at least so fast are told from walls
-FEWEST = 3  # sightings of a short wall
+SLOWEST = 0.1  # [m/s] things that move at least so fast are not confirmed
+FEWEST = 3  # sightings of a short track
 
 
 @kernel
@@ -39,7 +39,7 @@ def note_motion(track, line, now):
 
 @kernel
 def confirm(track, line, now, params):
-    """Make a track a wall if it cannot be anything else."""
+    """Confirm a track if it cannot be moving."""
     if track["confirmed"]:
         return
     length = line["high"] - line["low"]

@@ -9,16 +9,16 @@ import math
 
 from pbrg_mj.kernel import kernel
 
-FAR = 100.0  # [m] a wall whose end has not been seen goes on so far
+FAR = 100.0  # [m] a track whose end has not been seen goes on so far
 
-WIDEST = 0.15  # [m] end_blur of an end, and of ends that are hidden
+WIDEST = 0.15  # [m] how far an end may be uncertain, and ends that are hidden are
 SIGMAS = 3.0
 TOLERANCE = 0.01  # [m] by which an end may move before it counts, beside the noise of the pose
 MOST_END_MOVES = 6  # a moved end counts 2, a scan without one -1: lost beams may feign one now and then
 
-LEAST_COSINE = 0.15  # beams that meet the wall at a more grazing angle say nothing
+LEAST_COSINE = 0.15  # beams that meet the line at a more grazing angle say nothing
 IN_RANGE = 0.95  # of range_max: no echo is expected from farther
-BEHIND = 0.1  # [m] an echo this far behind a wall passed it by; so much before it, something hid it
+BEHIND = 0.1  # [m] an echo this far behind a line passed it by; so much before it, something hid it
 
 
 @kernel
@@ -36,7 +36,7 @@ def beam_on_line(cos, sin, offset, beams, k):  # pragma: no cover - compiled
 
 @kernel
 def end_bounds(line, scan, params):  # pragma: no cover - compiled
-    """Return coordinates before and beyond which the wall of a sighting does not go; infinite for ends not free."""
+    """Return coordinates before and beyond which the line of a scan does not go; infinite for ends not free."""
     low = end_bound(line, scan, -1, params) if line["free_low"] else -math.inf
     high = end_bound(line, scan, 1, params) if line["free_high"] else math.inf
     return low, high
@@ -44,7 +44,7 @@ def end_bounds(line, scan, params):  # pragma: no cover - compiled
 
 @kernel
 def end_bound(line, scan, end, params):  # pragma: no cover - compiled
-    """Return a coordinate beyond which the wall of a sighting does not go, at its high (end = 1) or low (-1) end.
+    """Return a coordinate beyond which the line of a scan does not go, at its high (end = 1) or low (-1) end.
 
     It is where the first echo from behind came through, or where so many neighbours got no echo that they cannot all
     have been lost; the end itself when there is none. inf or -inf when the wall leaves the range first. The scan is
@@ -81,7 +81,7 @@ def end_bound(line, scan, end, params):  # pragma: no cover - compiled
 
 @kernel
 def restart_extent(track, line, scan, now, params):
-    """Take a sighting's extent for the track's, and count its age and motion from here."""
+    """Set the track's extent to a line's, and count its age and motion from here."""
     track["low"], track["high"] = line["low"], line["high"]
     track["low_bound"], track["high_bound"] = end_bounds(line, scan, params)
     angle, middle = line["angle"], 0.5 * (line["low"] + line["high"])
@@ -95,7 +95,7 @@ def restart_extent(track, line, scan, now, params):
 
 @kernel
 def update_extent(track, line, scan, now, params):
-    """Take a sighting's ends into account, or find that an end has moved and begin the track's extent anew."""
+    """Update the track's extent with a line's ends, or restart it when an end has moved."""
     low_bound, high_bound = end_bounds(line, scan, params)
     slack = TOLERANCE + SIGMAS * math.sqrt(now.position_var)
     far = SIGMAS * math.sqrt(now.heading_var) * line["offset"]
@@ -117,7 +117,7 @@ def update_extent(track, line, scan, now, params):
 
 @kernel
 def widen_extent(track, line):
-    """Let a track reach as far as a sighting of it."""
+    """Let a track reach as far as a line of it."""
     track["low"] = min(track["low"], line["low"])
     track["high"] = max(track["high"], line["high"])
 
@@ -131,6 +131,6 @@ def _note_blur(track, line, bounds):
 
 @kernel
 def track_ends(track):
-    """Return where a face begins and ends along t: beyond the extent seen, as far as no beam has passed it by."""
+    """Return where a track begins and ends along t: beyond the extent seen, as far as no beam has passed it by."""
     low = min(track["low_bound"], track["low"]) if track["low_bound"] > -math.inf else track["low"] - FAR
     return low, max(track["high_bound"], track["high"]) if track["high_bound"] < math.inf else track["high"] + FAR

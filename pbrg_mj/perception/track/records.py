@@ -1,7 +1,7 @@
-"""Walls over time, as records in an array: one row of `TRACK` per wall a robot follows.
+"""The record of a track: one row of `TRACK` for each line that a robot tracks.
 
 All geometry of a track is about its robot's estimated position at the last scan, the anchor, and never about the
-world's origin: far from it, an angle's error would swamp the offset. The wall is n . (q - anchor) = offset with n =
+world's origin: far from it, an angle's error would swamp the offset. The line is n . (q - anchor) = offset with n =
 (cos angle, sin angle) in the world, seen from the side n . (q - anchor) < offset, and coordinates along it are along
 t = (-sin angle, cos angle).
 """
@@ -19,17 +19,19 @@ _REAL += ["ref_angle", "ref_x", "ref_y", "w0", "w1", "w2", "e0", "e1", "end_blur
 _WHOLE = ["live", "confirmed", "slot", "hits", "unseen", "contradictions", "conflicts", "end_moves", "own_only"]
 
 TRACK = np.dtype([(name, np.float64) for name in _REAL] + [(name, np.int64) for name in _WHOLE])
-"""One wall followed by one robot.
+"""One line tracked by one robot.
 
 - angle [rad], offset [m], and their covariance p_aa, p_ac, p_cc
-- low, high [m]: the extent seen; low_bound, high_bound [m]: beams passed by there, so the wall ends before; infinite
+- low, high [m]: the extent seen; low_bound, high_bound [m]: beams passed by there, so the track ends before; infinite
   when no end has been seen
 - first, seen [s]: first and last sighting; hits: sightings; unseen: scans since the last
 - ref_angle, ref_x, ref_y: line and place of the first sighting; w0, w1, w2, e0, e1: sums of 1, tau, tau^2, e, tau e,
   each weighted by 1/variance, e the displacement along the normal and tau the time since then
 - end_blur [m]: how far the thing can slide along itself before its better seen end must show it
-- live: in use; confirmed: it counts as a wall; contradictions, conflicts, end_moves: what speaks against it
-- slot: of its half-space, -1 for none; own_only: its obstacle is kept off the own_only hand point alone
+- live: in use; confirmed: it is at rest and gives half-spaces (see confirmation.py)
+- evidence against it: contradictions, scans in a row in which beams went past; conflicts, lines near it but outside the
+  gate; end_moves, how often an end has moved
+- slot: of its half-space, -1 for none; own_only: its obstacle is kept off the own hand point alone
 """
 
 
@@ -38,15 +40,15 @@ class TrackParameters(NamedTuple):
 
     range_max: float  # of the beams [m]
     silent: int  # neighbouring beams without an echo that cannot all have been lost
-    memory: float  # how long an unseen wall is kept [s]
-    drift: float  # growth of an unseen wall's offset [m/sqrt(s)]
+    memory: float  # how long an unseen track is kept [s]
+    drift: float  # growth of an unseen track's offset [m/sqrt(s)]
     turn: float  # and angle [rad/sqrt(s)]
     clearance: float  # of hand points from faces [m]
     sigmas: float  # half-spaces move inward by this many standard deviations
 
 
 def track_parameters(scenario: Scenario, agree: int, clearance: float) -> TrackParameters:
-    """Return the params for a scenario; `agree` neighbouring beams are not lost together."""
+    """Return the parameters for a scenario; `agree` neighbouring beams are not lost together."""
     estimator = scenario.estimator
     return TrackParameters(
         range_max=scenario.sensors.beams.range_max,
@@ -60,7 +62,7 @@ def track_parameters(scenario: Scenario, agree: int, clearance: float) -> TrackP
 
 
 def no_tracks(robots: int, slots: int) -> np.ndarray:
-    """Return empty tracks (robots, M): an obstacle may show two faces and some sightings are not yet walls."""
+    """Return empty tracks (robots, M): an obstacle may show two faces and some tracks are not yet confirmed."""
     tracks = np.zeros((robots, 2 * slots + 4), dtype=TRACK)
     tracks["slot"] = -1
     return tracks

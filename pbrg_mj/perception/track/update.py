@@ -12,11 +12,11 @@ from pbrg_mj.perception.track.extent import BEHIND, IN_RANGE, beam_on_line, rest
 from pbrg_mj.perception.track.world_frame import lines_of, moment_of
 
 MARGIN = 0.05  # [m] from the ends of the extent seen
-LEAST_BEAMS = 3  # beams on a wall that may speak against it
+LEAST_BEAMS = 3  # beams on a track that may contradict it
 PASSED_SHARE = 0.6  # of them must
 
 SEEN_SHARE = 0.02  # of the drift while in sight: nothing is known for ever
-PATIENCE = 3  # scans against a wall before it is dropped, and scans an unconfirmed one may be out of sight
+PATIENCE = 3  # scans against a track before it is deleted, and scans an unconfirmed one may be out of sight
 SLACK = 1e-9  # [s] rounding of the clock
 
 
@@ -92,7 +92,7 @@ def _fuse(track, line, scan, now, params):
 
 @kernel
 def _note_conflict(track):
-    """Count a sighting near a track but not of it: a wall that moves does that, and a moving thing is dropped."""
+    """Count a line near a track but not of it: a moving track gives such lines, and is deleted."""
     track["conflicts"] += 1
     if not track["confirmed"] or track["conflicts"] >= PATIENCE:
         track["live"] = 0
@@ -100,7 +100,7 @@ def _note_conflict(track):
 
 @kernel
 def _initiate(tracks, line, scan, now, params):
-    """Begin a track; when all are in use, the farthest unconfirmed one makes room, or nobody does."""
+    """Initiate a track; when all are in use, the farthest unconfirmed one is replaced, or none."""
     free, farthest = -1, -1.0
     for i in range(len(tracks)):
         if not tracks[i]["live"]:
@@ -136,7 +136,7 @@ def _delete_contradicted(tracks, scan, params):
 
 @kernel
 def contradicted(track, scan, params):  # pragma: no cover - compiled
-    """Return whether a scan shows that a wall is no longer where it was: beams that should meet it went past.
+    """Return whether a scan shows that a track is no longer where it was: beams that should meet it went past.
 
     Beams stopped before it say nothing. A scan without any echo says nothing: the sensor may be blind.
     """

@@ -1,4 +1,4 @@
-"""One robot's scan as compiled code takes it: the lines, the beams and where the robot believes it stood."""
+"""One scan in the world frame: the lines, the beams and the pose of the robot."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ LINE = np.dtype(
     + [(name, np.int64) for name in ("role", "track")],
     align=True,
 )
-"""One line of a `View`, and what becomes of it: its role (see associate.py) and its track, -1 for none yet."""
+"""One line of a `View`, and what becomes of it: its role (see association.py) and its track, -1 for none yet."""
 
 
 class Moment(NamedTuple):

@@ -6,10 +6,9 @@ import dataclasses
 
 import numpy as np
 
-from pbrg_mj.governor.channel import Channel, Loss
-from pbrg_mj.governor.exchange import Exchange
-from pbrg_mj.governor.network_rounds import run_network_rounds
-from pbrg_mj.governor.primal_dual import Estimates, run_rounds
+from pbrg_mj.governor.distributed.channel import Channel, LinkStates, Loss
+from pbrg_mj.governor.distributed.network_rounds import run_network_rounds
+from pbrg_mj.governor.distributed.rounds import Estimates, run_rounds
 from pbrg_mj.team.network import Network
 
 M = np.array([[1.0, -1.0], [1.0, 0.0]])
@@ -37,11 +36,11 @@ def uneven(i, k):
 
 
 def quiet(channel, estimates):
-    return estimates, Exchange.quiet(channel, len(estimates.z))
+    return estimates, LinkStates.empty(channel, len(estimates.z))
 
 
 def run(problem, memory, channel, flow, rounds):
-    """(Estimates, Exchange) after some rounds."""
+    """(Estimates, LinkStates) after some rounds."""
     return run_network_rounds(problem, memory, channel, flow, rounds)[:2]
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pbrg_mj.governor.certificate import ball_rows
-from pbrg_mj.governor.problem import Problem
+from pbrg_mj.governor.problem.ball import ball_rows
+from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.team.graph import network_of_edges
 from pbrg_mj.team.network import Network

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from pbrg_mj.governor.certificate import ball_rows
-from pbrg_mj.governor.operation import Operation
-from pbrg_mj.governor.optimum import Optimum
-from pbrg_mj.governor.passivity import Passivity
-from pbrg_mj.governor.problem import Problem, Solution
+from pbrg_mj.governor.centralized.optimum import Optimum
+from pbrg_mj.governor.monitor.diagnostics import Diagnostics
+from pbrg_mj.governor.monitor.passivity import Passivity
+from pbrg_mj.governor.problem.ball import ball_rows
+from pbrg_mj.governor.problem.interface import Problem, Solution
 from pbrg_mj.loop.record import TickRecord, Timings
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.load import Loaded, parse_scenario
@@ -72,7 +72,7 @@ def _record(rng: np.random.Generator, index: int, n: int, slots: int) -> TickRec
         solution=Solution(
             values(n, 2), values(n, rows), "infeasible" if index % 7 == 3 else "ok", 10, rng.integers(0, 2**62, n)
         ),
-        operation=Operation(values(2), *values(6).tolist()),
+        operation=Diagnostics(values(2), *values(6).tolist()),
         flow_passivity=Passivity(*values(4).tolist()),
         optimum=_optimum(rng, n, rows) if index % 10 == 0 else None,
         passivity=Passivity(*values(4).tolist()) if index % 10 == 0 else None,

@@ -8,9 +8,9 @@ import cvxpy as cp
 import numpy as np
 import pytest
 
-from pbrg_mj.governor.certificate import ball_rows, input_rows, rho, row_values, stacked
-from pbrg_mj.governor.clarabel_solver import ClarabelSolver
-from pbrg_mj.governor.cvxpy_solver import CvxpySolver
+from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
+from pbrg_mj.governor.centralized.cvxpy_solver import CvxpySolver
+from pbrg_mj.governor.problem.ball import ball_rows, input_rows, rho, row_values, stacked
 from tests.problems import FORMATION, graph, half_spaces, problem, random_problem
 
 SOLVERS = [ClarabelSolver, CvxpySolver]

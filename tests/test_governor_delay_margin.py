@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pbrg_mj.governor.delay_margin import Delayed, delay_margin
-from pbrg_mj.governor.distributed import DistributedGovernor
-from pbrg_mj.governor.primal_dual import Flow
-from pbrg_mj.governor.stability import admissible_step, steepest_gradients
+from pbrg_mj.governor.distributed.governor import DistributedGovernor
+from pbrg_mj.governor.distributed.rounds import Flow
+from pbrg_mj.governor.stability.delay_margin import DelayedRounds, delay_margin
+from pbrg_mj.governor.stability.step_bound import admissible_step, steepest_gradients
 from tests.channels import channel, links, uneven
 from tests.problems import FORMATION, GRAPHS, START, graph, problem
 
@@ -47,7 +47,7 @@ def test_the_margin_is_where_the_first_eigenvalue_leaves_the_circle(name, delay)
     network, alpha = graph(GRAPHS[name]), 2.0
     gradients = np.array([2.0, 2.0, 1.0, 2.0, 2.0])
     step = 0.4 * admissible_step(network, alpha, gradients)
-    rounds = Delayed(network, alpha, step, channel(network, delay).delay)
+    rounds = DelayedRounds(network, alpha, step, channel(network, delay).delay)
     margin = delay_margin(rounds, gradients)
     assert margin is not None
     assert 1 < margin < rounds.delay.max()
@@ -73,7 +73,7 @@ def grows(name, alpha, delay, walls):
 @pytest.mark.parametrize("name", ["ring", "path"])
 def test_rounds_hold_at_the_margin_and_fall_apart_not_far_beyond(name, alpha):
     network = graph(GRAPHS[name])
-    rounds = Delayed(network, alpha, STEP, np.full(len(network.neighbours), 400))
+    rounds = DelayedRounds(network, alpha, STEP, np.full(len(network.neighbours), 400))
     margin = delay_margin(rounds, steepest_gradients(network, FORMATION, None))
     assert margin is not None
     for walls in ([], WALLS):
@@ -84,7 +84,7 @@ def test_rounds_hold_at_the_margin_and_fall_apart_not_far_beyond(name, alpha):
 def test_the_papers_ring_bears_four_tenths_of_a_second_whatever_the_step():
     network = graph()
     for step in (1e-3, 5e-3):
-        rounds = Delayed(network, 2.0, step, np.full(10, round(0.8 / step)))
+        rounds = DelayedRounds(network, 2.0, step, np.full(10, round(0.8 / step)))
         margin = delay_margin(rounds, steepest_gradients(network, FORMATION, None))
         assert margin is not None
         assert margin * step == pytest.approx(0.39, abs=0.0055)
@@ -94,5 +94,5 @@ def test_too_long_a_step_has_no_margin_at_all():
     network, gradients = graph(), steepest_gradients(graph(), FORMATION, None)
     allowed = admissible_step(network, 7.0, gradients)
     nothing_late = np.zeros(10, dtype=np.int64)
-    assert delay_margin(Delayed(network, 7.0, 0.999 * allowed, nothing_late), gradients) is None
-    assert delay_margin(Delayed(network, 7.0, 1.001 * allowed, nothing_late), gradients) == -1
+    assert delay_margin(DelayedRounds(network, 7.0, 0.999 * allowed, nothing_late), gradients) is None
+    assert delay_margin(DelayedRounds(network, 7.0, 1.001 * allowed, nothing_late), gradients) == -1

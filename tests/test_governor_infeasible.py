@@ -6,10 +6,10 @@ import cvxpy as cp
 import numpy as np
 import pytest
 
-from pbrg_mj.governor.certificate import row_values
-from pbrg_mj.governor.clarabel_solver import ClarabelSolver
-from pbrg_mj.governor.distributed import DistributedGovernor
-from pbrg_mj.governor.primal_dual import Flow
+from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
+from pbrg_mj.governor.distributed.governor import DistributedGovernor
+from pbrg_mj.governor.distributed.rounds import Flow
+from pbrg_mj.governor.problem.ball import row_values
 from tests.problems import FORMATION, GRAPHS, START, graph, problem
 
 WALL = [(4, [1, 1], 3.0)]

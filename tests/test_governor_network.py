@@ -7,10 +7,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pbrg_mj.governor.channel import NEVER, Loss
-from pbrg_mj.governor.channel import channel as channel_of
-from pbrg_mj.governor.distributed import DistributedGovernor
-from pbrg_mj.governor.primal_dual import Estimates, Flow, run_rounds
+from pbrg_mj.governor.distributed.channel import NEVER, Loss
+from pbrg_mj.governor.distributed.channel import channel as channel_of
+from pbrg_mj.governor.distributed.governor import DistributedGovernor
+from pbrg_mj.governor.distributed.rounds import Estimates, Flow, run_rounds
 from pbrg_mj.scenario.load import parse_scenario
 from tests.channels import channel, links, lonely, naive, quiet, run, uneven
 from tests.problems import GRAPHS, graph, random_problem

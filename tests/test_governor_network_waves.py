@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pbrg_mj.governor.channel import Loss
-from pbrg_mj.governor.clarabel_solver import ClarabelSolver
-from pbrg_mj.governor.distributed import DistributedGovernor
-from pbrg_mj.governor.equilibrium import equilibrium
-from pbrg_mj.governor.primal_dual import Flow
+from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
+from pbrg_mj.governor.distributed.channel import Loss
+from pbrg_mj.governor.distributed.governor import DistributedGovernor
+from pbrg_mj.governor.distributed.rounds import Flow
+from pbrg_mj.governor.monitor.equilibrium import equilibrium
 from tests.channels import M, channel, links, quiet, run
 from tests.problems import GRAPHS, graph, problem
 from tests.test_governor_static import WALLS, XI, P

@@ -7,11 +7,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pbrg_mj.governor.certificate import rho, row_values
-from pbrg_mj.governor.clarabel_solver import ClarabelSolver
-from pbrg_mj.governor.operation import operations
-from pbrg_mj.governor.problem import Solution
-from pbrg_mj.governor.stretch import Stretch
+from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
+from pbrg_mj.governor.monitor.diagnostics import diagnose
+from pbrg_mj.governor.monitor.tick_block import TickBlock
+from pbrg_mj.governor.problem.ball import rho, row_values
+from pbrg_mj.governor.problem.interface import Solution
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_scenario
 from tests.problems import graph, random_problem
@@ -22,7 +22,7 @@ def answer(problem, m, multipliers):
 
 
 def operation(problem, solution, before):
-    (found,) = operations(Stretch.of([problem]), solution.m[None], solution.multipliers[None], before)
+    (found,) = diagnose(TickBlock.of([problem]), solution.m[None], solution.multipliers[None], before)
     return found
 
 
@@ -81,10 +81,10 @@ def test_ticks_in_a_row_are_judged_as_one_by_one():
     for problem, solution in zip(problems, answers, strict=True):
         before = operation(problem, solution, before)
         one_by_one.append(before)
-    stretch = Stretch.of(problems)
-    assert len(stretch.rows[0]) == 2  # twice two in a row share theirs
+    block = TickBlock.of(problems)
+    assert len(block.rows[0]) == 2  # twice two in a row share theirs
     m, multipliers = np.array([one.m for one in answers]), np.array([one.multipliers for one in answers])
-    for got, want in zip(operations(stretch, m, multipliers, None), one_by_one, strict=True):
+    for got, want in zip(diagnose(block, m, multipliers, None), one_by_one, strict=True):
         np.testing.assert_array_equal(got.applied_m, want.applied_m)
         assert got[1:] == want[1:]
 

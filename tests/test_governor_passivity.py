@@ -7,16 +7,16 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pbrg_mj.governor.certificate import ball_rows, rho, row_values
-from pbrg_mj.governor.clarabel_solver import ClarabelSolver
-from pbrg_mj.governor.cvxpy_solver import CvxpySolver
-from pbrg_mj.governor.distributed import DistributedGovernor
-from pbrg_mj.governor.equilibrium import equilibrium
-from pbrg_mj.governor.next_rounds import one_round_passivities, two_rounds_passivities
-from pbrg_mj.governor.optimum import Optimum
-from pbrg_mj.governor.passivity import flow_passivity, passivity
-from pbrg_mj.governor.primal_dual import Estimates, Flow, run_rounds
-from pbrg_mj.governor.stretch import Stretch
+from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
+from pbrg_mj.governor.centralized.cvxpy_solver import CvxpySolver
+from pbrg_mj.governor.centralized.optimum import Optimum
+from pbrg_mj.governor.distributed.governor import DistributedGovernor
+from pbrg_mj.governor.distributed.rounds import Estimates, Flow, run_rounds
+from pbrg_mj.governor.monitor.equilibrium import equilibrium
+from pbrg_mj.governor.monitor.passivity import flow_passivity, passivity
+from pbrg_mj.governor.monitor.passivity_blocks import flow_passivities_of_block, passivities_about_optima
+from pbrg_mj.governor.monitor.tick_block import TickBlock
+from pbrg_mj.governor.problem.ball import ball_rows, rho, row_values
 from tests.channels import channel
 from tests.problems import FORMATION, GRAPHS, graph, half_spaces, problem, random_problem
 
@@ -185,35 +185,35 @@ def test_a_delayed_plain_exchange_shows_in_the_sign():
         memory, negative = governor.init(static), []
         for _ in range(600):
             _, memory = governor.step(static, memory)
-            (balance,) = governor.flow_passivities(Stretch.of([static]), [memory])
+            (balance,) = governor.flow_passivities(TickBlock.of([static]), [memory])
             negative.append(balance.primal_dissipation < 0)
         assert least <= np.mean(negative) <= most
 
 
-def test_stretches_of_two_rounds_are_two_rounds():
+def test_blocks_of_two_rounds_are_two_rounds():
     rng, flow = np.random.default_rng(17), Flow(2.0, STEP, 0.8)
     problems = [random_problem(rng) for _ in range(20)]
     states = [random_estimates(rng, static.rows) for static in problems]
-    stretch = Stretch.of(problems)
+    block = TickBlock.of(problems)
     want = [flow_passivity(one, flow, three_rounds(one, at, flow)) for one, at in zip(problems, states, strict=True)]
-    assert two_rounds_passivities(stretch, flow, states) == want
+    assert flow_passivities_of_block(block, flow, states) == want
     states[3].z[2, 3] = np.inf
-    found = two_rounds_passivities(stretch, flow, states)
+    found = flow_passivities_of_block(block, flow, states)
     assert np.isnan(found.pop(3).primal_storage)
     assert found == want[:3] + want[4:]
 
 
-def test_stretches_of_one_round_are_the_round_and_its_balance():
+def test_blocks_of_one_round_are_the_round_and_its_balance():
     rng, flow = np.random.default_rng(18), Flow(2.0, STEP, 0.8)
     problems, optima = zip(*[planted(rng, graph(leaders=(0, 3))) for _ in range(20)], strict=True)
     states = [random_estimates(rng, static.rows) for static in problems]
-    stretch, want = Stretch.of(problems), []
+    block, want = TickBlock.of(problems), []
     for static, optimum, at in zip(problems, optima, states, strict=True):
         want.append(passivity(static, optimum, flow.alpha, at, change(static, at, flow)))
-    assert one_round_passivities(stretch, optima, flow, states, 100.0) == want
+    assert passivities_about_optima(block, optima, flow, states, 100.0) == want
     reached = [np.abs(run_rounds(*one, flow, 1).z).max() for one in zip(problems, states, strict=True)]
-    assert one_round_passivities(stretch, optima, flow, states, max(reached)) == want
-    beyond = one_round_passivities(stretch, optima, flow, states, np.nextafter(max(reached), 0.0))
+    assert passivities_about_optima(block, optima, flow, states, max(reached)) == want
+    beyond = passivities_about_optima(block, optima, flow, states, np.nextafter(max(reached), 0.0))
     assert [np.isnan(one.primal_storage) for one in beyond] == [one == max(reached) for one in reached]
 
 
@@ -222,13 +222,13 @@ def test_nothing_is_known_about_no_optimum_nor_of_a_flow_past_all_bounds():
     nothing = optimum._replace(m=np.full(2, np.nan), multipliers=np.full((5, 15), np.nan))
     governor = DistributedGovernor(Flow(2.0, STEP), 10, "start", diverged_beyond=50.0)
     memory = governor.init(static)
-    stretch, past = Stretch.of([static, static]), memory._replace(diverged=True)
-    known, unknown = governor.passivities(stretch, [memory, memory], [optimum, nothing])
+    block, past = TickBlock.of([static, static]), memory._replace(diverged=True)
+    known, unknown = governor.passivities(block, [memory, memory], [optimum, nothing])
     assert np.isfinite(known.primal_storage)
     assert np.isnan(unknown).all()
     for known, unknown in (
-        governor.passivities(stretch, [memory, past], [optimum, optimum]),
-        governor.flow_passivities(stretch, [memory, past]),
+        governor.passivities(block, [memory, past], [optimum, optimum]),
+        governor.flow_passivities(block, [memory, past]),
     ):
         assert np.isfinite(known.primal_storage)
         assert np.isnan(unknown).all()

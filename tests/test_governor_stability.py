@@ -7,10 +7,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pbrg_mj.governor.certificate import input_rows, rho, stacked
-from pbrg_mj.governor.distributed import DistributedGovernor
-from pbrg_mj.governor.primal_dual import Flow, run_rounds
-from pbrg_mj.governor.stability import abreast, admissible_step, steepest_gradients
+from pbrg_mj.governor.distributed.governor import DistributedGovernor
+from pbrg_mj.governor.distributed.rounds import Flow, run_rounds
+from pbrg_mj.governor.problem.ball import input_rows, rho, stacked
+from pbrg_mj.governor.stability.step_bound import admissible_step, robots_abreast, steepest_gradients
 from tests.problems import FORMATION, GRAPHS, START, graph, problem
 
 WALLS = [(4, [1, 1], 3.0), (0, [0, 1], 2.2), (3, [1, 0.2], 2.5)]
@@ -57,18 +57,18 @@ def test_the_steepest_gradient_bounds_that_of_all_rows_together():
             rows = static.rows if rows_of_inputs is None else stacked(static.rows, inputs)
             m, xi = rng.normal(size=2), rng.normal(size=(5, 2))
             slope = (5 * m - static.p.sum(axis=0)) / rho(m, static.p, xi)
-            binding = rows.active.copy()  # of the ball rows those that bind at once: robots abreast
+            binding = rows.active.copy()  # of the ball rows those that bind at once: robots robots_abreast
             binding[:, :15] &= rows.d[:, :15] <= np.where(binding, rows.d, np.inf)[:, :15].min() + 1e-9
             gradients = (rows.a[..., None] * slope + rows.C) * binding[..., None]
             assert np.all(np.linalg.norm(gradients, axis=(1, 2)) <= bound + 1e-9)
 
 
 def test_robots_abreast_are_counted_on_the_hulls_edges():
-    assert abreast(FORMATION) == 3  # robots 1, 5, 4 on the diagonal; so do 2, 3, 4 at the bottom
-    assert abreast(np.zeros((1, 2))) == 1
-    assert abreast(np.array([[0.0, 0.0], [1.0, 0.0]])) == 2
-    assert abreast(np.array([[np.cos(a), np.sin(a)] for a in np.arange(7)])) == 2
+    assert robots_abreast(FORMATION) == 3  # robots 1, 5, 4 on the diagonal; so do 2, 3, 4 at the bottom
+    assert robots_abreast(np.zeros((1, 2))) == 1
+    assert robots_abreast(np.array([[0.0, 0.0], [1.0, 0.0]])) == 2
+    assert robots_abreast(np.array([[np.cos(a), np.sin(a)] for a in np.arange(7)])) == 2
     grid = np.array([[x, y] for x in range(4) for y in range(3)], dtype=float)
-    assert abreast(grid) == 4
+    assert robots_abreast(grid) == 4
     inside = np.vstack([grid[[0, 2, 9, 11]], [[1.0, 1.0], [2.0, 1.0]]])
-    assert abreast(inside) == 2
+    assert robots_abreast(inside) == 2

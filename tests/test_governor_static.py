@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pbrg_mj.governor.cvxpy_solver import CvxpySolver
-from pbrg_mj.governor.distributed import DistributedGovernor
-from pbrg_mj.governor.primal_dual import Flow
+from pbrg_mj.governor.centralized.cvxpy_solver import CvxpySolver
+from pbrg_mj.governor.distributed.governor import DistributedGovernor
+from pbrg_mj.governor.distributed.rounds import Flow
 from tests.problems import FORMATION, GRAPHS, START, graph, problem
 
 WALLS = {

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pbrg_mj.governor.clarabel_solver import small_bounds, small_matrix, tightest_rows
+from pbrg_mj.governor.centralized.clarabel_solver import small_bounds, small_matrix, tightest_rows
 from pbrg_mj.scenario.random_streams import Source, stream
 from pbrg_mj.scenario.schema import Control, Wall
 from pbrg_mj.sensing.beam_model import noisy_scan

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pbrg_mj.governor.operation import operations
+from pbrg_mj.governor.monitor.diagnostics import diagnose
 from pbrg_mj.log.write.messages import MessageStream
 from pbrg_mj.loop import simulation, watch
 from pbrg_mj.loop.record import TickRecord
@@ -38,10 +38,10 @@ def test_nor_on_how_many_ticks_are_judged_in_one_call(ticks, monkeypatch) -> Non
     expected = messages(Simulation.build(PLAN).records())
     monkeypatch.setattr(watch, "SIDE_BY_SIDE", ticks * 3 * 8 * 5 * 22)
     calls = []
-    monkeypatch.setattr(watch, "operations", lambda stretch, *of: calls.append(stretch) or operations(stretch, *of))
+    monkeypatch.setattr(watch, "diagnose", lambda block, *of: calls.append(block) or diagnose(block, *of))
     assert messages(Simulation.build(PLAN).records()) == expected
-    assert {len(stretch.problems) for stretch in calls} <= set(range(1, ticks + 1))
-    assert sum(len(stretch.problems) for stretch in calls) == 124
+    assert {len(block.problems) for block in calls} <= set(range(1, ticks + 1))
+    assert sum(len(block.problems) for block in calls) == 124
 
 
 def test_decisions_are_those_of_the_records() -> None:

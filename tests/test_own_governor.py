@@ -13,10 +13,10 @@ import pytest
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.governor import registry
-from pbrg_mj.governor.certificate import row_values
-from pbrg_mj.governor.guest import Guest
-from pbrg_mj.governor.passivity import Passivity
-from pbrg_mj.governor.problem import Solution
+from pbrg_mj.governor.monitor.passivity import Passivity
+from pbrg_mj.governor.plug_in import PlugInGovernor
+from pbrg_mj.governor.problem.ball import row_values
+from pbrg_mj.governor.problem.interface import Solution
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_scenario
 
@@ -70,7 +70,7 @@ def test_baselines_run(kind):
 
 
 class Reusing:
-    """A careless guest: one array for all its answers, written anew each tick."""
+    """A careless plug-in: one array for all its answers, written anew each tick."""
 
     def __init__(self) -> None:
         self.m = np.zeros((5, 2))
@@ -100,7 +100,7 @@ def reusing(scenario):
 
 
 class Scribbling(Reusing):
-    """A guest that writes into its memory, and tells a balance of it."""
+    """A plug-in that writes into its memory, and tells a balance of it."""
 
     def init(self, problem):
         return np.zeros(1)
@@ -126,7 +126,7 @@ def scribbling(scenario):
 
 
 class Answering(Reusing):
-    """A guest with an answer of any kind."""
+    """A plug-in with an answer of any kind."""
 
     def __init__(self, **arrays):
         super().__init__()
@@ -140,7 +140,7 @@ class Answering(Reusing):
 def answer(**arrays):
     run = Simulation.build(short("none"))
     decision = next(run.decisions())
-    return Guest(Answering(**arrays)).step(decision.problem, decision.memory or 0)[0]
+    return PlugInGovernor(Answering(**arrays)).step(decision.problem, decision.memory or 0)[0]
 
 
 def test_whole_numbers_and_lists_are_taken_for_what_they_say():

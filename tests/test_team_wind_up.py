@@ -11,11 +11,11 @@ from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_scenario
 from pbrg_mj.scenario.schema import Control
 from pbrg_mj.team.pre_stabiliser import pre_stabilise
-from pbrg_mj.team.wind_up import WindUpRule, wind_up
+from pbrg_mj.team.wind_up import WindUpDetector, wind_up
 from tests.problems import FORMATION, START, graph
 
 TICK, TOLERANCE = 0.01, 0.05
-RULE = WindUpRule(math.exp(-TICK * 1.382), TICK, TOLERANCE)
+RULE = WindUpDetector(math.exp(-TICK * 1.382), TICK, TOLERANCE)
 P = START - FORMATION
 
 
@@ -100,7 +100,7 @@ def test_it_does_not_matter_how_many_ticks_are_told_at_once(sizes):
 
 
 def test_the_rule_of_a_scenario():
-    rule = WindUpRule.of(load_scenario("paper/simulation_near").scenario, graph())
+    rule = WindUpDetector.of(load_scenario("paper/simulation_near").scenario, graph())
     assert (rule.tick, rule.length) == (0.01, 0.05)
     assert -math.log(rule.keep) / 0.01 == pytest.approx(2 - 2 * math.cos(2 * math.pi / 5))  # lambda_2 of the ring
 

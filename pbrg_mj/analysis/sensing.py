@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from pbrg_mj.analysis.target import Rows, best_formation
-from pbrg_mj.governor.certificate import BallCertificate
-from pbrg_mj.governor.clarabel_solver import ClarabelSolver
-from pbrg_mj.governor.problem import Problem
+from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
+from pbrg_mj.governor.problem.ball import BallCertificate
+from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.log.read.run import Run
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.team.graph import network

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pbrg_mj.governor.optimum import CentralizedSolver
-from pbrg_mj.governor.problem import Problem, Solution, Status
+from pbrg_mj.governor.centralized.optimum import CentralizedSolver
+from pbrg_mj.governor.problem.interface import Problem, Solution, Status
 
 
 @dataclass(frozen=True)

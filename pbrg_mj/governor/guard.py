@@ -21,12 +21,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pbrg_mj.governor.certificate import Rows
-from pbrg_mj.governor.distributed import DOUBLE, DistributedGovernor, DistributedMemory
-from pbrg_mj.governor.optimum import Optimum
-from pbrg_mj.governor.passivity import Passivity
-from pbrg_mj.governor.problem import Problem, Solution
-from pbrg_mj.governor.stretch import Stretch
+from pbrg_mj.governor.centralized.optimum import Optimum
+from pbrg_mj.governor.distributed.governor import DOUBLE, DistributedGovernor, DistributedMemory
+from pbrg_mj.governor.monitor.passivity import Passivity
+from pbrg_mj.governor.monitor.tick_block import TickBlock
+from pbrg_mj.governor.problem.ball import Rows
+from pbrg_mj.governor.problem.interface import Problem, Solution
 from pbrg_mj.kernel import kernel
 
 UNHEARD = 1 << 30  # ticks
@@ -79,14 +79,14 @@ class GuardedGovernor:
         return guarded, GuardedMemory(inner, heard, age)
 
     def passivities(
-        self, stretch: Stretch, memories: Sequence[GuardedMemory], optima: Sequence[Optimum]
+        self, block: TickBlock, memories: Sequence[GuardedMemory], optima: Sequence[Optimum]
     ) -> list[Passivity]:
         """Return the optimizer's passivity balances."""
-        return self.inner.passivities(stretch, [memory.inner for memory in memories], optima)
+        return self.inner.passivities(block, [memory.inner for memory in memories], optima)
 
-    def flow_passivities(self, stretch: Stretch, memories: Sequence[GuardedMemory]) -> list[Passivity]:
+    def flow_passivities(self, block: TickBlock, memories: Sequence[GuardedMemory]) -> list[Passivity]:
         """Return those of the optimizer's own velocity."""
-        return self.inner.flow_passivities(stretch, [memory.inner for memory in memories])
+        return self.inner.flow_passivities(block, [memory.inner for memory in memories])
 
 
 def admissible_radii(rows: Rows, states: np.ndarray, centre: np.ndarray) -> np.ndarray:

@@ -8,15 +8,15 @@ from importlib.metadata import entry_points
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.governor.baselines import CentralizedGovernor, NoGovernor
-from pbrg_mj.governor.certificate import BallCertificate
-from pbrg_mj.governor.channel import channel
-from pbrg_mj.governor.clarabel_solver import ClarabelSolver
-from pbrg_mj.governor.distributed import DistributedGovernor
+from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
+from pbrg_mj.governor.centralized.optimum import CentralizedSolver
+from pbrg_mj.governor.distributed.channel import channel
+from pbrg_mj.governor.distributed.governor import DistributedGovernor
+from pbrg_mj.governor.distributed.rounds import Flow
 from pbrg_mj.governor.guard import GuardedGovernor
-from pbrg_mj.governor.guest import Guest
-from pbrg_mj.governor.optimum import CentralizedSolver
-from pbrg_mj.governor.primal_dual import Flow
-from pbrg_mj.governor.problem import Certificate, Governor
+from pbrg_mj.governor.plug_in import PlugInGovernor
+from pbrg_mj.governor.problem.ball import BallCertificate
+from pbrg_mj.governor.problem.interface import Certificate, Governor
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.network import Network
 
@@ -27,7 +27,7 @@ CERTIFICATES: dict[str, Callable[[Scenario, Network], Certificate]] = {"ball": B
 
 
 def _cvxpy() -> CentralizedSolver:
-    from pbrg_mj.governor.cvxpy_solver import CvxpySolver  # takes a second to import
+    from pbrg_mj.governor.centralized.cvxpy_solver import CvxpySolver  # takes a second to import
 
     return CvxpySolver()
 
@@ -73,7 +73,7 @@ def governor(scenario: Scenario) -> Governor:
     if kind not in registered:
         known = ", ".join([*GOVERNORS, *sorted(registered)])
         raise InputError(f"no governor is called {kind!r}; allowed: {known}", key="governor.kind")
-    return Guest(registered[kind].load()(scenario))
+    return PlugInGovernor(registered[kind].load()(scenario))
 
 
 def reference_solver(scenario: Scenario) -> CentralizedSolver | None:

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pbrg_mj.governor.certificate import BallCertificate
-from pbrg_mj.governor.channel import channel
-from pbrg_mj.governor.delay_margin import LARGEST, Delayed, delay_margin
+from pbrg_mj.governor.distributed.channel import channel
+from pbrg_mj.governor.problem.ball import BallCertificate
 from pbrg_mj.governor.registry import round_step
-from pbrg_mj.governor.stability import admissible_step, steepest_gradients
+from pbrg_mj.governor.stability.delay_margin import MAX_ROBOTS, DelayedRounds, delay_margin
+from pbrg_mj.governor.stability.step_bound import admissible_step, steepest_gradients
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.graph import network
 
@@ -37,9 +37,9 @@ def _step(scenario: Scenario, gradients: np.ndarray) -> Iterator[str]:
 
 def _delay(scenario: Scenario, gradients: np.ndarray) -> Iterator[str]:
     links, step = channel(scenario), round_step(scenario)
-    if links is None or not links.delay.any() or scenario.network.exchange != "plain" or scenario.robots > LARGEST:
+    if links is None or not links.delay.any() or scenario.network.exchange != "plain" or scenario.robots > MAX_ROBOTS:
         return  # waves bear any constant delay
-    margin = delay_margin(Delayed(network(scenario), scenario.governor.alpha, step, links.delay), gradients)
+    margin = delay_margin(DelayedRounds(network(scenario), scenario.governor.alpha, step, links.delay), gradients)
     if margin is not None:
         longest = int(links.delay.max())
         others = "" if np.all(links.delay == longest) else ", the others in proportion"

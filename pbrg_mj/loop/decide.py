@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.governor.bounds import judged
-from pbrg_mj.governor.certificate import Rows
-from pbrg_mj.governor.distributed import DistributedGovernor
-from pbrg_mj.governor.primal_dual import rounds_of
-from pbrg_mj.governor.problem import Certificate, Problem
+from pbrg_mj.governor.distributed.governor import DistributedGovernor
+from pbrg_mj.governor.distributed.rounds import check_limits, rounds_in_new_arrays
+from pbrg_mj.governor.problem.ball import Rows
+from pbrg_mj.governor.problem.interface import Certificate, Problem
 from pbrg_mj.governor.registry import CERTIFICATES, governor
 from pbrg_mj.kernel import kernel
 from pbrg_mj.scenario.schema import Scenario
@@ -39,7 +38,7 @@ class Team:
     def of(cls, scenario: Scenario) -> Team:
         """Return a scenario's team. Raises InputError unless it has the distributed governor, plain and unguarded."""
         graph, chosen = network(scenario), governor(scenario)
-        sizes, motor = DifferentialDrive(load_robot_model(), scenario.drive.pwm_levels).numbers
+        sizes, motor = DifferentialDrive(load_robot_model(), scenario.drive.pwm_levels).parameters
         if not isinstance(chosen, DistributedGovernor) or chosen.channel is not None:
             only = "worlds side by side have the distributed governor alone, without guard, delay, loss or silence"
             raise InputError(f"{only}; run the seeds one by one", key="governor")
@@ -132,9 +131,9 @@ def _decide(worlds, states, estimates, rows, team, numbers):  # pragma: no cover
         p -= formation
         before = (estimates[0][w], estimates[1][w], estimates[2][w], estimates[3][w])
         own_rows = (rows[0][w], rows[1][w], rows[2][w], rows[3][w])
-        after = rounds_of(before, graph, (p, xi[w], r), own_rows, gains, 0 if diverged[w] else rounds)
+        after = rounds_in_new_arrays(before, graph, (p, xi[w], r), own_rows, gains, 0 if diverged[w] else rounds)
         estimates[0][w], estimates[1][w], estimates[2][w], estimates[3][w] = after
-        diverged[w] = not judged(after[0], after[2], beyond, gains[2])[0]
+        diverged[w] = not check_limits(after[0], after[2], beyond, gains[2])[0]
         if not diverged[w]:
             m[w] = after[0][:, :2]
         write_pre_stabilised(graph, (p, xi[w], m[w]), alpha_r, leak, u, rate)

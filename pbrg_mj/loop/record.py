@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pbrg_mj.governor.operation import Operation
-from pbrg_mj.governor.optimum import Optimum
-from pbrg_mj.governor.passivity import Passivity
-from pbrg_mj.governor.problem import Problem, Solution
+from pbrg_mj.governor.centralized.optimum import Optimum
+from pbrg_mj.governor.monitor.diagnostics import Diagnostics
+from pbrg_mj.governor.monitor.passivity import Passivity
+from pbrg_mj.governor.problem.interface import Problem, Solution
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.sensing.readings import Readings
 from pbrg_mj.world.plant.interface import Truth
@@ -40,7 +40,7 @@ class TickRecord(NamedTuple):
     half_spaces: HalfSpaces
     problem: Problem
     solution: Solution
-    operation: Operation
+    operation: Diagnostics
     flow_passivity: Passivity  # of the flow's own velocity
     optimum: Optimum | None  # at reference ticks
     passivity: Passivity | None  # about the optimum, at reference ticks

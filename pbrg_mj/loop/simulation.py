@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from pbrg_mj.governor.guest import Guest
-from pbrg_mj.governor.passivity import Passivity
+from pbrg_mj.governor.monitor.passivity import Passivity
+from pbrg_mj.governor.monitor.tick_block import TickBlock
+from pbrg_mj.governor.plug_in import PlugInGovernor
 from pbrg_mj.governor.registry import CERTIFICATES, governor, reference_solver
-from pbrg_mj.governor.stretch import Stretch
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.loop.tick import Decision, Parts, State, decide
 from pbrg_mj.loop.watch import Passed, Watch, Watched, judge
@@ -26,7 +26,7 @@ from pbrg_mj.perception.setup import perception_setup
 from pbrg_mj.scenario.schema import Scenario, whole_number
 from pbrg_mj.sensing.noise import sensor_noise
 from pbrg_mj.team.graph import network
-from pbrg_mj.team.wind_up import WindUpRule
+from pbrg_mj.team.wind_up import WindUpDetector
 from pbrg_mj.vehicle.drive import drive_of
 from pbrg_mj.world.plant.build import build_plant
 from pbrg_mj.world.scene.robot import load_robot_model
@@ -62,14 +62,14 @@ class Simulation:
             drive=drive_of(scenario, robot),
         )
         watch = Watch(
-            wind_up_rule=WindUpRule.of(scenario, graph),
+            wind_up_rule=WindUpDetector.of(scenario, graph),
             passivities=getattr(answering, "passivities", _unknown),
             flow_passivities=getattr(answering, "flow_passivities", _unknown),
             reference_solver=reference_solver(scenario),
             reference_every=whole_number(scenario.reference.period, timing.tick),
         )
-        # A guest may write into its memory, so it is judged before its next step.
-        ahead = 1 if isinstance(answering, Guest) else AHEAD
+        # A plug-in may write into its memory, so it is judged before its next step.
+        ahead = 1 if isinstance(answering, PlugInGovernor) else AHEAD
         return cls(parts, watch, whole_number(timing.duration, timing.tick), ahead)
 
     @property
@@ -127,6 +127,6 @@ class Simulation:
             yield decision
 
 
-def _unknown(stretch: Stretch, *_: Any) -> list[Passivity]:
+def _unknown(block: TickBlock, *_: Any) -> list[Passivity]:
     """Stand in for governors that do not tell their passivity balances."""
-    return [Passivity.unknown()] * len(stretch.problems)
+    return [Passivity.unknown()] * len(block.problems)

@@ -12,25 +12,25 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pbrg_mj.governor.operation import Operation, operations
-from pbrg_mj.governor.optimum import CentralizedSolver, Optimum
-from pbrg_mj.governor.passivity import Passivity
-from pbrg_mj.governor.stretch import Stretch, in_a_row
+from pbrg_mj.governor.centralized.optimum import CentralizedSolver, Optimum
+from pbrg_mj.governor.monitor.diagnostics import Diagnostics, diagnose
+from pbrg_mj.governor.monitor.passivity import Passivity
+from pbrg_mj.governor.monitor.tick_block import TickBlock, stack_ticks
 from pbrg_mj.loop.record import TickRecord, Timings
 from pbrg_mj.loop.tick import Decision
-from pbrg_mj.team.wind_up import WindUp, WindUpRule, wind_up
+from pbrg_mj.team.wind_up import WindUpDetector, WindUpState, wind_up
 from pbrg_mj.world.plant.interface import Truth
 
-SIDE_BY_SIDE = 300_000  # bytes of a stretch's estimates: a hundred ticks of five robots, one of forty
+SIDE_BY_SIDE = 300_000  # bytes of a block's estimates: a hundred ticks of five robots, one of forty
 
 
 @dataclass(frozen=True)
 class Watch:
-    """How ticks are judged."""
+    """How ticks are evaluated."""
 
-    wind_up_rule: WindUpRule
-    passivities: Callable[[Stretch, Sequence[Any], Sequence[Optimum]], list[Passivity]]  # about optima
-    flow_passivities: Callable[[Stretch, Sequence[Any]], list[Passivity]]  # of the governor's own velocity
+    wind_up_rule: WindUpDetector
+    passivities: Callable[[TickBlock, Sequence[Any], Sequence[Optimum]], list[Passivity]]  # about optima
+    flow_passivities: Callable[[TickBlock, Sequence[Any]], list[Passivity]]  # of the governor's own velocity
     reference_solver: CentralizedSolver | None
     reference_every: int  # ticks
 
@@ -38,8 +38,8 @@ class Watch:
 class Watched(NamedTuple):
     """What the next ticks' judgement needs of those before."""
 
-    wind_up: WindUp | None = None  # None before the first tick
-    operation: Operation | None = None  # likewise
+    wind_up: WindUpState | None = None  # None before the first tick
+    operation: Diagnostics | None = None  # likewise
 
 
 class Passed(NamedTuple):
@@ -54,26 +54,26 @@ class Passed(NamedTuple):
 def judge(watch: Watch, before: Watched, passed: Sequence[Passed]) -> tuple[Watched, list[TickRecord]]:
     """Return the records of ticks in a row, one or more, and what the judgement of those after them needs.
 
-    Ticks of a small team are judged all at once: a call then costs them little. Of a large one, laying the arrays of
+    Ticks of a small team are evaluated all at once: a call then costs them little. Of a large one, laying the arrays of
     two ticks side by side takes longer than a call.
     """
     n, records = passed[0].decision.problem.network.robots, []
     ticks = max(1, SIDE_BY_SIDE // (3 * 8 * n * (4 * n + 2)))  # z, zeta, and about as many multipliers
     for first in range(0, len(passed), ticks):
-        before, judged = _judge(watch, before, passed[first : first + ticks])
-        records += judged
+        before, evaluated = _judge(watch, before, passed[first : first + ticks])
+        records += evaluated
     return before, records
 
 
 def _judge(watch: Watch, before: Watched, passed: Sequence[Passed]) -> tuple[Watched, list[TickRecord]]:
-    """Judge a stretch of ticks, one stage for all of them before the next one, while its code is in the caches."""
+    """Judge a block of ticks, one stage for all of them before the next one, while its code is in the caches."""
     began, decisions = perf_counter(), [one.decision for one in passed]
-    stretch = Stretch.of([one.problem for one in decisions])
-    before, certified = _certify(watch, before, stretch, decisions)
+    block = TickBlock.of([one.problem for one in decisions])
+    before, certified = _certify(watch, before, block, decisions)
     certifying = (perf_counter() - began) / len(passed)
     solved = [_optimum(watch, one) for one in decisions]
     began = perf_counter()
-    balances = _balances(watch, stretch, decisions, [optimum for optimum, _ in solved])
+    balances = _balances(watch, block, decisions, [optimum for optimum, _ in solved])
     balancing = (perf_counter() - began) / max(sum(one is not None for one in balances), 1)
     return before, [
         _record(one, marks, optimum, balance, (certifying, solving, balancing))
@@ -85,21 +85,21 @@ class _Marks(NamedTuple):
     """Certificates of one tick."""
 
     winding: np.ndarray
-    operation: Operation
+    operation: Diagnostics
     flow: Passivity
 
 
 def _certify(
-    watch: Watch, before: Watched, stretch: Stretch, decisions: Sequence[Decision]
+    watch: Watch, before: Watched, block: TickBlock, decisions: Sequence[Decision]
 ) -> tuple[Watched, list[_Marks]]:
-    p, xi, _ = stretch.state
-    velocity = in_a_row([one.velocity for one in decisions])
+    p, xi, _ = block.state
+    velocity = stack_ticks([one.velocity for one in decisions])
     ways, winding = wind_up(watch.wind_up_rule, before.wind_up, p, xi, velocity)
-    m = in_a_row([one.solution.m for one in decisions])
-    multipliers = in_a_row([one.solution.multipliers for one in decisions])
-    judged = operations(stretch, m, multipliers, before.operation)
-    flows = watch.flow_passivities(stretch, [one.memory for one in decisions])
-    return Watched(ways, judged[-1]), list(map(_Marks, winding, judged, flows))
+    m = stack_ticks([one.solution.m for one in decisions])
+    multipliers = stack_ticks([one.solution.multipliers for one in decisions])
+    evaluated = diagnose(block, m, multipliers, before.operation)
+    flows = watch.flow_passivities(block, [one.memory for one in decisions])
+    return Watched(ways, evaluated[-1]), list(map(_Marks, winding, evaluated, flows))
 
 
 def _optimum(watch: Watch, decision: Decision) -> tuple[Optimum | None, float]:
@@ -111,16 +111,16 @@ def _optimum(watch: Watch, decision: Decision) -> tuple[Optimum | None, float]:
 
 
 def _balances(
-    watch: Watch, stretch: Stretch, decisions: Sequence[Decision], optima: Sequence[Optimum | None]
+    watch: Watch, block: TickBlock, decisions: Sequence[Decision], optima: Sequence[Optimum | None]
 ) -> list[Passivity | None]:
     """Return the passivity balances about the optima, None where there is no optimum to balance about."""
     there = [(decision, optimum) for decision, optimum in zip(decisions, optima, strict=True) if optimum is not None]
     if not there:
         return [None] * len(optima)
     if len(there) < len(decisions):
-        stretch = Stretch.of([decision.problem for decision, _ in there])
+        block = TickBlock.of([decision.problem for decision, _ in there])
     memories, found = [decision.memory for decision, _ in there], [optimum for _, optimum in there]
-    balances = iter(watch.passivities(stretch, memories, found))
+    balances = iter(watch.passivities(block, memories, found))
     return [None if optimum is None else next(balances) for optimum in optima]
 
 

@@ -1,1 +1,1 @@
-"""The team room: graph, formation, pre-stabiliser."""
+"""The team package: graph, formation, pre-stabiliser."""

@@ -25,7 +25,7 @@ from pbrg_mj.team.network import Network
 
 
 @dataclass(frozen=True)
-class WindUpRule:
+class WindUpDetector:
     """When a robot counts as winding up."""
 
     keep: float  # weight of what was a tick ago
@@ -33,7 +33,7 @@ class WindUpRule:
     length: float  # a way or a growth of this length counts [m]
 
     @classmethod
-    def of(cls, scenario: Scenario, network: Network) -> WindUpRule:
+    def of(cls, scenario: Scenario, network: Network) -> WindUpDetector:
         """Return the rule for a scenario's team."""
         slowest = float(np.linalg.eigvalsh(network.laplacian)[:2][-1])  # lambda_2 [1/s]; 0 for a robot alone
         tick = scenario.timing.tick
@@ -41,7 +41,7 @@ class WindUpRule:
 
 
 @dataclass(frozen=True)
-class WindUp:
+class WindUpState:
     """What every robot remembers of the ways behind it."""
 
     p: np.ndarray  # (n, 2) at the last tick [m]
@@ -50,8 +50,8 @@ class WindUp:
 
 
 def wind_up(
-    rule: WindUpRule, before: WindUp | None, p: np.ndarray, xi: np.ndarray, u: np.ndarray
-) -> tuple[WindUp, np.ndarray]:
+    rule: WindUpDetector, before: WindUpState | None, p: np.ndarray, xi: np.ndarray, u: np.ndarray
+) -> tuple[WindUpState, np.ndarray]:
     """Return what is remembered after T ticks, and who winds up at each of them, (T, n) bool.
 
     `p`, `xi` (T, n, 2) [m] are the states at these ticks, `u` (T, n, 2) [m/s] what the robots do from each on; `before`
@@ -65,7 +65,7 @@ def wind_up(
         ways, first = before.ways.copy(), 0
         memory = (before.p, before.xi)
     _follow(memory, (p[first:], xi[first:], u[first:]), (rule.keep, rule.tick, rule.length), ways, winding[first:])
-    return WindUp(p[-1].copy(), xi[-1].copy(), ways), winding
+    return WindUpState(p[-1].copy(), xi[-1].copy(), ways), winding
 
 
 @kernel

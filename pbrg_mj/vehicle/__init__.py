@@ -1,1 +1,1 @@
-"""The vehicle room: hand point and wheels."""
+"""The vehicle package: hand point and wheels."""

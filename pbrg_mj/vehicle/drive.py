@@ -1,4 +1,4 @@
-"""From velocities of the hand points to what the plant is told."""
+"""From velocities of the hand points to what the plant is commanded."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.vehicle.hand_point import robot_sizes, wheel_speeds, wheel_speeds_of
+from pbrg_mj.vehicle.hand_point import robot_dimensions, wheel_speeds, wheel_speeds_of
 from pbrg_mj.world.actuation.motor_driver import quantised, saturate, saturated
 from pbrg_mj.world.scene.robot import RobotModel
 
@@ -41,13 +41,13 @@ class DifferentialDrive:
 
     def command(self, velocity: np.ndarray, body_pose: np.ndarray) -> np.ndarray:
         """Return the wheel voltages (n, 2) left, right [V], none beyond the nominal voltage."""
-        return wheel_voltages(velocity, body_pose, *self.numbers)
+        return wheel_voltages(velocity, body_pose, *self.parameters)
 
     @cached_property
-    def numbers(self) -> tuple[tuple[float, float, float], tuple[float, float, int]]:
+    def parameters(self) -> tuple[tuple[float, float, float], tuple[float, float, int]]:
         """Hand offset, half the track and the wheels' radius [m]; V s/rad, nominal voltage [V], duty cycles."""
         robot = self.robot
-        return robot_sizes(robot), (robot.motor_constant, robot.voltage, self.pwm_levels)
+        return robot_dimensions(robot), (robot.motor_constant, robot.voltage, self.pwm_levels)
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class SpeedDrive:
 
 @kernel
 def wheel_voltages(velocity, body_pose, sizes, motor):  # pragma: no cover - compiled
-    """Compute what DifferentialDrive commands; `sizes` and `motor` are its numbers."""
+    """Compute what DifferentialDrive commands; `sizes` and `motor` are its parameters."""
     constant, supply, levels = motor
     voltage = saturated(constant * wheel_speeds_of(velocity, body_pose[:, 2], sizes), supply)
     return quantised(voltage, supply, levels) if levels else voltage

@@ -28,10 +28,10 @@ def hand_point(body_pose: np.ndarray, hand_offset: float) -> np.ndarray:
 
 def wheel_speeds(velocity: np.ndarray, heading: np.ndarray, robot: RobotModel) -> np.ndarray:
     """Return the wheel speeds (n, 2) left, right [rad/s] that give hand points the `velocity` (n, 2) [m/s]."""
-    return wheel_speeds_of(velocity, heading, robot_sizes(robot))
+    return wheel_speeds_of(velocity, heading, robot_dimensions(robot))
 
 
-def robot_sizes(robot: RobotModel) -> tuple[float, float, float]:
+def robot_dimensions(robot: RobotModel) -> tuple[float, float, float]:
     """Return hand offset, half the track and the wheels' radius [m]."""
     return robot.hand_offset, robot.track / 2, robot.wheel_radius
 
@@ -47,7 +47,7 @@ def write_hand_points(body_pose, hand_offset, q):  # pragma: no cover - compiled
 
 @kernel
 def wheel_speeds_of(velocity, heading, sizes):  # pragma: no cover - compiled
-    """Compute what `wheel_speeds` returns; `sizes` are `robot_sizes`."""
+    """Compute what `wheel_speeds` returns; `sizes` are `robot_dimensions`."""
     hand_offset, half_track, wheel_radius = sizes
     speeds = np.empty((len(velocity), 2))
     for j in range(len(velocity)):

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from pbrg_mj.governor.certificate import ball_rows
-from pbrg_mj.governor.channel import Channel, Loss
-from pbrg_mj.governor.clarabel_solver import ClarabelSolver
-from pbrg_mj.governor.distributed import DistributedGovernor
-from pbrg_mj.governor.primal_dual import Flow
-from pbrg_mj.governor.problem import Problem
+from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
+from pbrg_mj.governor.distributed.channel import Channel, Loss
+from pbrg_mj.governor.distributed.governor import DistributedGovernor
+from pbrg_mj.governor.distributed.rounds import Flow
+from pbrg_mj.governor.problem.ball import ball_rows
+from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.team.graph import network_of_edges
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pbrg_mj.governor.certificate import ball_rows
-from pbrg_mj.governor.primal_dual import Estimates, Flow, round_arguments, rounds_of
-from pbrg_mj.governor.problem import Problem
+from pbrg_mj.governor.distributed.rounds import Estimates, Flow, round_arguments, rounds_in_new_arrays
+from pbrg_mj.governor.problem.ball import ball_rows
+from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.team.graph import network_of_edges
@@ -57,8 +57,8 @@ def _round_time(n: int) -> Round:
     twin = np.empty_like(state)
     short, long, copying = each_in_turn(
         (
-            lambda: rounds_of(*arguments, 0),
-            lambda: rounds_of(*arguments, rounds),
+            lambda: rounds_in_new_arrays(*arguments, 0),
+            lambda: rounds_in_new_arrays(*arguments, rounds),
             lambda: _stream(state, twin, rounds),
         ),
         calls=3,

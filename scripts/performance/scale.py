@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pbrg_mj.governor.primal_dual import run_rounds
+from pbrg_mj.governor.distributed.rounds import run_rounds
 from pbrg_mj.loop.record import Timings
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.schema import Scenario

@@ -9,10 +9,10 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize
 
-from pbrg_mj.governor.clarabel_solver import ClarabelSolver, tightest_rows
-from pbrg_mj.governor.cvxpy_solver import CvxpySolver
-from pbrg_mj.governor.primal_dual import Estimates, run_rounds
-from pbrg_mj.governor.problem import Problem
+from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver, tightest_rows
+from pbrg_mj.governor.centralized.cvxpy_solver import CvxpySolver
+from pbrg_mj.governor.distributed.rounds import Estimates, run_rounds
+from pbrg_mj.governor.problem.interface import Problem
 from performance.rounds import FLOW, ring_problem
 from performance.timing import each_in_turn
 

@@ -13,16 +13,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from pbrg_mj.governor.channel import Channel
-from pbrg_mj.governor.exchange import NOTHING, Exchange, reverse_links
-from pbrg_mj.governor.primal_dual import Estimates, Flow, active_rows, update_robots
-from pbrg_mj.governor.problem import Problem
+from pbrg_mj.governor.distributed.channel import NO_MESSAGE, Channel, LinkStates, reverse_links
+from pbrg_mj.governor.distributed.rounds import Estimates, Flow, active_rows, update_robots
+from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.kernel import kernel
 
 
 def run_network_rounds(
-    problem: Problem, memory: tuple[Estimates, Exchange], channel: Channel, flow: Flow, rounds: int
-) -> tuple[Estimates, Exchange, np.ndarray]:
+    problem: Problem, memory: tuple[Estimates, LinkStates], channel: Channel, flow: Flow, rounds: int
+) -> tuple[Estimates, LinkStates, np.ndarray]:
     """Return the estimates and the links' memory after `rounds` rounds, and messages sent by each robot, (n,).
 
     A robot that counts a neighbour as lost, or hears of such a robot, holds its estimates; it goes on sending.
@@ -32,7 +31,7 @@ def run_network_rounds(
     bad = channel.lost(exchange.bad, exchange.round, rounds)
     silent = channel.silent(exchange.round, rounds, net.robots)
     links = exchange.copied()
-    arrays = _rounds(
+    arrays = _run(
         (estimates.z, estimates.zeta, estimates.lam, estimates.nu),
         (links.flight, links.flight_hops, links.held, links.held_hops, links.age, links.up, links.hops),
         (net.first, net.leader, reverse_links(net), channel.delay, channel.silent_after, channel.impedance),
@@ -40,7 +39,7 @@ def run_network_rounds(
         (problem.p, problem.xi, problem.reference, rows.a, rows.C, rows.d, rows.active),
         (flow.alpha, flow.step, flow.multiplier_cap),
     )
-    after = Exchange(
+    after = LinkStates(
         exchange.round + rounds,
         *(links.flight, links.flight_hops, links.held, links.held_hops, links.age, links.up),
         bad=bad[-1].copy() if rounds else exchange.bad,
@@ -50,7 +49,7 @@ def run_network_rounds(
 
 
 @kernel
-def _rounds(estimates, links, network, events, private, gains):  # pragma: no cover - compiled
+def _run(estimates, links, network, events, private, gains):  # pragma: no cover - compiled
     """Run len(bad) rounds; `links` change in place."""
     old = (estimates[0].copy(), estimates[1].copy(), estimates[2].copy(), estimates[3].copy())
     new = (estimates[0].copy(), estimates[1].copy(), estimates[2].copy(), estimates[3].copy())
@@ -111,7 +110,7 @@ def _send_estimates(old, links, network, now, events):  # pragma: no cover - com
             out = reverse[e]
             flight[0, out, slot] = old[0][i]
             flight[1, out, slot] = old[1][i]
-            flight_hops[out, slot] = NOTHING if silent[i] or bad[out] else hops[i]
+            flight_hops[out, slot] = NO_MESSAGE if silent[i] or bad[out] else hops[i]
 
 
 @kernel
@@ -122,7 +121,7 @@ def _receive(links, network, now, silent):  # pragma: no cover - compiled
     for i in range(len(first) - 1):
         for e in range(first[i], first[i + 1]):
             slot = (now - delay[e]) % flight.shape[2]
-            if flight_hops[e, slot] != NOTHING and not silent[i]:
+            if flight_hops[e, slot] != NO_MESSAGE and not silent[i]:
                 held[0, e] = flight[0, e, slot]
                 held[1, e] = flight[1, e, slot]
                 held_hops[e] = flight_hops[e, slot]
@@ -144,7 +143,7 @@ def _send_waves(old, seen, links, network, now, events):  # pragma: no cover - c
         z, zeta = old[0][i], old[1][i]
         for e in range(first[i], first[i + 1]):
             out = reverse[e]
-            flight_hops[out, slot] = NOTHING if silent[i] or bad[out] else hops[i]
+            flight_hops[out, slot] = NO_MESSAGE if silent[i] or bad[out] else hops[i]
             for c in range(len(z)):
                 if not up[e]:  # no line yet, or no more: r_i = y_i, no flow
                     flight[0, out, slot, c] = np.sqrt(0.5 * eta) * z[c]

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from pbrg_mj.governor.certificate import Rows
+from pbrg_mj.governor.problem.ball import Rows
 from pbrg_mj.team.network import Network
 
-STILL = 1e-9  # eigenvalues this small belong to what the flow conserves: the mean of zeta
+ZERO_MODE = 1e-9  # eigenvalues this small belong to what the flow conserves: the mean of zeta
 
 
 def admissible_step(network: Network, alpha: float, gradients: np.ndarray) -> float:
@@ -30,7 +30,7 @@ def admissible_step(network: Network, alpha: float, gradients: np.ndarray) -> fl
     consensus[:n, :n] -= 2.0 * alpha * np.diag(network.leader)
     pinned = np.block([[-L, L], [-L, np.zeros((n, n))]])
     flows = [consensus]
-    for robot in _typical(network, gradients):
+    for robot in _one_of_each_kind(network, gradients):
         flows.append(_with_multiplier(pinned, robot, alpha, 1.0))
         flows.append(_with_multiplier(consensus, robot, alpha, gradients[robot]))
     return min(_euler_limit(flow) for flow in flows)
@@ -44,13 +44,13 @@ def steepest_gradients(network: Network, formation: np.ndarray, inputs: Rows | N
     a sqrt(n), and the rows of all facets are the same row, `inputs`; None without input constraints.
     """
     n = network.robots
-    squares = np.full(n, abreast(formation) * (1.0 + np.sqrt(n)) ** 2)
+    squares = np.full(n, robots_abreast(formation) * (1.0 + np.sqrt(n)) ** 2)
     if inputs is not None:
         squares += n * np.sum(inputs.a**2, axis=1)
     return np.sqrt(squares)
 
 
-def abreast(formation: np.ndarray) -> int:
+def robots_abreast(formation: np.ndarray) -> int:
     """Return the largest number of robots that one half-space can meet at once: on one edge of b's convex hull."""
     i, j = np.triu_indices(len(formation), k=1)
     along = formation[j] - formation[i]
@@ -62,7 +62,7 @@ def abreast(formation: np.ndarray) -> int:
     return int(on_line[~outside].max(initial=1))
 
 
-def _typical(network: Network, gradients: np.ndarray) -> list[int]:
+def _one_of_each_kind(network: Network, gradients: np.ndarray) -> list[int]:
     """Return one robot of each degree and kind: the pinned flow depends on little else, and n of them cost n^4."""
     kinds = np.column_stack([network.degree, network.leader, gradients])
     return np.unique(kinds, axis=0, return_index=True)[1].tolist()
@@ -80,5 +80,5 @@ def _with_multiplier(flow: np.ndarray, robot: int, alpha: float, gradient: float
 
 def _euler_limit(flow: np.ndarray) -> float:
     modes = np.linalg.eigvals(flow)
-    modes = modes[np.abs(modes) > STILL]
+    modes = modes[np.abs(modes) > ZERO_MODE]
     return float(np.min(-2.0 * modes.real / np.abs(modes) ** 2)) if len(modes) else np.inf

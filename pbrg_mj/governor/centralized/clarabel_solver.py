@@ -17,9 +17,9 @@ import clarabel
 import numpy as np
 from scipy.sparse import csc_matrix
 
-from pbrg_mj.governor.certificate import Rows
-from pbrg_mj.governor.optimum import Found, Optimum
-from pbrg_mj.governor.problem import Problem
+from pbrg_mj.governor.centralized.optimum import Optimum, OptimumStatus
+from pbrg_mj.governor.problem.ball import Rows
+from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.kernel import kernel
 
 TOLERANCES = {
@@ -35,7 +35,7 @@ TOLERANCES = {
 Where Clarabel cannot reach the first three it may still reach the reduced ones, and answers `AlmostSolved`.
 """
 
-_FOUND: dict[str, Found] = {
+_STATUS: dict[str, OptimumStatus] = {
     "Solved": "solved",
     "AlmostSolved": "solved",
     "PrimalInfeasible": "infeasible",
@@ -65,7 +65,7 @@ class ClarabelSolver:
         solution = solver.solve()
         solving = perf_counter() - built
         words = str(solution.status)
-        found = _FOUND.get(words, "failed")
+        found = _STATUS.get(words, "failed")
         if found != "solved":
             nothing = np.full(problem.rows.d.shape, np.nan)
             return Optimum(np.full(2, np.nan), found, np.nan, nothing, words, built - started, solving)

@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pbrg_mj.governor.stretch import Stretch, problem_at
+from pbrg_mj.governor.monitor.tick_block import TickBlock, problem_at
 from pbrg_mj.kernel import kernel
 
 
-class Operation(NamedTuple):
-    """How well one tick's answer serves, judged with everything known. Nothing of it is fed back."""
+class Diagnostics(NamedTuple):
+    """How well one tick's answer serves, evaluated with everything known. Nothing of it is fed back."""
 
     applied_m: np.ndarray  # (2,) mean of the leaders' m [m]: what moves the team
     storage: float  # V = rho^2 / 2 at the applied m [m^2]
@@ -23,7 +23,7 @@ class Operation(NamedTuple):
     complementarity: float  # largest |lambda g| [m^2]
 
 
-def operations(stretch: Stretch, m: np.ndarray, multipliers: np.ndarray, before: Operation | None) -> list[Operation]:
+def diagnose(block: TickBlock, m: np.ndarray, multipliers: np.ndarray, before: Diagnostics | None) -> list[Diagnostics]:
     """Return the certificates of T ticks; `before` are those of the tick before them, None if there is none.
 
     `m` (T, n, 2) and `multipliers` (T, n, R) are a governor's answers. Stationarity, worst row (its positive part) and
@@ -32,19 +32,19 @@ def operations(stretch: Stretch, m: np.ndarray, multipliers: np.ndarray, before:
     """
     last = (np.zeros(2), 0.0) if before is None else (before.applied_m, before.storage)
     applied, values = np.empty((len(m), 2)), np.empty((len(m), 6))
-    _judge_ticks(stretch.network.leader, stretch.arrays, (m, multipliers), last, applied, values)
+    _evaluate_ticks(block.network.leader, block.arrays, (m, multipliers), last, applied, values)
     if before is None:
         values[0, 1] = 0.0
-    return list(map(Operation, applied, *values.T.tolist()))
+    return list(map(Diagnostics, applied, *values.T.tolist()))
 
 
 @kernel
-def _judge_ticks(leader, problems, answers, last, applied, values):  # pragma: no cover - compiled
-    """Write the fields of every tick's Operation, in their order."""
+def _evaluate_ticks(leader, problems, answers, last, applied, values):  # pragma: no cover - compiled
+    """Write the fields of every tick's Diagnostics, in their order."""
     (m, lam), (last_m, last_storage) = answers, last
     for t in range(len(m)):
         (p, xi, r), rows = problem_at(problems, t)
-        found = _judged((leader, r, m[t], lam[t]), (p, xi), rows, (last_m, last_storage))
+        found = _evaluate((leader, r, m[t], lam[t]), (p, xi), rows, (last_m, last_storage))
         last_m, last_storage = found[0], found[1]
         applied[t, 0], applied[t, 1] = last_m[0], last_m[1]
         values[t, 0], values[t, 1], values[t, 2] = found[1], found[2], found[3]
@@ -52,8 +52,8 @@ def _judge_ticks(leader, problems, answers, last, applied, values):  # pragma: n
 
 
 @kernel
-def _judged(answer, state, rows, before):  # pragma: no cover - compiled
-    """Return the fields of Operation, in their order."""
+def _evaluate(answer, state, rows, before):  # pragma: no cover - compiled
+    """Return the fields of Diagnostics, in their order."""
     leader, r, known_m, lam = answer
     p, xi = state
     n, leaders, m = len(p), leader.sum(), np.zeros(2)
@@ -62,7 +62,7 @@ def _judged(answer, state, rows, before):  # pragma: no cover - compiled
         m[1] += leader[i] * known_m[i, 1] / leaders
     storage, held = _storage(m, p, xi), _storage(before[0], p, xi) - before[1]
     rho = math.sqrt(2.0 * storage)
-    worst, complementarity, pull, push_x, push_y = _judged_rows(m, rho, lam, rows)
+    worst, complementarity, pull, push_x, push_y = _evaluate_rows(m, rho, lam, rows)
     weight = pull / rho if rho > 0.0 else 0.0
     sum_x = sum_y = 0.0
     for j in range(n):
@@ -74,7 +74,7 @@ def _judged(answer, state, rows, before):  # pragma: no cover - compiled
 
 
 @kernel
-def _judged_rows(m, rho, lam, rows):  # pragma: no cover - compiled
+def _evaluate_rows(m, rho, lam, rows):  # pragma: no cover - compiled
     """Return the largest row, the largest |lambda g|, sum of a lambda and sum of C lambda."""
     a, C, d, active = rows
     worst, largest = -np.inf, 0.0

@@ -6,16 +6,16 @@ from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 
-from pbrg_mj.governor.problem import Problem
+from pbrg_mj.governor.problem.interface import Problem
 
-Found = Literal["solved", "infeasible", "failed"]
+OptimumStatus = Literal["solved", "infeasible", "failed"]
 
 
 class Optimum(NamedTuple):
     """What the centralized solver found."""
 
     m: np.ndarray  # (2,) m* [m]; NaN unless solved
-    status: Found
+    status: OptimumStatus
     cost: float  # number of leaders times ||r - m*||^2 [m^2]; NaN unless solved
     multipliers: np.ndarray  # (n, R) lambda*, one per row; NaN unless solved
     solver_status: str  # in the solver's own words

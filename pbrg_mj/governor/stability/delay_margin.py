@@ -22,16 +22,18 @@ import numpy as np
 
 from pbrg_mj.team.network import Network
 
-BARELY = 1e-4  # growth [1/s] that no run is long enough to see
-FINE = 1.0  # [rad] of delayed messages and of log theta, over the robots: all factors may turn at the same place
-TURN = 0.8  # [rad] largest turn of a determinant from point to point; larger ones are looked at more closely
-LARGEST = 20  # robots; the work grows with n^5
-CLOSER = 30  # times at most, by halves
-FAR = 4.0  # least multiple of the flow's rates beyond which nothing turns about 0 any more
+NEGLIGIBLE_GROWTH = 1e-4  # growth [1/s] that no run is long enough to see
+GRID_SPACING = (
+    1.0  # [rad] of delayed messages and of log theta, over the robots: all factors may turn at the same place
+)
+MAX_TURN = 0.8  # [rad] largest turn of a determinant from point to point; larger ones are looked at more closely
+MAX_ROBOTS = 20  # robots; the work grows with n^5
+MAX_REFINEMENTS = 30  # times at most, by halves
+RATE_MARGIN = 4.0  # least multiple of the flow's rates beyond which nothing turns about 0 any more
 
 
 @dataclass(frozen=True)
-class Delayed:
+class DelayedRounds:
     """Linearised rounds of the plain exchange on one network."""
 
     network: Network
@@ -39,12 +41,12 @@ class Delayed:
     step: float  # of a round [s]
     delay: np.ndarray  # (E,) int64 rounds, of every directed link
 
-    def scaled(self, longest: int) -> Delayed:
+    def scaled(self, longest: int) -> DelayedRounds:
         """Return the same with delays in the same proportion, the longest being `longest`."""
-        return Delayed(self.network, self.alpha, self.step, self.delay * longest // max(1, int(self.delay.max())))
+        return DelayedRounds(self.network, self.alpha, self.step, self.delay * longest // max(1, int(self.delay.max())))
 
 
-def delay_margin(rounds: Delayed, gradients: np.ndarray) -> int | None:
+def delay_margin(rounds: DelayedRounds, gradients: np.ndarray) -> int | None:
     """Return how long the longest delay may be, in rounds, the others in proportion; None: as long as it is.
 
     Stable is: no mode of consensus and pinned states grows, nor any with the multipliers of one robot's constraints,
@@ -62,11 +64,11 @@ def delay_margin(rounds: Delayed, gradients: np.ndarray) -> int | None:
     return steady
 
 
-def _stable(rounds: Delayed, gradients: np.ndarray) -> bool:
+def _stable(rounds: DelayedRounds, gradients: np.ndarray) -> bool:
     theta = _angles(rounds, float(gradients.max()))
     values = determinants(rounds, gradients, theta)
-    for _ in range(CLOSER):
-        turns = np.abs(np.angle(values[1:] * values[:-1].conj())) > TURN
+    for _ in range(MAX_REFINEMENTS):
+        turns = np.abs(np.angle(values[1:] * values[:-1].conj())) > MAX_TURN
         coarse = turns.any(axis=1)
         if not coarse.any():
             return not any(growing_modes(mode) for mode in values.T)
@@ -78,22 +80,22 @@ def _stable(rounds: Delayed, gradients: np.ndarray) -> bool:
     return False  # a mode on the circle itself
 
 
-def _angles(rounds: Delayed, gradient: float) -> np.ndarray:
+def _angles(rounds: DelayedRounds, gradient: float) -> np.ndarray:
     """Return angles of the upper half of the circle, [rad], from 0 to pi or to where all is settled."""
     step, alpha = rounds.step, rounds.alpha
     rate = 2.0 * rounds.network.degree.max(initial=0) + 2.0 * alpha + np.sqrt(alpha) * gradient
-    far = max(FAR, rounds.network.robots)  # each robot's factor of the determinant still turns by 1 / far there
+    far = max(RATE_MARGIN, rounds.network.robots)  # each robot's factor of the determinant still turns by 1 / far there
     last = min(np.pi, far * step * rate)
-    first = 0.01 * step * BARELY
-    fine = FINE / rounds.network.robots
+    first = 0.01 * step * NEGLIGIBLE_GROWTH
+    fine = GRID_SPACING / rounds.network.robots
     turns = np.exp(np.arange(np.log(first), np.log(last), fine))
     even = np.arange(first, last, fine / (1.0 + rounds.delay.max(initial=0)))
     return np.concatenate([[0.0], np.union1d(turns, even), [last]])
 
 
-def determinants(rounds: Delayed, gradients: np.ndarray, theta: np.ndarray) -> np.ndarray:
+def determinants(rounds: DelayedRounds, gradients: np.ndarray, theta: np.ndarray) -> np.ndarray:
     """Return the modes' determinants over (z - 1)^n, up to their size, (S, M): pinned, led, and led with rows."""
-    points = (1.0 + rounds.step * BARELY) * np.exp(1j * theta)
+    points = (1.0 + rounds.step * NEGLIGIBLE_GROWTH) * np.exp(1j * theta)
     free, inverse = _response(rounds, points, 0.0)
     pinned = free[:, None] * (1.0 + _multiplier(rounds, points, np.ones(rounds.network.robots)) * inverse)
     led, inverse = _response(rounds, points, 2.0 * rounds.alpha)
@@ -101,7 +103,7 @@ def determinants(rounds: Delayed, gradients: np.ndarray, theta: np.ndarray) -> n
     return np.column_stack([pinned, led, bound])
 
 
-def _response(rounds: Delayed, points: np.ndarray, lead: float) -> tuple[np.ndarray, np.ndarray]:
+def _response(rounds: DelayedRounds, points: np.ndarray, lead: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the phase of det P / (z - 1)^n (S,) and the diagonal of P^-1 (S, n); K = `lead` diag(delta)."""
     network, step = rounds.network, rounds.step
     n = network.robots
@@ -115,7 +117,7 @@ def _response(rounds: Delayed, points: np.ndarray, lead: float) -> tuple[np.ndar
     return np.linalg.slogdet(scaled)[0], np.diagonal(inverse, axis1=1, axis2=2)
 
 
-def _multiplier(rounds: Delayed, points: np.ndarray, gradients: np.ndarray) -> np.ndarray:
+def _multiplier(rounds: DelayedRounds, points: np.ndarray, gradients: np.ndarray) -> np.ndarray:
     """Return what multipliers with gradients (n,) of these lengths add to their robots' entries of P, (S, n)."""
     return rounds.step**2 * rounds.alpha * gradients**2 / (points - 1.0)[:, None]
 
@@ -127,8 +129,8 @@ def growing_modes(values: np.ndarray) -> int:
     values go on to a positive number without another turn.
     """
     angle = np.unwrap(np.angle(values))
-    return -round((angle[-1] - angle[0] - _rest(values[-1])) / np.pi)
+    return -round((angle[-1] - angle[0] - _final_angle(values[-1])) / np.pi)
 
 
-def _rest(last: complex) -> float:
+def _final_angle(last: complex) -> float:
     return float(np.angle(last)) if last.real > 0.0 else 0.0

@@ -1,4 +1,4 @@
-"""The passivity argument of the paper's convergence proof, as numbers (Lemmas 2 to 4, with the slips mended).
+"""The passivity argument of the paper's convergence proof, as numbers (Lemmas 2 to 4, with the errata fixed).
 
 The flow is a feedback of two subsystems: PI consensus with gradient descent, and dual ascent. Between any two of its
 motions on one problem, with differences d, storages S = (||dz||^2 + ||dzeta||^2) / 2 and
@@ -13,7 +13,7 @@ The supplies cancel in S + alpha U, which therefore never grows. Two second moti
 - `flow_passivity`: the same motion a round later (differences are velocities, S + alpha U the flow's own speed). Needs
   nothing, not even that there is an optimum; known as incremental passivity.
 
-The kernels index whole arrays instead of taking rows and sums of columns, as `primal_dual.update_robots` tells.
+The kernels index whole arrays instead of taking rows and sums of columns, as `primal_dual.update_robots` explains.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pbrg_mj.governor.equilibrium import dual_force, rest_arguments, resting
-from pbrg_mj.governor.optimum import Optimum
-from pbrg_mj.governor.primal_dual import Estimates, Flow
-from pbrg_mj.governor.problem import Problem
+from pbrg_mj.governor.centralized.optimum import Optimum
+from pbrg_mj.governor.distributed.rounds import Estimates, Flow
+from pbrg_mj.governor.monitor.equilibrium import dual_force, equilibrium_arguments, equilibrium_arrays
+from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.kernel import kernel
 
 
@@ -59,16 +59,16 @@ def passivity(problem: Problem, optimum: Optimum, alpha: float, before: Estimate
     its sign.
     """
     motions = tuple((one.z, one.zeta, one.lam, one.nu) for one in (before, rates))
-    return Passivity(*balance_about(rest_arguments(problem, optimum, alpha), *motions))
+    return Passivity(*balance_about_optimum(equilibrium_arguments(problem, optimum, alpha), *motions))
 
 
 @kernel
-def balance_about(about, before, rates):  # pragma: no cover - compiled
-    """Compute what `passivity` returns; `about` are `rest_arguments`."""
+def balance_about_optimum(about, before, rates):  # pragma: no cover - compiled
+    """Compute what `passivity` returns; `about` are `equilibrium_arguments`."""
     lam, rows, alpha = about[1], about[2], about[5]
     z_1, zeta_1, lam_1, nu_1 = before
     z_rate, zeta_rate, lam_rate, nu_rate = rates
-    z, zeta, nu, rest = resting(*about, _mean_row(zeta_1))
+    z, zeta, nu, rest = equilibrium_arrays(*about, _mean_row(zeta_1))
     supply = _supply(z, z_1, rest, dual_force(z_1, lam_1, nu_1, rows))
     stored_z, growth_z = _difference(z, z_1, z_rate)
     stored_zeta, growth_zeta = _difference(zeta, zeta_1, zeta_rate)

@@ -11,9 +11,9 @@ import cvxpy as cp
 import numpy as np
 from cvxpy.error import SolverError
 
-from pbrg_mj.governor.clarabel_solver import TOLERANCES
-from pbrg_mj.governor.optimum import Found, Optimum
-from pbrg_mj.governor.problem import Problem
+from pbrg_mj.governor.centralized.clarabel_solver import TOLERANCES
+from pbrg_mj.governor.centralized.optimum import Optimum, OptimumStatus
+from pbrg_mj.governor.problem.interface import Problem
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class CvxpySolver:
         for name, parameter in program.parameters.items():
             parameter.value = values[name]
         words, solving = _solve(program.problem)
-        found = _FOUND.get(words, "failed")
+        found = _STATUS.get(words, "failed")
         multipliers = np.full(rows.d.shape, np.nan)
         if found == "solved":
             multipliers[:] = 0.0
@@ -73,7 +73,7 @@ class CvxpySolver:
         )
 
 
-_FOUND: dict[str, Found] = {
+_STATUS: dict[str, OptimumStatus] = {
     cp.OPTIMAL: "solved",
     cp.OPTIMAL_INACCURATE: "solved",  # to the reduced tolerances
     cp.INFEASIBLE: "infeasible",

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pbrg_mj.governor.certificate import Rows
-from pbrg_mj.governor.problem import Problem
+from pbrg_mj.governor.problem.ball import Rows
+from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.kernel import kernel
 from pbrg_mj.team.network import Network
 
 
 @dataclass(frozen=True)
-class Stretch:
+class TickBlock:
     """The problems of T ticks. Rows, which change seldom, stand once for all ticks in a row that share them."""
 
     problems: Sequence[Problem]
@@ -23,8 +23,8 @@ class Stretch:
     rows_at: np.ndarray  # (T,) int64, which of them
 
     @classmethod
-    def of(cls, problems: Sequence[Problem]) -> Stretch:
-        """Return the stretch of one problem or more, all of one run."""
+    def of(cls, problems: Sequence[Problem]) -> TickBlock:
+        """Return the block of one problem or more, all of one run."""
         known: list[Rows] = []
         rows_at = np.empty(len(problems), dtype=np.int64)
         for tick, problem in enumerate(problems):
@@ -34,15 +34,15 @@ class Stretch:
         return cls(
             problems=problems,
             state=(
-                in_a_row([problem.p for problem in problems]),
-                in_a_row([problem.xi for problem in problems]),
-                in_a_row([problem.reference for problem in problems]),
+                stack_ticks([problem.p for problem in problems]),
+                stack_ticks([problem.xi for problem in problems]),
+                stack_ticks([problem.reference for problem in problems]),
             ),
             rows=(
-                in_a_row([rows.a for rows in known]),
-                in_a_row([rows.C for rows in known]),
-                in_a_row([rows.d for rows in known]),
-                in_a_row([rows.active for rows in known]),
+                stack_ticks([rows.a for rows in known]),
+                stack_ticks([rows.C for rows in known]),
+                stack_ticks([rows.d for rows in known]),
+                stack_ticks([rows.active for rows in known]),
             ),
             rows_at=rows_at,
         )
@@ -60,13 +60,13 @@ class Stretch:
 
 @kernel
 def problem_at(arrays, t):  # pragma: no cover - compiled
-    """Return p, xi and r of a stretch's tick, and a, C, d and active of its rows."""
+    """Return p, xi and r of a block's tick, and a, C, d and active of its rows."""
     (p, xi, r), (a, C, d, active), rows_at = arrays
     u = rows_at[t]
     return (p[t], xi[t], r[t]), (a[u], C[u], d[u], active[u])
 
 
-def in_a_row(arrays: Sequence[np.ndarray]) -> np.ndarray:
+def stack_ticks(arrays: Sequence[np.ndarray]) -> np.ndarray:
     """Return arrays of one shape as one, (T, ...); a single one is not copied."""
     if len(arrays) == 1:
         return np.ascontiguousarray(arrays[0])[None]

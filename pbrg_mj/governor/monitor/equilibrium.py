@@ -1,6 +1,6 @@
 """Where the flow comes to rest: its equilibrium at an optimum, in closed form, and the force of rows and pinned states.
 
-The kernels index whole arrays instead of taking rows and sums of columns, as `primal_dual.update_robots` tells.
+The kernels index whole arrays instead of taking rows and sums of columns, as `primal_dual.update_robots` explains.
 """
 
 from __future__ import annotations
@@ -9,9 +9,9 @@ import math
 
 import numpy as np
 
-from pbrg_mj.governor.optimum import Optimum
-from pbrg_mj.governor.primal_dual import Estimates
-from pbrg_mj.governor.problem import Problem
+from pbrg_mj.governor.centralized.optimum import Optimum
+from pbrg_mj.governor.distributed.rounds import Estimates
+from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.kernel import kernel
 
 
@@ -21,21 +21,21 @@ def equilibrium(problem: Problem, optimum: Optimum, alpha: float, zeta_mean: np.
     z_i = (m*, p, xi) for all robots; nu balances grad g' lambda in each robot's own blocks; L zeta balances what is
     left. The mean of zeta, (4n + 2,), is conserved by the flow and therefore given.
     """
-    z, zeta, nu, _ = resting(*rest_arguments(problem, optimum, alpha), zeta_mean)
+    z, zeta, nu, _ = equilibrium_arrays(*equilibrium_arguments(problem, optimum, alpha), zeta_mean)
     return Estimates(z, zeta, optimum.multipliers, nu)
 
 
-def rest_arguments(problem: Problem, optimum: Optimum, alpha: float) -> tuple:
-    """Return the first six arguments of `resting`."""
+def equilibrium_arguments(problem: Problem, optimum: Optimum, alpha: float) -> tuple:
+    """Return the first six arguments of `equilibrium_arrays`."""
     network, rows = problem.network, problem.rows
     state, aims = (optimum.m, problem.p, problem.xi), (network.leader, problem.reference)
     return state, optimum.multipliers, (rows.a, rows.C), aims, network.laplacian_pinv, alpha
 
 
 @kernel
-def resting(state, lam, rows, aims, pinv, alpha, zeta_mean):  # pragma: no cover - compiled
+def equilibrium_arrays(state, lam, rows, aims, pinv, alpha, zeta_mean):  # pragma: no cover - compiled
     """Return z, zeta, nu, and grad g_i' lambda_i + grad h_i' nu_i of every robot, (n, 4n + 2)."""
-    z, nu, force = _at_rest(state, lam, rows)
+    z, nu, force = _primal_and_nu(state, lam, rows)
     pushed, m, (leader, r) = alpha * force, state[0], aims
     for i in range(len(leader)):
         for axis in range(2):
@@ -48,7 +48,7 @@ def resting(state, lam, rows, aims, pinv, alpha, zeta_mean):  # pragma: no cover
 
 
 @kernel
-def _at_rest(state, lam, rows):  # pragma: no cover - compiled
+def _primal_and_nu(state, lam, rows):  # pragma: no cover - compiled
     """Return z, nu, and the force of all rows and of nu, which cancels it in z_p and z_xi as a sum over the robots."""
     m, p, xi = state
     n = len(p)

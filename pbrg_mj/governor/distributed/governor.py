@@ -9,16 +9,14 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from pbrg_mj.governor.bounds import judged
-from pbrg_mj.governor.channel import Channel
-from pbrg_mj.governor.exchange import Exchange
-from pbrg_mj.governor.network_rounds import run_network_rounds
-from pbrg_mj.governor.next_rounds import one_round_passivities, two_rounds_passivities
-from pbrg_mj.governor.optimum import Optimum
-from pbrg_mj.governor.passivity import Passivity, flow_passivity, passivity
-from pbrg_mj.governor.primal_dual import Estimates, Flow, run_rounds
-from pbrg_mj.governor.problem import Problem, Solution, Status
-from pbrg_mj.governor.stretch import Stretch
+from pbrg_mj.governor.centralized.optimum import Optimum
+from pbrg_mj.governor.distributed.channel import Channel, LinkStates
+from pbrg_mj.governor.distributed.network_rounds import run_network_rounds
+from pbrg_mj.governor.distributed.rounds import Estimates, Flow, judged, run_rounds
+from pbrg_mj.governor.monitor.passivity import Passivity, flow_passivity, passivity
+from pbrg_mj.governor.monitor.passivity_blocks import flow_passivities_of_block, passivities_about_optima
+from pbrg_mj.governor.monitor.tick_block import TickBlock
+from pbrg_mj.governor.problem.interface import Problem, Solution, Status
 
 DOUBLE = 8  # bytes of one number on the wire
 HOPS = 2  # bytes of the hop count in a message that can be late or lost
@@ -29,7 +27,7 @@ class DistributedMemory(NamedTuple):
 
     estimates: Estimates
     m: np.ndarray  # (n, 2)
-    exchange: Exchange | None = None  # None when every message arrives within its round
+    exchange: LinkStates | None = None  # None when every message arrives within its round
     diverged: bool = False  # the estimates have left all bounds
 
 
@@ -46,7 +44,7 @@ class DistributedGovernor:
     def init(self, problem: Problem) -> DistributedMemory:
         """Return first estimates: all zero (paper, simulations), or from the start positions (experiments).
 
-        From the start: m_i = p_i(0), z_p = p(0), z_xi = 0; the overhead camera tells everyone p(0) once.
+        From the start: m_i = p_i(0), z_p = p(0), z_xi = 0; the overhead camera explains everyone p(0) once.
         """
         n = problem.network.robots
         z = np.zeros((n, 4 * n + 2))
@@ -54,8 +52,8 @@ class DistributedGovernor:
             z[:, :2] = problem.p
             z[:, 2 : 2 + 2 * n] = problem.p.reshape(-1)
         estimates = Estimates(z, np.zeros_like(z), np.zeros_like(problem.rows.d), np.zeros((n, 4)))
-        exchange = None if self.channel is None else Exchange.quiet(self.channel, n)
-        return DistributedMemory(estimates, z[:, :2].copy(), exchange, diverged=not self._judged(estimates)[0])
+        exchange = None if self.channel is None else LinkStates.empty(self.channel, n)
+        return DistributedMemory(estimates, z[:, :2].copy(), exchange, diverged=not self._check_limits(estimates)[0])
 
     def step(self, problem: Problem, memory: DistributedMemory) -> tuple[Solution, DistributedMemory]:
         """Run one tick's rounds.
@@ -79,27 +77,27 @@ class DistributedGovernor:
         return solution, DistributedMemory(estimates, m, exchange, diverged=status == "diverged")
 
     def passivities(
-        self, stretch: Stretch, memories: Sequence[DistributedMemory], optima: Sequence[Optimum]
+        self, block: TickBlock, memories: Sequence[DistributedMemory], optima: Sequence[Optimum]
     ) -> list[Passivity]:
         """Return at T ticks the balance over the round that would follow; what is on the lines is not in it."""
         if self.channel is not None:
-            return list(map(self._passivity, stretch.problems, memories, optima))
+            return list(map(self._passivity, block.problems, memories, optima))
         estimates = [memory.estimates for memory in memories]
-        found = one_round_passivities(stretch, optima, self.flow, estimates, self.diverged_beyond)
+        found = passivities_about_optima(block, optima, self.flow, estimates, self.diverged_beyond)
         return _while_bounded(memories, found)
 
-    def flow_passivities(self, stretch: Stretch, memories: Sequence[DistributedMemory]) -> list[Passivity]:
+    def flow_passivities(self, block: TickBlock, memories: Sequence[DistributedMemory]) -> list[Passivity]:
         """Return at T ticks the balance of the flow's own velocity over the two rounds that would follow."""
         if self.channel is not None:
-            return list(map(self._flow_passivity, stretch.problems, memories))
-        found = two_rounds_passivities(stretch, self.flow, [memory.estimates for memory in memories])
+            return list(map(self._flow_passivity, block.problems, memories))
+        found = flow_passivities_of_block(block, self.flow, [memory.estimates for memory in memories])
         return _while_bounded(memories, found)
 
     def _passivity(self, problem: Problem, memory: DistributedMemory, optimum: Optimum) -> Passivity:
         if optimum.status != "solved" or memory.diverged:
             return Passivity.unknown()
         before, after = memory.estimates, self._run(problem, memory, 1)[0]
-        if not self._judged(after)[0]:
+        if not self._check_limits(after)[0]:
             return Passivity.unknown()
         rates = {name: (getattr(after, name) - now) / self.flow.step for name, now in vars(before).items()}
         return passivity(problem, optimum, self.flow.alpha, before, Estimates(**rates))
@@ -113,7 +111,7 @@ class DistributedGovernor:
 
     def _run(
         self, problem: Problem, memory: DistributedMemory, rounds: int
-    ) -> tuple[Estimates, Exchange | None, np.ndarray]:
+    ) -> tuple[Estimates, LinkStates | None, np.ndarray]:
         """Return the estimates and links after some rounds, and the bytes sent by each robot, (n,)."""
         numbers = 2 * (4 * problem.network.robots + 2)  # (z_i, zeta_i) or a wave, to every neighbour, every round
         if self.channel is None or memory.exchange is None:
@@ -123,15 +121,15 @@ class DistributedGovernor:
         estimates, exchange, messages = run_network_rounds(problem, links, self.channel, self.flow, rounds)
         return estimates, exchange, messages * (numbers * DOUBLE + HOPS)
 
-    def _status(self, estimates: Estimates, exchange: Exchange | None) -> Status:
-        bounded, capped = self._judged(estimates)
+    def _status(self, estimates: Estimates, exchange: LinkStates | None) -> Status:
+        bounded, capped = self._check_limits(estimates)
         if not bounded:
             return "diverged"
         if exchange is not None and exchange.holding.any():
             return "holding"
         return "infeasible" if capped else "ok"
 
-    def _lost(self, problem: Problem, exchange: Exchange | None) -> np.ndarray:
+    def _lost(self, problem: Problem, exchange: LinkStates | None) -> np.ndarray:
         """Return how many neighbours each robot counts as lost, (n,)."""
         n = problem.network.robots
         if self.channel is None or exchange is None:
@@ -139,7 +137,7 @@ class DistributedGovernor:
         receiver = np.repeat(np.arange(n), problem.network.degree)
         return np.bincount(receiver[exchange.lost_links(self.channel)], minlength=n)
 
-    def _judged(self, estimates: Estimates) -> tuple[bool, bool]:
+    def _check_limits(self, estimates: Estimates) -> tuple[bool, bool]:
         """Return whether the estimates are within bounds, and whether some multiplier is at its cap."""
         return judged(estimates.z, estimates.lam, self.diverged_beyond, self.flow.multiplier_cap)
 

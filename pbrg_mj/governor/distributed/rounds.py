@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pbrg_mj.governor.problem import Problem
+from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.kernel import kernel
 
 
@@ -49,7 +49,7 @@ def run_rounds(problem: Problem, estimates: Estimates, flow: Flow, rounds: int) 
 
 
 def round_arguments(problem: Problem, estimates: Estimates, flow: Flow) -> tuple[tuple, tuple, tuple, tuple, tuple]:
-    """Return the first five arguments of `rounds_of` and `write_rounds`."""
+    """Return the first five arguments of `rounds_in_new_arrays` and `write_rounds`."""
     net, rows = problem.network, problem.rows
     return (
         (estimates.z, estimates.zeta, estimates.lam, estimates.nu),
@@ -61,18 +61,18 @@ def round_arguments(problem: Problem, estimates: Estimates, flow: Flow) -> tuple
 
 
 @kernel
-def rounds_of(estimates, network, state, rows, gains, rounds):  # pragma: no cover - compiled
+def rounds_in_new_arrays(estimates, network, state, rows, gains, rounds):  # pragma: no cover - compiled
     """Return the arrays of the estimates after so many rounds, all of them new."""
-    after = room_for(estimates)
+    after = empty_estimates(estimates)
     write_rounds(estimates, network, state, rows, gains, rounds, after)
     return after
 
 
 @kernel
 def write_rounds(estimates, network, state, rows, gains, rounds, after):  # pragma: no cover - compiled
-    """Write the estimates after so many rounds; those before stay as they are. `after` is room as of `room_for`."""
+    """Write the estimates after so many rounds; those before stay as they are. `after` is room as of `empty_estimates`."""
     first, neighbours, leader = network
-    own, other, now = (leader, state, rows, active_rows(rows[3])), room_for(estimates), estimates
+    own, other, now = (leader, state, rows, active_rows(rows[3])), empty_estimates(estimates), estimates
     for left in range(rounds, 0, -1):
         then = after if left % 2 == 1 else other  # so that the last round writes what is asked for
         update_robots(now, then, (first, neighbours, now[0], now[1]), own, gains)
@@ -82,7 +82,7 @@ def write_rounds(estimates, network, state, rows, gains, rounds, after):  # prag
 
 
 @kernel
-def room_for(estimates):  # pragma: no cover - compiled
+def empty_estimates(estimates):  # pragma: no cover - compiled
     """Return new estimates for `update_robots` to write."""
     z, zeta, lam, nu = estimates
     return np.empty(z.shape), np.empty(zeta.shape), np.zeros(lam.shape), np.empty(nu.shape)
@@ -114,7 +114,7 @@ def update_robots(old, new, heard, own, gains):  # pragma: no cover - compiled
     leader, (p, xi, r), (a, C, d, _), there = own
     _consensus(old, new, heard, gains[1])
     _descend(old, new, (leader, r), (a, C, d, there), gains)
-    _stay_with_the_state(old, new, (p, xi), gains)
+    _pin_states(old, new, (p, xi), gains)
 
 
 @kernel
@@ -156,7 +156,7 @@ def _descend(old, new, goal, rows, gains):  # pragma: no cover - compiled
     for i in range(n):
         rho = off_x = off_y = 0.0  # nobody asks for them where there are no rows
         if first[i] < first[i + 1]:
-            rho, off_x, off_y = _ball(z, i)
+            rho, off_x, off_y = _radius(z, i)
         pull = 0.0  # sum of a lambda: the weight of grad rho
         push_x = push_y = 0.0  # sum of C lambda
         for e in range(first[i], first[i + 1]):
@@ -182,7 +182,7 @@ def _descend(old, new, goal, rows, gains):  # pragma: no cover - compiled
 
 
 @kernel
-def _stay_with_the_state(old, new, state, gains):  # pragma: no cover - compiled
+def _pin_states(old, new, state, gains):  # pragma: no cover - compiled
     """Take step alpha grad h_i' nu_i from new z_i, of which it moves robot i's own blocks; write new nu_i (eq. 30)."""
     z, nu, new_z, new_nu = old[0], old[3], new[0], new[3]
     p, xi = state
@@ -198,7 +198,7 @@ def _stay_with_the_state(old, new, state, gains):  # pragma: no cover - compiled
 
 
 @kernel
-def _ball(z, i):  # pragma: no cover - compiled
+def _radius(z, i):  # pragma: no cover - compiled
     """Return rho(m, z_p, z_xi) of robot i's estimate, and sum_j (m - z_pj)."""
     n = len(z)
     square_x = square_y = square_xi = square_eta = 0.0  # four sums that need not wait for each other
@@ -213,3 +213,15 @@ def _ball(z, i):  # pragma: no cover - compiled
         square_xi += z[i, c] * z[i, c]
         square_eta += z[i, c + 1] * z[i, c + 1]
     return math.sqrt(square_x + square_y + square_xi + square_eta), off_x, off_y
+
+
+@kernel
+def check_limits(z, lam, limit, cap):  # pragma: no cover - compiled
+    """Return whether estimates z and lambda are finite and z within `limit`, and whether some lambda is at `cap`."""
+    bounded, capped = True, False
+    for value in z.flat:
+        bounded &= math.isfinite(value) and abs(value) <= limit
+    for value in lam.flat:
+        bounded &= math.isfinite(value)
+        capped |= value >= cap
+    return bounded, capped

@@ -1,7 +1,4 @@
-"""Passivity balances of rounds that would follow a state when every message arrives within its round.
-
-Whole stretches of ticks at a time: nothing of this is fed back.
-"""
+"""Passivity balances of blocks of ticks, when every message arrives within its round."""
 
 from __future__ import annotations
 
@@ -9,49 +6,57 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pbrg_mj.governor.bounds import judged
-from pbrg_mj.governor.optimum import Optimum
-from pbrg_mj.governor.passivity import Passivity, balance_about, flow_balance
-from pbrg_mj.governor.primal_dual import Estimates, Flow, active_rows, room_for, update_robots
-from pbrg_mj.governor.stretch import Stretch, in_a_row, problem_at
+from pbrg_mj.governor.centralized.optimum import Optimum
+from pbrg_mj.governor.distributed.rounds import (
+    Estimates,
+    Flow,
+    active_rows,
+    check_limits,
+    empty_estimates,
+    update_robots,
+)
+from pbrg_mj.governor.monitor.passivity import Passivity, balance_about_optimum, flow_balance
+from pbrg_mj.governor.monitor.tick_block import TickBlock, problem_at, stack_ticks
 from pbrg_mj.kernel import kernel
 
 
-def one_round_passivities(
-    stretch: Stretch, optima: Sequence[Optimum], flow: Flow, estimates: Sequence[Estimates], limit: float
+def passivities_about_optima(
+    block: TickBlock, optima: Sequence[Optimum], flow: Flow, estimates: Sequence[Estimates], limit: float
 ) -> list[Passivity]:
     """Return `passivity` of T states and the rounds that follow them when every message arrives within its round.
 
     Unknown where such a round leaves `limit` [m] or is not finite, and where there is no optimum.
     """
-    m, lam = in_a_row([one.m for one in optima]), in_a_row([one.multipliers for one in optima])
+    m, lam = stack_ticks([one.m for one in optima]), stack_ticks([one.multipliers for one in optima])
     balances = np.empty((len(optima), 4))
-    found, gains = (m, lam, stretch.network.laplacian_pinv), (flow.alpha, flow.step, flow.multiplier_cap)
-    _one_round_balances(_states(estimates), _graph(stretch), stretch.arrays, gains, found, limit, balances)
+    optimum, gains = (m, lam, block.network.laplacian_pinv), (flow.alpha, flow.step, flow.multiplier_cap)
+    _one_round_balances(_states(estimates), _graph(block), block.arrays, gains, optimum, limit, balances)
     return Passivity.each(balances)
 
 
 def _states(estimates: Sequence[Estimates]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     return (
-        in_a_row([one.z for one in estimates]),
-        in_a_row([one.zeta for one in estimates]),
-        in_a_row([one.lam for one in estimates]),
-        in_a_row([one.nu for one in estimates]),
+        stack_ticks([one.z for one in estimates]),
+        stack_ticks([one.zeta for one in estimates]),
+        stack_ticks([one.lam for one in estimates]),
+        stack_ticks([one.nu for one in estimates]),
     )
 
 
-def _graph(stretch: Stretch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    net = stretch.network
+def _graph(block: TickBlock) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    net = block.network
     return net.first, net.neighbours, net.leader
 
 
 @kernel
-def _one_round_balances(states, network, problems, gains, found, limit, balances):  # pragma: no cover - compiled
-    m, lam, pinv = found
+def _one_round_balances(states, network, problems, gains, optimum, limit, balances):  # pragma: no cover - compiled
+    m, lam, pinv = optimum
     for t in range(len(m)):
         state, rows = problem_at(problems, t)
         optimum = (m[t], lam[t], pinv)
-        _write(_one_round_balance(_state_at(states, t), network, state, rows, gains, optimum, limit), balances, t)
+        _write_balance(
+            _one_round_balance(_state_at(states, t), network, state, rows, gains, optimum, limit), balances, t
+        )
 
 
 @kernel
@@ -61,27 +66,27 @@ def _state_at(states, t):  # pragma: no cover - compiled
 
 
 @kernel
-def _write(balance, balances, t):  # pragma: no cover - compiled
+def _write_balance(balance, balances, t):  # pragma: no cover - compiled
     balances[t, 0], balances[t, 1], balances[t, 2], balances[t, 3] = balance
 
 
 @kernel
-def _one_round_balance(estimates, network, state, rows, gains, found, limit):  # pragma: no cover - compiled
-    leader, (p, xi, r), (a, C, _, active), (m, lam, pinv) = network[2], state, rows, found
+def _one_round_balance(estimates, network, state, rows, gains, optimum, limit):  # pragma: no cover - compiled
+    leader, (p, xi, r), (a, C, _, active), (m, lam, pinv) = network[2], state, rows, optimum
     after = _next_round(estimates, network, (leader, state, rows, active_rows(active)), gains)
-    if not judged(after[0], after[2], limit, gains[2])[0]:
+    if not check_limits(after[0], after[2], limit, gains[2])[0]:
         return np.nan, np.nan, np.nan, np.nan
     _to_rate(after[0], estimates[0], gains[1])
     _to_rate(after[1], estimates[1], gains[1])
     _to_rate(after[2], estimates[2], gains[1])
     _to_rate(after[3], estimates[3], gains[1])
-    return balance_about(((m, p, xi), lam, (a, C), (leader, r), pinv, gains[0]), estimates, after)
+    return balance_about_optimum(((m, p, xi), lam, (a, C), (leader, r), pinv, gains[0]), estimates, after)
 
 
 @kernel
 def _next_round(estimates, network, own, gains):  # pragma: no cover - compiled
     """Return the estimates a round later when every message arrives within it, arrays of their own."""
-    new = room_for(estimates)
+    new = empty_estimates(estimates)
     update_robots(estimates, new, (network[0], network[1], estimates[0], estimates[1]), own, gains)
     return new
 
@@ -94,10 +99,10 @@ def _to_rate(after, before, step):  # pragma: no cover - compiled
             after[i, c] = (after[i, c] - before[i, c]) / step
 
 
-def two_rounds_passivities(stretch: Stretch, flow: Flow, estimates: Sequence[Estimates]) -> list[Passivity]:
+def flow_passivities_of_block(block: TickBlock, flow: Flow, estimates: Sequence[Estimates]) -> list[Passivity]:
     """Return `flow_passivity` of T states and the two rounds that follow each when messages arrive within theirs."""
     balances, gains = np.empty((len(estimates), 4)), (flow.alpha, flow.step, flow.multiplier_cap)
-    _two_rounds_balances(_states(estimates), _graph(stretch), stretch.arrays, gains, balances)
+    _two_rounds_balances(_states(estimates), _graph(block), block.arrays, gains, balances)
     return Passivity.each(balances)
 
 
@@ -105,7 +110,7 @@ def two_rounds_passivities(stretch: Stretch, flow: Flow, estimates: Sequence[Est
 def _two_rounds_balances(states, network, problems, gains, balances):  # pragma: no cover - compiled
     for t in range(len(balances)):
         state, rows = problem_at(problems, t)
-        _write(_two_rounds_balance(_state_at(states, t), network, state, rows, gains), balances, t)
+        _write_balance(_two_rounds_balance(_state_at(states, t), network, state, rows, gains), balances, t)
 
 
 @kernel

@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from pbrg_mj.governor.optimum import Optimum
-from pbrg_mj.governor.passivity import Passivity
-from pbrg_mj.governor.problem import Governor, Problem, Solution
-from pbrg_mj.governor.stretch import Stretch
+from pbrg_mj.governor.centralized.optimum import Optimum
+from pbrg_mj.governor.monitor.passivity import Passivity
+from pbrg_mj.governor.monitor.tick_block import TickBlock
+from pbrg_mj.governor.problem.interface import Governor, Problem, Solution
 
 
 @dataclass(frozen=True)
-class Guest:
+class PlugInGovernor:
     """A governor of another package, which may tell its passivity balances too."""
 
     inner: Governor
@@ -36,15 +36,15 @@ class Guest:
         }
         return replace(answer, **arrays), memory
 
-    def passivities(self, stretch: Stretch, memories: Sequence[Any], optima: Sequence[Optimum]) -> list[Passivity]:
+    def passivities(self, block: TickBlock, memories: Sequence[Any], optima: Sequence[Optimum]) -> list[Passivity]:
         """Return what its `passivity(problem, memory, optimum)` says of T ticks, if it has such a method."""
         tell = getattr(self.inner, "passivity", _unknown)
-        return [tell(*told) for told in zip(stretch.problems, memories, optima, strict=True)]
+        return [tell(*given) for given in zip(block.problems, memories, optima, strict=True)]
 
-    def flow_passivities(self, stretch: Stretch, memories: Sequence[Any]) -> list[Passivity]:
+    def flow_passivities(self, block: TickBlock, memories: Sequence[Any]) -> list[Passivity]:
         """Return what its `flow_passivity(problem, memory)` says of T ticks, if it has such a method."""
         tell = getattr(self.inner, "flow_passivity", _unknown)
-        return [tell(*told) for told in zip(stretch.problems, memories, strict=True)]
+        return [tell(*given) for given in zip(block.problems, memories, strict=True)]
 
 
 def _unknown(*_: Any) -> Passivity:

@@ -1,0 +1,1 @@
+"""The paper's algorithm: rounds of messages between neighbours."""

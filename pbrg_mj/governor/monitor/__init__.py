@@ -1,0 +1,1 @@
+"""What is evaluated of every tick and never fed back."""

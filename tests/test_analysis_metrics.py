@@ -6,7 +6,8 @@ import pytest
 from pbrg_mj.analysis.certify import ball_radius, sensed_margin, true_margin, worst_row
 from pbrg_mj.analysis.metrics import RunMetrics, Summary, metrics, summary
 from pbrg_mj.errors import InputError
-from pbrg_mj.governor.problem.ball import ball_rows, rho, row_values
+from pbrg_mj.governor.problem.ball import ball_rows
+from pbrg_mj.governor.problem.rows import rho, row_values
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from tests.runs import optima, replaced, resting, run, scenario, timings, walled
 

@@ -10,7 +10,8 @@ import pytest
 
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.centralized.cvxpy_solver import CvxpySolver
-from pbrg_mj.governor.problem.ball import ball_rows, input_rows, rho, row_values, stacked
+from pbrg_mj.governor.problem.ball import ball_rows, input_rows
+from pbrg_mj.governor.problem.rows import rho, row_values, stacked
 from tests.problems import FORMATION, graph, half_spaces, problem, random_problem
 
 SOLVERS = [ClarabelSolver, CvxpySolver]

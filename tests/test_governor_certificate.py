@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from pbrg_mj.governor.problem.ball import BallCertificate, ball_rows, input_rows, rho, row_values
+from pbrg_mj.governor.problem.ball import BallCertificate, ball_rows, input_rows
+from pbrg_mj.governor.problem.rows import rho, row_values
 from pbrg_mj.scenario.schema import Control
 from pbrg_mj.team.pre_stabiliser import pre_stabilise
 from tests.problems import FORMATION, GRAPHS, graph, half_spaces

@@ -12,7 +12,8 @@ from pbrg_mj.cli.main import main
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.distributed.rounds import Flow
 from pbrg_mj.governor.guard import GuardedGovernor, admissible_radii
-from pbrg_mj.governor.problem.ball import Rows, input_rows, row_values, stacked
+from pbrg_mj.governor.problem.ball import input_rows
+from pbrg_mj.governor.problem.rows import Rows, row_values, stacked
 from tests.problems import FORMATION, GRAPHS, START, graph, problem, random_problem
 
 WALL_OF_2 = [(1, [1, 1], 3.0)]  # known to robot 2 alone, which does not lead

@@ -9,7 +9,7 @@ import pytest
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.distributed.rounds import Flow
-from pbrg_mj.governor.problem.ball import row_values
+from pbrg_mj.governor.problem.rows import row_values
 from tests.problems import FORMATION, GRAPHS, START, graph, problem
 
 WALL = [(4, [1, 1], 3.0)]

@@ -10,8 +10,8 @@ import pytest
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.monitor.diagnostics import diagnose
 from pbrg_mj.governor.monitor.tick_block import TickBlock
-from pbrg_mj.governor.problem.ball import rho, row_values
 from pbrg_mj.governor.problem.interface import Solution
+from pbrg_mj.governor.problem.rows import rho, row_values
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_scenario
 from tests.problems import graph, random_problem

@@ -16,7 +16,8 @@ from pbrg_mj.governor.monitor.equilibrium import equilibrium
 from pbrg_mj.governor.monitor.passivity import flow_passivity, passivity
 from pbrg_mj.governor.monitor.passivity_blocks import flow_passivities_of_block, passivities_about_optima
 from pbrg_mj.governor.monitor.tick_block import TickBlock
-from pbrg_mj.governor.problem.ball import ball_rows, rho, row_values
+from pbrg_mj.governor.problem.ball import ball_rows
+from pbrg_mj.governor.problem.rows import rho, row_values
 from tests.channels import channel
 from tests.problems import FORMATION, GRAPHS, graph, half_spaces, problem, random_problem
 

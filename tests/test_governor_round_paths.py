@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from pbrg_mj.governor.distributed.rounds import Estimates, Flow, run_rounds
-from pbrg_mj.governor.problem.ball import Rows
 from pbrg_mj.governor.problem.interface import Problem
+from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.team.graph import network_of_edges
 
 FLOW = Flow(alpha=2.0, step=1e-2, multiplier_cap=0.9)

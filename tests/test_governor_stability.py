@@ -9,7 +9,8 @@ import pytest
 
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.distributed.rounds import Flow, run_rounds
-from pbrg_mj.governor.problem.ball import input_rows, rho, stacked
+from pbrg_mj.governor.problem.ball import input_rows
+from pbrg_mj.governor.problem.rows import rho, stacked
 from pbrg_mj.governor.stability.step_bound import admissible_step, robots_abreast, steepest_gradients
 from tests.problems import FORMATION, GRAPHS, START, graph, problem
 

@@ -15,8 +15,8 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.governor import registry
 from pbrg_mj.governor.monitor.passivity import Passivity
 from pbrg_mj.governor.plug_in import PlugInGovernor
-from pbrg_mj.governor.problem.ball import row_values
 from pbrg_mj.governor.problem.interface import Solution
+from pbrg_mj.governor.problem.rows import row_values
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_scenario
 

@@ -25,8 +25,8 @@ from pbrg_mj.governor.centralized.optimum import Optimum
 from pbrg_mj.governor.distributed.governor import DOUBLE, DistributedGovernor, DistributedMemory
 from pbrg_mj.governor.monitor.passivity import Passivity
 from pbrg_mj.governor.monitor.tick_block import TickBlock
-from pbrg_mj.governor.problem.ball import Rows
 from pbrg_mj.governor.problem.interface import Problem, Solution
+from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.kernel import kernel
 
 UNHEARD = 1 << 30  # ticks

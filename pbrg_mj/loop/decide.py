@@ -9,8 +9,8 @@ import numpy as np
 from pbrg_mj.errors import InputError
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.distributed.rounds import check_limits, rounds_in_new_arrays
-from pbrg_mj.governor.problem.ball import Rows
 from pbrg_mj.governor.problem.interface import Certificate, Problem
+from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.governor.registry import CERTIFICATES, governor
 from pbrg_mj.kernel import kernel
 from pbrg_mj.scenario.schema import Scenario

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pbrg_mj.governor.problem.ball import Rows
 from pbrg_mj.governor.problem.interface import Certificate, Governor, Problem, Solution
+from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.perception.perceive import PerceptionMemory, perceive
 from pbrg_mj.perception.setup import PerceptionSetup

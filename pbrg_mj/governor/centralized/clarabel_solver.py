@@ -18,8 +18,8 @@ import numpy as np
 from scipy.sparse import csc_matrix
 
 from pbrg_mj.governor.centralized.optimum import Optimum, OptimumStatus
-from pbrg_mj.governor.problem.ball import Rows
 from pbrg_mj.governor.problem.interface import Problem
+from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.kernel import kernel
 
 TOLERANCES = {

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pbrg_mj.governor.problem.ball import Rows
 from pbrg_mj.governor.problem.interface import Problem
+from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.kernel import kernel
 from pbrg_mj.team.network import Network
 

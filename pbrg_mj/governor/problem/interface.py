@@ -7,7 +7,7 @@ from typing import Any, Literal, Protocol
 
 import numpy as np
 
-from pbrg_mj.governor.problem.ball import Rows
+from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.team.network import Network
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pbrg_mj.governor.problem.ball import Rows
+from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.team.network import Network
 
 ZERO_MODE = 1e-9  # eigenvalues this small belong to what the flow conserves: the mean of zeta

@@ -15,6 +15,7 @@ from pbrg_mj.governor.distributed.rounds import Estimates, Flow, run_rounds
 from pbrg_mj.governor.monitor.equilibrium import equilibrium
 from pbrg_mj.governor.monitor.passivity import flow_passivity, passivity
 from pbrg_mj.governor.monitor.passivity_blocks import flow_passivities_of_block, passivities_about_optima
+from pbrg_mj.governor.monitor.passivity_monitor import passivity_monitor
 from pbrg_mj.governor.monitor.tick_block import TickBlock
 from pbrg_mj.governor.problem.ball import ball_rows
 from pbrg_mj.governor.problem.rows import rho, row_values
@@ -186,7 +187,7 @@ def test_a_delayed_plain_exchange_shows_in_the_sign():
         memory, negative = governor.init(static), []
         for _ in range(600):
             _, memory = governor.step(static, memory)
-            (balance,) = governor.flow_passivities(TickBlock.of([static]), [memory])
+            (balance,) = passivity_monitor(governor).of_velocity(TickBlock.of([static]), [memory])
             negative.append(balance.primal_dissipation < 0)
         assert least <= np.mean(negative) <= most
 
@@ -224,12 +225,12 @@ def test_nothing_is_known_about_no_optimum_nor_of_a_flow_past_all_bounds():
     governor = DistributedGovernor(Flow(2.0, STEP), 10, "start", diverged_beyond=50.0)
     memory = governor.init(static)
     block, past = TickBlock.of([static, static]), memory._replace(diverged=True)
-    known, unknown = governor.passivities(block, [memory, memory], [optimum, nothing])
+    known, unknown = passivity_monitor(governor).about_optima(block, [memory, memory], [optimum, nothing])
     assert np.isfinite(known.primal_storage)
     assert np.isnan(unknown).all()
     for known, unknown in (
-        governor.passivities(block, [memory, past], [optimum, optimum]),
-        governor.flow_passivities(block, [memory, past]),
+        passivity_monitor(governor).about_optima(block, [memory, past], [optimum, optimum]),
+        passivity_monitor(governor).of_velocity(block, [memory, past]),
     ):
         assert np.isfinite(known.primal_storage)
         assert np.isnan(unknown).all()

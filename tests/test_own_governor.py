@@ -53,7 +53,7 @@ def test_the_pages_example_runs_and_keeps_its_certificate():
     assert np.linalg.norm(records[-1].solution.m[4] - records[0].solution.m[4]) > 0.3
 
 
-def test_an_unknown_governor_is_told_with_the_known_ones():
+def test_an_unknown_governor_is_refused_with_the_known_ones():
     with pytest.raises(InputError, match=r"governor.kind: no governor is called 'fancy'; allowed: distributed"):
         Simulation.build(short("fancy"))
 
@@ -100,7 +100,7 @@ def reusing(scenario):
 
 
 class Scribbling(Reusing):
-    """A plug-in that writes into its memory, and tells a balance of it."""
+    """A plug-in that writes into its memory, and returns a balance of it."""
 
     def init(self, problem):
         return np.zeros(1)

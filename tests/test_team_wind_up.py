@@ -78,7 +78,7 @@ def test_a_robot_depends_on_itself_alone():
         others = changed * rng.normal(size=(40, 5, 2))
         others[:, 2] = 0.0
         memory, winding = wind_up(RULE, None, p + others, xi + others, u + others)
-        results.append((winding[:, 2].tolist(), memory.ways[2].tolist()))
+        results.append((winding[:, 2].tolist(), memory.sums[2].tolist()))
     assert results[0] == results[1]
     assert any(results[0][0])
 
@@ -95,7 +95,7 @@ def test_it_does_not_matter_how_many_ticks_are_told_at_once(sizes):
         memory, winding = wind_up(RULE, memory, p[some], xi[some], u[some])
         found.append(winding)
     np.testing.assert_array_equal(np.concatenate(found), expected)
-    np.testing.assert_array_equal(memory.ways, whole.ways)
+    np.testing.assert_array_equal(memory.sums, whole.ways)
     assert expected.any()
 
 

@@ -16,15 +16,11 @@ under a constant reference, shrinks until there is room again.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from pbrg_mj.governor.centralized.optimum import Optimum
 from pbrg_mj.governor.distributed.governor import DOUBLE, DistributedGovernor, DistributedMemory
-from pbrg_mj.governor.monitor.passivity import Passivity
-from pbrg_mj.governor.monitor.tick_block import TickBlock
 from pbrg_mj.governor.problem.interface import Problem, Solution
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.kernel import kernel
@@ -77,16 +73,6 @@ class GuardedGovernor:
             bytes_sent=solution.bytes_sent + DOUBLE * 5 * network.robots * network.degree,
         )
         return guarded, GuardedMemory(inner, heard, age)
-
-    def passivities(
-        self, block: TickBlock, memories: Sequence[GuardedMemory], optima: Sequence[Optimum]
-    ) -> list[Passivity]:
-        """Return the optimizer's passivity balances."""
-        return self.inner.passivities(block, [memory.inner for memory in memories], optima)
-
-    def flow_passivities(self, block: TickBlock, memories: Sequence[GuardedMemory]) -> list[Passivity]:
-        """Return those of the optimizer's own velocity."""
-        return self.inner.flow_passivities(block, [memory.inner for memory in memories])
 
 
 def admissible_radii(rows: Rows, states: np.ndarray, centre: np.ndarray) -> np.ndarray:

@@ -10,12 +10,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
-from pbrg_mj.governor.monitor.passivity import Passivity
-from pbrg_mj.governor.monitor.tick_block import TickBlock
+from pbrg_mj.governor.monitor.passivity_monitor import passivity_monitor
 from pbrg_mj.governor.plug_in import PlugInGovernor
 from pbrg_mj.governor.registry import CERTIFICATES, governor, reference_solver
 from pbrg_mj.loop.record import TickRecord
@@ -61,10 +59,11 @@ class Simulation:
             governor=answering,
             drive=drive_of(scenario, robot),
         )
+        balances = passivity_monitor(answering)
         watch = Watch(
             wind_up_rule=WindUpDetector.of(scenario, graph),
-            passivities=getattr(answering, "passivities", _unknown),
-            flow_passivities=getattr(answering, "flow_passivities", _unknown),
+            passivities=balances.about_optima,
+            flow_passivities=balances.of_velocity,
             reference_solver=reference_solver(scenario),
             reference_every=whole_number(scenario.reference.period, timing.tick),
         )
@@ -125,8 +124,3 @@ class Simulation:
         for index in range(self.ticks + 1):
             state, decision = decide(parts, state, index)
             yield decision
-
-
-def _unknown(block: TickBlock, *_: Any) -> list[Passivity]:
-    """Stand in for governors that do not tell their passivity balances."""
-    return [Passivity.unknown()] * len(block.problems)

@@ -1,1 +1,7 @@
-"""The team package: graph, formation, pre-stabiliser."""
+"""The team: who hears whom, and how robots move together between the governor's answers.
+
+- `network`: the communication graph and the leaders
+- `graph`: the network of a scenario
+- `pre_stabiliser`: PI consensus towards the governed reference, eq. 2
+- `wind_up`: which robot's integral state grows although it is stuck
+"""

@@ -1,1 +1,6 @@
-"""The optimum of the whole problem, by solvers that know everything."""
+"""The optimum of the whole problem (eqs. 10-15), by solvers that know everything.
+
+- `optimum`: what a solver returns
+- `clarabel_solver`: the small form, four cone dimensions for any number of robots
+- `cvxpy_solver`: the same as one reads it, the oracle
+"""

@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
 
-from pbrg_mj.governor.centralized.optimum import Optimum
 from pbrg_mj.governor.distributed.channel import Channel, LinkStates
 from pbrg_mj.governor.distributed.network_rounds import run_network_rounds
-from pbrg_mj.governor.distributed.rounds import Estimates, Flow, judged, run_rounds
-from pbrg_mj.governor.monitor.passivity import Passivity, flow_passivity, passivity
-from pbrg_mj.governor.monitor.passivity_blocks import flow_passivities_of_block, passivities_about_optima
-from pbrg_mj.governor.monitor.tick_block import TickBlock
+from pbrg_mj.governor.distributed.rounds import Estimates, Flow, check_limits, run_rounds
 from pbrg_mj.governor.problem.interface import Problem, Solution, Status
 
 DOUBLE = 8  # bytes of one number on the wire
@@ -44,7 +39,7 @@ class DistributedGovernor:
     def init(self, problem: Problem) -> DistributedMemory:
         """Return first estimates: all zero (paper, simulations), or from the start positions (experiments).
 
-        From the start: m_i = p_i(0), z_p = p(0), z_xi = 0; the overhead camera explains everyone p(0) once.
+        From the start: m_i = p_i(0), z_p = p(0), z_xi = 0; the overhead camera tells everyone p(0) once.
         """
         n = problem.network.robots
         z = np.zeros((n, 4 * n + 2))
@@ -53,7 +48,7 @@ class DistributedGovernor:
             z[:, 2 : 2 + 2 * n] = problem.p.reshape(-1)
         estimates = Estimates(z, np.zeros_like(z), np.zeros_like(problem.rows.d), np.zeros((n, 4)))
         exchange = None if self.channel is None else LinkStates.empty(self.channel, n)
-        return DistributedMemory(estimates, z[:, :2].copy(), exchange, diverged=not self._check_limits(estimates)[0])
+        return DistributedMemory(estimates, z[:, :2].copy(), exchange, diverged=not self.check(estimates)[0])
 
     def step(self, problem: Problem, memory: DistributedMemory) -> tuple[Solution, DistributedMemory]:
         """Run one tick's rounds.
@@ -63,7 +58,7 @@ class DistributedGovernor:
         robot, by all it knows, finds no admissible reference: `infeasible`; the m_i then seek the least violation.
         """
         rounds = 0 if memory.diverged else self.rounds
-        estimates, exchange, sent = self._run(problem, memory, rounds)
+        estimates, exchange, sent = self.run(problem, memory, rounds)
         status = self._status(estimates, exchange)
         m = memory.m if status == "diverged" else estimates.z[:, :2].copy()
         solution = Solution(
@@ -76,40 +71,7 @@ class DistributedGovernor:
         )
         return solution, DistributedMemory(estimates, m, exchange, diverged=status == "diverged")
 
-    def passivities(
-        self, block: TickBlock, memories: Sequence[DistributedMemory], optima: Sequence[Optimum]
-    ) -> list[Passivity]:
-        """Return at T ticks the balance over the round that would follow; what is on the lines is not in it."""
-        if self.channel is not None:
-            return list(map(self._passivity, block.problems, memories, optima))
-        estimates = [memory.estimates for memory in memories]
-        found = passivities_about_optima(block, optima, self.flow, estimates, self.diverged_beyond)
-        return _while_bounded(memories, found)
-
-    def flow_passivities(self, block: TickBlock, memories: Sequence[DistributedMemory]) -> list[Passivity]:
-        """Return at T ticks the balance of the flow's own velocity over the two rounds that would follow."""
-        if self.channel is not None:
-            return list(map(self._flow_passivity, block.problems, memories))
-        found = flow_passivities_of_block(block, self.flow, [memory.estimates for memory in memories])
-        return _while_bounded(memories, found)
-
-    def _passivity(self, problem: Problem, memory: DistributedMemory, optimum: Optimum) -> Passivity:
-        if optimum.status != "solved" or memory.diverged:
-            return Passivity.unknown()
-        before, after = memory.estimates, self._run(problem, memory, 1)[0]
-        if not self._check_limits(after)[0]:
-            return Passivity.unknown()
-        rates = {name: (getattr(after, name) - now) / self.flow.step for name, now in vars(before).items()}
-        return passivity(problem, optimum, self.flow.alpha, before, Estimates(**rates))
-
-    def _flow_passivity(self, problem: Problem, memory: DistributedMemory) -> Passivity:
-        if memory.diverged:
-            return Passivity.unknown()
-        first, exchange, _ = self._run(problem, memory, 1)
-        second = self._run(problem, DistributedMemory(first, memory.m, exchange), 1)[0]
-        return flow_passivity(problem, self.flow, (memory.estimates, first, second))
-
-    def _run(
+    def run(
         self, problem: Problem, memory: DistributedMemory, rounds: int
     ) -> tuple[Estimates, LinkStates | None, np.ndarray]:
         """Return the estimates and links after some rounds, and the bytes sent by each robot, (n,)."""
@@ -122,7 +84,7 @@ class DistributedGovernor:
         return estimates, exchange, messages * (numbers * DOUBLE + HOPS)
 
     def _status(self, estimates: Estimates, exchange: LinkStates | None) -> Status:
-        bounded, capped = self._check_limits(estimates)
+        bounded, capped = self.check(estimates)
         if not bounded:
             return "diverged"
         if exchange is not None and exchange.holding.any():
@@ -137,10 +99,6 @@ class DistributedGovernor:
         receiver = np.repeat(np.arange(n), problem.network.degree)
         return np.bincount(receiver[exchange.lost_links(self.channel)], minlength=n)
 
-    def _check_limits(self, estimates: Estimates) -> tuple[bool, bool]:
+    def check(self, estimates: Estimates) -> tuple[bool, bool]:
         """Return whether the estimates are within bounds, and whether some multiplier is at its cap."""
-        return judged(estimates.z, estimates.lam, self.diverged_beyond, self.flow.multiplier_cap)
-
-
-def _while_bounded(memories: Sequence[DistributedMemory], found: Sequence[Passivity]) -> list[Passivity]:
-    return [Passivity.unknown() if memory.diverged else one for memory, one in zip(memories, found, strict=True)]
+        return check_limits(estimates.z, estimates.lam, self.diverged_beyond, self.flow.multiplier_cap)

@@ -70,7 +70,7 @@ def rounds_in_new_arrays(estimates, network, state, rows, gains, rounds):  # pra
 
 @kernel
 def write_rounds(estimates, network, state, rows, gains, rounds, after):  # pragma: no cover - compiled
-    """Write the estimates after so many rounds; those before stay as they are. `after` is room as of `empty_estimates`."""
+    """Write the estimates after so many rounds to `after`, arrays like those of `empty_estimates`."""
     first, neighbours, leader = network
     own, other, now = (leader, state, rows, active_rows(rows[3])), empty_estimates(estimates), estimates
     for left in range(rounds, 0, -1):
@@ -90,16 +90,16 @@ def empty_estimates(estimates):  # pragma: no cover - compiled
 
 @kernel
 def active_rows(active):  # pragma: no cover - compiled
-    """Return the rows that exist, robot after robot: those of robot i are `there[first[i]:first[i + 1]]`."""
+    """Return the rows that exist, robot after robot: those of robot i are `which[first[i]:first[i + 1]]`."""
     first = np.zeros(len(active) + 1, dtype=np.int64)
-    there = np.empty(active.size, dtype=np.int64)
+    which = np.empty(active.size, dtype=np.int64)
     for i in range(len(active)):
         first[i + 1] = first[i]
         for row in range(active.shape[1]):
             if active[i, row]:
-                there[first[i + 1]] = row
+                which[first[i + 1]] = row
                 first[i + 1] += 1
-    return first, there
+    return first, which
 
 
 @kernel

@@ -12,7 +12,7 @@ from pbrg_mj.kernel import kernel
 
 
 class Diagnostics(NamedTuple):
-    """How well one tick's answer serves, evaluated with everything known. Nothing of it is fed back."""
+    """How well one tick's answer serves, by all data of the tick."""
 
     applied_m: np.ndarray  # (2,) mean of the leaders' m [m]: what moves the team
     storage: float  # V = rho^2 / 2 at the applied m [m^2]
@@ -44,11 +44,11 @@ def _evaluate_ticks(leader, problems, answers, last, applied, values):  # pragma
     (m, lam), (last_m, last_storage) = answers, last
     for t in range(len(m)):
         (p, xi, r), rows = problem_at(problems, t)
-        found = _evaluate((leader, r, m[t], lam[t]), (p, xi), rows, (last_m, last_storage))
-        last_m, last_storage = found[0], found[1]
+        now = _evaluate((leader, r, m[t], lam[t]), (p, xi), rows, (last_m, last_storage))
+        last_m, last_storage = now[0], now[1]
         applied[t, 0], applied[t, 1] = last_m[0], last_m[1]
-        values[t, 0], values[t, 1], values[t, 2] = found[1], found[2], found[3]
-        values[t, 3], values[t, 4], values[t, 5] = found[4], found[5], found[6]
+        values[t, 0], values[t, 1], values[t, 2] = now[1], now[2], now[3]
+        values[t, 3], values[t, 4], values[t, 5] = now[4], now[5], now[6]
 
 
 @kernel

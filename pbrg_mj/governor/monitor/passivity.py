@@ -42,7 +42,7 @@ class Passivity(NamedTuple):
 
     @classmethod
     def unknown(cls) -> Passivity:
-        """Return what is known about no optimum, of a flow past all bounds, of another governor's: NaN."""
+        """Return NaN: there is no optimum, the flow has left all bounds, or the governor has no balance."""
         return cls(np.nan, np.nan, np.nan, np.nan)
 
     @classmethod
@@ -116,8 +116,10 @@ def flow_passivity(problem: Problem, flow: Flow, rounds: tuple[Estimates, Estima
     much once. Where the flow is at rest the signs are those of rounding.
     """
     arrays = tuple((one.z, one.zeta, one.lam, one.nu) for one in rounds)
-    (known,) = Passivity.each(np.array([flow_balance(arrays, (problem.rows.a, problem.rows.C), flow.alpha, flow.step)]))
-    return known
+    (balance,) = Passivity.each(
+        np.array([flow_balance(arrays, (problem.rows.a, problem.rows.C), flow.alpha, flow.step)])
+    )
+    return balance
 
 
 @kernel

@@ -1,4 +1,4 @@
-"""Ticks in a row as arrays, ticks first, so that one compiled call judges all of them."""
+"""Ticks in a row as arrays, ticks first, so that one compiled call evaluates all of them."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ class TickBlock:
     @classmethod
     def of(cls, problems: Sequence[Problem]) -> TickBlock:
         """Return the block of one problem or more, all of one run."""
-        known: list[Rows] = []
+        distinct: list[Rows] = []
         rows_at = np.empty(len(problems), dtype=np.int64)
         for tick, problem in enumerate(problems):
-            if not known or problem.rows is not known[-1]:
-                known.append(problem.rows)
-            rows_at[tick] = len(known) - 1
+            if not distinct or problem.rows is not distinct[-1]:
+                distinct.append(problem.rows)
+            rows_at[tick] = len(distinct) - 1
         return cls(
             problems=problems,
             state=(
@@ -39,10 +39,10 @@ class TickBlock:
                 stack_ticks([problem.reference for problem in problems]),
             ),
             rows=(
-                stack_ticks([rows.a for rows in known]),
-                stack_ticks([rows.C for rows in known]),
-                stack_ticks([rows.d for rows in known]),
-                stack_ticks([rows.active for rows in known]),
+                stack_ticks([rows.a for rows in distinct]),
+                stack_ticks([rows.C for rows in distinct]),
+                stack_ticks([rows.d for rows in distinct]),
+                stack_ticks([rows.active for rows in distinct]),
             ),
             rows_at=rows_at,
         )

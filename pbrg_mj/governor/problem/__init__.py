@@ -1,1 +1,6 @@
-"""What a governor is given and answers, and how half-spaces become its constraints."""
+"""What a governor is given and answers, and how half-spaces become its constraints.
+
+- `rows`: rows a rho + C m - d <= 0 and their values
+- `ball`: the paper's certificate, eqs. 3-8 and 13; another certificate is another file beside it
+- `interface`: `Problem`, `Solution`, and the protocols `Certificate` and `Governor`
+"""

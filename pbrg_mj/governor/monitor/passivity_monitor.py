@@ -1,0 +1,121 @@
+"""Which passivity balances a governor has, and how they are taken: those of the distributed one, or a plug-in's own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from pbrg_mj.governor.centralized.optimum import Optimum
+from pbrg_mj.governor.distributed.governor import DistributedGovernor, DistributedMemory
+from pbrg_mj.governor.distributed.rounds import Estimates
+from pbrg_mj.governor.guard import GuardedGovernor, GuardedMemory
+from pbrg_mj.governor.monitor.passivity import Passivity, flow_passivity, passivity
+from pbrg_mj.governor.monitor.passivity_blocks import flow_passivities_of_block, passivities_about_optima
+from pbrg_mj.governor.monitor.tick_block import TickBlock
+from pbrg_mj.governor.plug_in import PlugInGovernor
+from pbrg_mj.governor.problem.interface import Governor, Problem
+
+
+class PassivityMonitor(Protocol):
+    """Evaluates a governor's memories, T at a time; unknown balances are NaN."""
+
+    def about_optima(self, block: TickBlock, memories: Sequence[Any], optima: Sequence[Optimum]) -> list[Passivity]:
+        """Return the balances about the optima of T ticks."""
+        ...
+
+    def of_velocity(self, block: TickBlock, memories: Sequence[Any]) -> list[Passivity]:
+        """Return the balances of the governor's own velocity at T ticks."""
+        ...
+
+
+def passivity_monitor(governor: Governor) -> PassivityMonitor:
+    """Return the monitor of a governor."""
+    if isinstance(governor, GuardedGovernor):
+        return GuardedPassivity(passivity_monitor(governor.inner))
+    if isinstance(governor, DistributedGovernor):
+        return DistributedPassivity(governor)
+    return OwnPassivity(governor.inner if isinstance(governor, PlugInGovernor) else governor)
+
+
+@dataclass(frozen=True)
+class DistributedPassivity:
+    """Balances over the rounds that would follow."""
+
+    governor: DistributedGovernor
+
+    def about_optima(
+        self, block: TickBlock, memories: Sequence[DistributedMemory], optima: Sequence[Optimum]
+    ) -> list[Passivity]:
+        """Return at T ticks the balance over the next round; what is on the lines is not in it."""
+        governor = self.governor
+        if governor.channel is not None:
+            return list(map(self._about_optimum, block.problems, memories, optima))
+        estimates = [memory.estimates for memory in memories]
+        balances = passivities_about_optima(block, optima, governor.flow, estimates, governor.diverged_beyond)
+        return _while_bounded(memories, balances)
+
+    def of_velocity(self, block: TickBlock, memories: Sequence[DistributedMemory]) -> list[Passivity]:
+        """Return at T ticks the balance of the flow's own velocity over the next two rounds."""
+        if self.governor.channel is not None:
+            return list(map(self._of_velocity, block.problems, memories))
+        balances = flow_passivities_of_block(block, self.governor.flow, [memory.estimates for memory in memories])
+        return _while_bounded(memories, balances)
+
+    def _about_optimum(self, problem: Problem, memory: DistributedMemory, optimum: Optimum) -> Passivity:
+        if optimum.status != "solved" or memory.diverged:
+            return Passivity.unknown()
+        flow, before, after = self.governor.flow, memory.estimates, self.governor.run(problem, memory, 1)[0]
+        if not self.governor.check(after)[0]:
+            return Passivity.unknown()
+        rates = {name: (getattr(after, name) - now) / flow.step for name, now in vars(before).items()}
+        return passivity(problem, optimum, flow.alpha, before, Estimates(**rates))
+
+    def _of_velocity(self, problem: Problem, memory: DistributedMemory) -> Passivity:
+        if memory.diverged:
+            return Passivity.unknown()
+        first, links, _ = self.governor.run(problem, memory, 1)
+        second = self.governor.run(problem, DistributedMemory(first, memory.m, links), 1)[0]
+        return flow_passivity(problem, self.governor.flow, (memory.estimates, first, second))
+
+
+@dataclass(frozen=True)
+class GuardedPassivity:
+    """Balances of the optimizer behind a guard."""
+
+    inner: PassivityMonitor
+
+    def about_optima(
+        self, block: TickBlock, memories: Sequence[GuardedMemory], optima: Sequence[Optimum]
+    ) -> list[Passivity]:
+        """Return the optimizer's balances about the optima."""
+        return self.inner.about_optima(block, [memory.inner for memory in memories], optima)
+
+    def of_velocity(self, block: TickBlock, memories: Sequence[GuardedMemory]) -> list[Passivity]:
+        """Return the balances of the optimizer's own velocity."""
+        return self.inner.of_velocity(block, [memory.inner for memory in memories])
+
+
+@dataclass(frozen=True)
+class OwnPassivity:
+    """Balances that a governor computes itself, if it has `passivity` and `flow_passivity`."""
+
+    governor: Any
+
+    def about_optima(self, block: TickBlock, memories: Sequence[Any], optima: Sequence[Optimum]) -> list[Passivity]:
+        """Return what its `passivity(problem, memory, optimum)` returns at T ticks."""
+        balance = getattr(self.governor, "passivity", _unknown)
+        return [balance(*tick) for tick in zip(block.problems, memories, optima, strict=True)]
+
+    def of_velocity(self, block: TickBlock, memories: Sequence[Any]) -> list[Passivity]:
+        """Return what its `flow_passivity(problem, memory)` returns at T ticks."""
+        balance = getattr(self.governor, "flow_passivity", _unknown)
+        return [balance(*tick) for tick in zip(block.problems, memories, strict=True)]
+
+
+def _unknown(*_: Any) -> Passivity:
+    return Passivity.unknown()
+
+
+def _while_bounded(memories: Sequence[DistributedMemory], balances: Sequence[Passivity]) -> list[Passivity]:
+    return [Passivity.unknown() if memory.diverged else one for memory, one in zip(memories, balances, strict=True)]

@@ -46,7 +46,7 @@ class Passivity(NamedTuple):
         return cls(np.nan, np.nan, np.nan, np.nan)
 
     @classmethod
-    def each(cls, balances: np.ndarray) -> list[Passivity]:
+    def from_rows(cls, balances: np.ndarray) -> list[Passivity]:
         """Return the balance of every row (T, 4), unknown where a number is not finite. Changes such rows."""
         balances[~np.isfinite(balances).all(axis=1)] = np.nan
         return list(map(cls, *balances.T.tolist()))
@@ -116,7 +116,7 @@ def flow_passivity(problem: Problem, flow: Flow, rounds: tuple[Estimates, Estima
     much once. Where the flow is at rest the signs are those of rounding.
     """
     arrays = tuple((one.z, one.zeta, one.lam, one.nu) for one in rounds)
-    (balance,) = Passivity.each(
+    (balance,) = Passivity.from_rows(
         np.array([flow_balance(arrays, (problem.rows.a, problem.rows.C), flow.alpha, flow.step)])
     )
     return balance

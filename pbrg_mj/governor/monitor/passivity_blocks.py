@@ -31,7 +31,7 @@ def passivities_about_optima(
     balances = np.empty((len(optima), 4))
     optimum, gains = (m, lam, block.network.laplacian_pinv), (flow.alpha, flow.step, flow.multiplier_cap)
     _one_round_balances(_states(estimates), _graph(block), block.arrays, gains, optimum, limit, balances)
-    return Passivity.each(balances)
+    return Passivity.from_rows(balances)
 
 
 def _states(estimates: Sequence[Estimates]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -103,7 +103,7 @@ def flow_passivities_of_block(block: TickBlock, flow: Flow, estimates: Sequence[
     """Return `flow_passivity` of T states and the two rounds that follow each when messages arrive within theirs."""
     balances, gains = np.empty((len(estimates), 4)), (flow.alpha, flow.step, flow.multiplier_cap)
     _two_rounds_balances(_states(estimates), _graph(block), block.arrays, gains, balances)
-    return Passivity.each(balances)
+    return Passivity.from_rows(balances)
 
 
 @kernel

@@ -23,9 +23,7 @@ import numpy as np
 from pbrg_mj.team.network import Network
 
 NEGLIGIBLE_GROWTH = 1e-4  # growth [1/s] that no run is long enough to see
-GRID_SPACING = (
-    1.0  # [rad] of delayed messages and of log theta, over the robots: all factors may turn at the same place
-)
+GRID_SPACING = 1.0  # [rad] of delayed messages and of log theta, over the robots: all factors may turn at once
 MAX_TURN = 0.8  # [rad] largest turn of a determinant from point to point; larger ones are looked at more closely
 MAX_ROBOTS = 20  # robots; the work grows with n^5
 MAX_REFINEMENTS = 30  # times at most, by halves

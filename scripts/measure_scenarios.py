@@ -18,8 +18,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pbrg_mj.analysis.metrics import RunMetrics, metrics
-from pbrg_mj.analysis.outcome import final_target
+from pbrg_mj.analysis.metrics.outcome import final_target
+from pbrg_mj.analysis.metrics.run_metrics import RunMetrics, metrics
 from pbrg_mj.log.read.run import Run, open_run
 from pbrg_mj.log.write.writer import LogWriter
 from pbrg_mj.loop.simulation import Simulation

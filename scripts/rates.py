@@ -20,7 +20,7 @@ from joblib import Parallel, delayed
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pbrg_mj.analysis.metrics import metrics
+from pbrg_mj.analysis.metrics.run_metrics import metrics
 from pbrg_mj.governor.stability.step_bound import admissible_step, steepest_gradients
 from pbrg_mj.log.read.run import open_run
 from pbrg_mj.log.write.writer import LogWriter

@@ -19,7 +19,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
-from pbrg_mj.analysis.certify import ball_radius
+from pbrg_mj.analysis.metrics.margins import ball_radius
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_scenario
 from pbrg_mj.team.graph import network

@@ -5,7 +5,7 @@ import pytest
 from scipy.io import loadmat
 
 from pbrg_mj.analysis.export import arrays, export
-from pbrg_mj.analysis.plot.figure import plot
+from pbrg_mj.analysis.figures.figure import plot
 from pbrg_mj.analysis.series import series
 from pbrg_mj.errors import InputError
 from tests.runs import optima, replaced, run, scenario, timings, walled

@@ -3,8 +3,8 @@ import json
 import numpy as np
 import pytest
 
-from pbrg_mj.analysis.certify import ball_radius, sensed_margin, true_margin, worst_row
-from pbrg_mj.analysis.metrics import RunMetrics, Summary, metrics, summary
+from pbrg_mj.analysis.metrics.margins import ball_radius, sensed_margin, true_margin, worst_row
+from pbrg_mj.analysis.metrics.run_metrics import RunMetrics, Statistics, metrics, statistics
 from pbrg_mj.errors import InputError
 from pbrg_mj.governor.problem.ball import ball_rows
 from pbrg_mj.governor.problem.rows import rho, row_values
@@ -79,7 +79,7 @@ def test_without_half_spaces_there_is_no_row_and_no_margin():
 def test_the_resting_run():
     """At rest at r = m = m* = (1, 0), rho = 0, one metre before the line x = 2."""
     found = metrics(run())
-    nothing = Summary(0.0, 0.0, 0.0)
+    nothing = Statistics(0.0, 0.0, 0.0)
     assert (found.outcome, found.duration_s, found.ticks, found.robots) == ("converged", 10.0, 21, 2)
     assert (found.target_x_m, found.target_y_m, found.terminal_gap_m, found.settling_time_s) == (1.0, 0.0, 0.0, 0.0)
     assert (found.true_margin_min_m, found.sensed_margin_min_m, found.certificate_worst_m) == (1.0, 1.0, -1.0)
@@ -107,15 +107,15 @@ def test_the_optimality_gap_of_all_and_of_the_leaders():
     found = metrics(run(ticks=shifted_references([[3.0, 4.0], [0.0, 1.0]])))
     assert (found.optimality_gap_m.mean, found.optimality_gap_m.final) == pytest.approx((3.0, 5.0))
     assert found.optimality_gap_m.p95 == pytest.approx(5.0)
-    assert found.leader_optimality_gap_m == Summary(1.0, 1.0, 1.0)
-    assert found.cost_gap_m2 == Summary(1.0, 1.0, 1.0)
+    assert found.leader_optimality_gap_m == Statistics(1.0, 1.0, 1.0)
+    assert found.cost_gap_m2 == Statistics(1.0, 1.0, 1.0)
 
 
 def test_the_gap_is_taken_at_the_tick_of_the_solve():
     """m is off by 1 everywhere but at reference ticks."""
     m = resting(scenario()).m + 1.0
     m[SOLVED] -= 1.0
-    assert metrics(run(ticks={"m": m})).optimality_gap_m == Summary(0.0, 0.0, 0.0)
+    assert metrics(run(ticks={"m": m})).optimality_gap_m == Statistics(0.0, 0.0, 0.0)
 
 
 def test_the_cost_gap_is_against_the_recorded_cost():
@@ -132,7 +132,7 @@ def test_infeasible_and_failed_references_are_counted_and_left_out():
     assert found.reference_ticks == 6
     assert found.reference_infeasible_share == pytest.approx(0.5)
     assert found.reference_failed_share == pytest.approx(1 / 6)
-    assert found.optimality_gap_m == Summary(0.0, 0.0, 0.0)
+    assert found.optimality_gap_m == Statistics(0.0, 0.0, 0.0)
 
 
 def test_a_run_without_reference_solver():
@@ -208,9 +208,9 @@ def test_the_share_of_ticks_whose_governor_was_not_ok():
 
 
 def test_summaries():
-    assert summary(np.arange(101.0)) == Summary(50.0, 95.0, 100.0)
-    assert summary(np.array([[9.0, 9.0], [1.0, 2.0]])).final == 2.0
-    assert np.isnan(summary(np.empty((0, 2))).mean)
+    assert statistics(np.arange(101.0)) == Statistics(50.0, 95.0, 100.0)
+    assert statistics(np.array([[9.0, 9.0], [1.0, 2.0]])).final == 2.0
+    assert np.isnan(statistics(np.empty((0, 2))).mean)
 
 
 def test_the_consensus_spread_is_the_logged_one():

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pbrg_mj.analysis.outcome import formation_error, net_speed, outcome
+from pbrg_mj.analysis.metrics.outcome import formation_error, net_speed, outcome
 from tests.runs import resting, run, scenario, walled
 
 STEPS = 21  # of 0.5 s

@@ -22,7 +22,7 @@ def travelling():
 
 @pytest.mark.parametrize("suffix", MAGIC)
 def test_figures_of_each_kind_with_the_same_bytes_each_time(tmp_path, suffix):
-    from pbrg_mj.analysis.plot.figure import plot
+    from pbrg_mj.analysis.figures.figure import plot
 
     for name in "ab":
         plot(travelling(), tmp_path / f"{name}{suffix}")
@@ -33,7 +33,7 @@ def test_figures_of_each_kind_with_the_same_bytes_each_time(tmp_path, suffix):
 
 
 def test_other_runs_give_other_figures(tmp_path):
-    from pbrg_mj.analysis.plot.figure import plot
+    from pbrg_mj.analysis.figures.figure import plot
 
     plot(run(), tmp_path / "a.png")
     plot(travelling(), tmp_path / "b.png")
@@ -47,9 +47,11 @@ def team_of(robots):
 
 @pytest.mark.parametrize("robots", [2, 7, 8, 20, 50])
 def test_robots_are_told_apart_and_the_legend_stays_short(robots):
-    from pbrg_mj.analysis.plot.look import label, look
+    from pbrg_mj.analysis.figures.look import label, robot_style
 
-    looks = [(str(style["color"]), str(style["linestyle"])) for style in (look(k, robots) for k in range(robots))]
+    looks = [
+        (str(style["color"]), str(style["linestyle"])) for style in (robot_style(k, robots) for k in range(robots))
+    ]
     assert len(set(looks)) == robots
     labels = [label("m", k, robots) for k in range(robots)]
     assert labels[0] == "$m_{1}$"
@@ -58,14 +60,14 @@ def test_robots_are_told_apart_and_the_legend_stays_short(robots):
 
 
 def test_twenty_robots_can_be_drawn(tmp_path):
-    from pbrg_mj.analysis.plot.figure import plot
+    from pbrg_mj.analysis.figures.figure import plot
 
     plot(run(team_of(20)), tmp_path / "a.png")
     assert (tmp_path / "a.png").stat().st_size > 5000
 
 
 def test_a_diverged_run_can_be_drawn(tmp_path):
-    from pbrg_mj.analysis.plot.figure import plot
+    from pbrg_mj.analysis.figures.figure import plot
 
     m = resting(walled()).m.copy()
     m[7:] = np.nan
@@ -74,7 +76,7 @@ def test_a_diverged_run_can_be_drawn(tmp_path):
 
 
 def test_without_matplotlib_one_line_says_what_to_install(tmp_path, monkeypatch):
-    from pbrg_mj.analysis.plot.figure import plot
+    from pbrg_mj.analysis.figures.figure import plot
 
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(InputError, match=r"pip install 'pbrg-mj\[plot\]'"):
@@ -83,7 +85,7 @@ def test_without_matplotlib_one_line_says_what_to_install(tmp_path, monkeypatch)
 
 
 def test_matplotlib_is_imported_only_to_draw():
-    code = "import sys, pbrg_mj.analysis.plot.figure; assert 'matplotlib' not in sys.modules"
+    code = "import sys, pbrg_mj.analysis.figures.figure; assert 'matplotlib' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
@@ -101,7 +103,7 @@ def curve(axes, name):
 
 
 def test_margins_are_the_least_true_one_the_sensed_one_and_what_the_certificate_leaves():
-    from pbrg_mj.analysis.plot.histories import margin
+    from pbrg_mj.analysis.figures.histories import margin
 
     made = run(walled(), ticks={"wall_margin": np.tile([0.3, 0.7], (21, 1))})
     axes = drawn(margin, made)
@@ -112,7 +114,7 @@ def test_margins_are_the_least_true_one_the_sensed_one_and_what_the_certificate_
 
 
 def test_a_certificate_that_fails_by_far_does_not_hide_the_margin():
-    from pbrg_mj.analysis.plot.histories import margin
+    from pbrg_mj.analysis.figures.histories import margin
 
     far = resting(walled()).xi + 100.0
     axes = drawn(margin, run(walled(), ticks={"xi": far}))
@@ -121,7 +123,7 @@ def test_a_certificate_that_fails_by_far_does_not_hide_the_margin():
 
 
 def test_the_gap_is_the_distance_to_the_optimum_and_none_is_shaded_where_there_is_none():
-    from pbrg_mj.analysis.plot.histories import gap
+    from pbrg_mj.analysis.figures.histories import gap
 
     m = resting(walled()).m.copy()
     m[:, 0] += (0.3, 0.4)
@@ -138,7 +140,7 @@ def test_the_gap_is_the_distance_to_the_optimum_and_none_is_shaded_where_there_i
 
 
 def test_multipliers_are_summed_and_a_spike_of_the_optimum_s_does_not_hide_them():
-    from pbrg_mj.analysis.plot.histories import multipliers
+    from pbrg_mj.analysis.figures.histories import multipliers
 
     plan = walled(timing={"duration": 60.0, "tick": 0.5, "physics_step": 0.5})
     made = run(plan)
@@ -152,7 +154,7 @@ def test_multipliers_are_summed_and_a_spike_of_the_optimum_s_does_not_hide_them(
 
 
 def test_rounding_has_a_place_on_the_logarithmic_axis():
-    from pbrg_mj.analysis.plot.histories import LEAST, consensus
+    from pbrg_mj.analysis.figures.histories import LEAST, consensus
 
     axes = drawn(consensus, run())
     assert np.all(axes.lines[0].get_ydata() == LEAST)
@@ -187,7 +189,7 @@ def open_field():
 
 @pytest.mark.parametrize("made", [run, travelling, without_optima, of_one_tick, diverged, open_field])
 def test_every_panel_can_be_drawn_of_every_run(tmp_path, made):
-    from pbrg_mj.analysis.plot.figure import PANELS, plot
+    from pbrg_mj.analysis.figures.figure import PANELS, plot
 
     plot(made(), tmp_path / "a.png", tuple(PANELS))
     assert (tmp_path / "a.png").stat().st_size > 20_000
@@ -202,13 +204,13 @@ def test_every_panel_can_be_drawn_of_every_run(tmp_path, made):
     ],
 )
 def test_panels_go_where_there_is_most_room(panels, columns):
-    from pbrg_mj.analysis.plot.figure import _columns
+    from pbrg_mj.analysis.figures.figure import _columns
 
     assert _columns(panels) == columns
 
 
 def test_panels_are_chosen_on_the_command_line(tmp_path, monkeypatch, capsys):
-    from pbrg_mj.analysis.plot import figure
+    from pbrg_mj.analysis.figures import figure
 
     drawn_panels = []
     monkeypatch.setattr(reader, "open_run", lambda path: run())

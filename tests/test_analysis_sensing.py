@@ -7,8 +7,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pbrg_mj.analysis.metrics import metrics
-from pbrg_mj.analysis.sensing import true_optima
+from pbrg_mj.analysis.metrics.run_metrics import metrics
+from pbrg_mj.analysis.metrics.sensing_gap import true_optima
 from pbrg_mj.cli.main import main
 from pbrg_mj.log.read.run import open_run
 

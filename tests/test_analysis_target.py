@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from pbrg_mj.analysis.obstacles import faces, footprints, room
-from pbrg_mj.analysis.target import CLEARANCE, best_formation, given_rows, nearest
+from pbrg_mj.analysis.metrics.best_formation import CLEARANCE, best_formation, given_rows, nearest
+from pbrg_mj.analysis.metrics.obstacles import faces, footprints, room
 from tests.runs import FORMATION, WALL, scenario, walled
 
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from pbrg_mj.analysis.metrics import metrics
-from pbrg_mj.analysis.table import COLUMN_WIDTH, LAYOUT, cell, comparison_table, look_up
+from pbrg_mj.analysis.metrics.run_metrics import metrics
+from pbrg_mj.analysis.metrics.table import COLUMN_WIDTH, LAYOUT, cell, comparison_table, look_up
 from pbrg_mj.analysis.text import plain
 from pbrg_mj.api import checkup
 from pbrg_mj.cli.main import main

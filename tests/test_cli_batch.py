@@ -1,4 +1,4 @@
-"""`pbrg batch`: figures of many seeds, arrays in a file, one line for a wrong input."""
+"""`pbrg batch`: batch_metrics of many seeds, arrays in a file, one line for a wrong input."""
 
 import json
 

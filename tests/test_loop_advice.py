@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 from pbrg_mj.cli.main import main
-from pbrg_mj.loop.advice import advice
+from pbrg_mj.loop.stability_warnings import stability_warnings
 from pbrg_mj.scenario.load import load_scenario
 
 
@@ -14,31 +14,31 @@ def paper(*overrides):
 
 
 def test_the_papers_steps_raise_no_doubt():
-    assert advice(paper()) == []
-    assert advice(paper("governor.kind=centralized", "governor.rounds=1")) == []
+    assert stability_warnings(paper()) == []
+    assert stability_warnings(paper("governor.kind=centralized", "governor.rounds=1")) == []
 
 
 def test_a_step_beyond_the_admissible_one_is_foreseen_with_the_admissible_one():
-    (line,) = advice(paper("governor.step=0.05"))
+    (line,) = stability_warnings(paper("governor.step=0.05"))
     assert line.startswith("a round of 0.05 s may be too long for alpha = 7 on this graph: explicit steps are stable")
-    (line,) = advice(paper("governor.rounds=1"))
+    (line,) = stability_warnings(paper("governor.rounds=1"))
     assert "a round of 0.01 s" in line
 
 
 def test_delays_past_the_margin_are_foreseen_and_waves_bear_them():
-    assert advice(paper("network.delay_rounds=300")) == []
-    (line,) = advice(paper("network.delay_rounds=800"))
+    assert stability_warnings(paper("network.delay_rounds=300")) == []
+    (line,) = stability_warnings(paper("network.delay_rounds=800"))
     assert line.startswith("messages 800 rounds late, 0.8 s, may be too late for alpha = 7 on this graph: the plain")
     assert "stable up to 394 rounds, 0.39 s. `network.exchange: scattering`" in line
-    assert advice(paper("network.delay_rounds=800", "network.exchange=scattering")) == []
+    assert stability_warnings(paper("network.delay_rounds=800", "network.exchange=scattering")) == []
     links = "network.links=[{robots: [1, 2], delay_rounds: 1000}]"
-    (line,) = advice(paper("network.delay_rounds=500", links))
+    (line,) = stability_warnings(paper("network.delay_rounds=500", links))
     assert "s, the others in proportion. " in line
 
 
 def test_input_rows_shorten_the_admissible_step():
-    assert advice(paper("governor.step=0.005")) == []
-    (line,) = advice(paper("governor.step=0.005", "control.speed_limit=0.8"))
+    assert stability_warnings(paper("governor.step=0.005")) == []
+    (line,) = stability_warnings(paper("governor.step=0.005", "control.speed_limit=0.8"))
     assert "a round of 0.005 s" in line
 
 

@@ -1,4 +1,4 @@
-"""Ticks are judged some at a time: what that must not change."""
+"""Ticks are evaluated some at a time: what that must not change."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 
 from pbrg_mj.governor.monitor.diagnostics import diagnose
 from pbrg_mj.log.write.messages import MessageStream
-from pbrg_mj.loop import simulation, watch
+from pbrg_mj.loop import monitor, simulation
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_scenario
@@ -26,19 +26,19 @@ def messages(records: Iterator[TickRecord]) -> list[bytes]:
     return said
 
 
-@pytest.mark.parametrize(("ahead", "patience"), [(1, 9.0), (7, 9.0), (1000, 9.0), (50, 0.0)])
-def test_records_do_not_depend_on_how_many_ticks_pass_before_they_are_judged(ahead, patience, monkeypatch) -> None:
+@pytest.mark.parametrize(("block_ticks", "seconds"), [(1, 9.0), (7, 9.0), (1000, 9.0), (50, 0.0)])
+def test_records_do_not_depend_on_how_many_ticks_pass_before_they_are_judged(block_ticks, seconds, monkeypatch) -> None:
     expected = messages(Simulation.build(PLAN).records())
-    monkeypatch.setattr(simulation, "PATIENCE", patience)
-    assert messages(replace(Simulation.build(PLAN), ahead=ahead).records()) == expected
+    monkeypatch.setattr(simulation, "BLOCK_SECONDS", seconds)
+    assert messages(replace(Simulation.build(PLAN), block_ticks=block_ticks).records()) == expected
 
 
 @pytest.mark.parametrize("ticks", [1, 7])
 def test_nor_on_how_many_ticks_are_judged_in_one_call(ticks, monkeypatch) -> None:
     expected = messages(Simulation.build(PLAN).records())
-    monkeypatch.setattr(watch, "SIDE_BY_SIDE", ticks * 3 * 8 * 5 * 22)
+    monkeypatch.setattr(monitor, "MAX_BLOCK_BYTES", ticks * 3 * 8 * 5 * 22)
     calls = []
-    monkeypatch.setattr(watch, "diagnose", lambda block, *of: calls.append(block) or diagnose(block, *of))
+    monkeypatch.setattr(monitor, "diagnose", lambda block, *of: calls.append(block) or diagnose(block, *of))
     assert messages(Simulation.build(PLAN).records()) == expected
     assert {len(block.problems) for block in calls} <= set(range(1, ticks + 1))
     assert sum(len(block.problems) for block in calls) == 124
@@ -46,22 +46,22 @@ def test_nor_on_how_many_ticks_are_judged_in_one_call(ticks, monkeypatch) -> Non
 
 def test_decisions_are_those_of_the_records() -> None:
     records = list(Simulation.build(PLAN).records())
-    decisions = list(Simulation.build(PLAN).decisions())
-    assert [one.index for one in decisions] == [one.index for one in records] == list(range(124))
-    for decision, record in zip(decisions, records, strict=True):
-        np.testing.assert_array_equal(decision.command, record.command)
-        np.testing.assert_array_equal(decision.solution.m, record.solution.m)
+    ticks = list(Simulation.build(PLAN).ticks())
+    assert [one.index for one in ticks] == [one.index for one in records] == list(range(124))
+    for tick, record in zip(ticks, records, strict=True):
+        np.testing.assert_array_equal(tick.command, record.command)
+        np.testing.assert_array_equal(tick.solution.m, record.solution.m)
 
 
 def test_the_first_record_comes_before_the_second_tick() -> None:
     run = Simulation.build(PLAN)
     next(run.records())
-    np.testing.assert_array_equal(run.parts.world.observe().pose_frame, 1)
+    np.testing.assert_array_equal(run.loop.world.observe().pose_frame, 1)
 
 
 def test_what_a_tick_raises_comes_after_the_records_before_it(monkeypatch) -> None:
     run, seen = Simulation.build(PLAN), []
-    advance = run.parts.world.advance
+    advance = run.loop.world.advance
     left = iter(range(33))
 
     def failing(command: np.ndarray) -> None:
@@ -69,7 +69,7 @@ def test_what_a_tick_raises_comes_after_the_records_before_it(monkeypatch) -> No
             raise ZeroDivisionError
         advance(command)
 
-    monkeypatch.setattr(run.parts.world, "advance", failing)
+    monkeypatch.setattr(run.loop.world, "advance", failing)
     with pytest.raises(ZeroDivisionError):
         seen.extend(record.index for record in run.records())
     assert seen == list(range(33))

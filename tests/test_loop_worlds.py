@@ -1,4 +1,4 @@
-"""Worlds side by side are the runs of their seeds, bit for bit."""
+"""BatchSimulation side by side are the runs of their seeds, bit for bit."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from pbrg_mj.errors import InputError
+from pbrg_mj.loop.batch import BatchSimulation
 from pbrg_mj.loop.simulation import Simulation
-from pbrg_mj.loop.worlds import Worlds
 from pbrg_mj.scenario.load import load_scenario
 
 SEEDS = (3, 1, 2**40)
@@ -27,7 +27,7 @@ LATER = {  # seen walls, events within ticks, remedies: whatever a world can dif
 @pytest.mark.parametrize("name", LATER)
 def test_every_world_is_the_run_of_its_seed(name):
     scenario = load_scenario("paper/experiment_near", [*FIRST, *LATER[name]]).scenario
-    histories = Worlds(scenario, SEEDS, threads=2).run()
+    histories = BatchSimulation(scenario, SEEDS, threads=2).run()
     for world, seed in enumerate(SEEDS):
         alone = [*Simulation.build(scenario.model_copy(update={"seed": seed})).records()]
         assert histories.time.tolist() == [record.time for record in alone]
@@ -44,7 +44,10 @@ def test_every_world_is_the_run_of_its_seed(name):
 def test_threads_change_nothing_and_the_listener_hears_every_tick():
     scenario = load_scenario("paper/experiment_near", [*FIRST, "timing.duration=0.3"]).scenario
     heard = []
-    one, three = Worlds(scenario, range(5), threads=1).run(heard.append), Worlds(scenario, range(5), threads=3).run()
+    one, three = (
+        BatchSimulation(scenario, range(5), threads=1).run(heard.append),
+        BatchSimulation(scenario, range(5), threads=3).run(),
+    )
     assert heard == list(range(31))
     assert one.hand_world.tobytes() == three.hand_world.tobytes()
     assert one.m.tobytes() == three.m.tobytes()
@@ -63,13 +66,13 @@ def test_threads_change_nothing_and_the_listener_hears_every_tick():
 )
 def test_what_worlds_do_not_offer_is_refused_by_name(changes, key):
     with pytest.raises(InputError, match="one by one") as refused:
-        Worlds(load_scenario("paper/experiment_near", changes).scenario, (1, 2))
+        BatchSimulation(load_scenario("paper/experiment_near", changes).scenario, (1, 2))
     assert refused.value.key == key
 
 
 def test_the_ideal_plant_and_no_seeds_are_refused():
     ideal, physics = (load_scenario(f"paper/{name}").scenario for name in ("simulation_near", "experiment_near"))
     with pytest.raises(InputError, match="one by one"):
-        Worlds(ideal, (1, 2))
+        BatchSimulation(ideal, (1, 2))
     with pytest.raises(InputError, match="no seeds"):
-        Worlds(physics, ())
+        BatchSimulation(physics, ())

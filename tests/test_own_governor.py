@@ -139,7 +139,7 @@ class Answering(Reusing):
 
 def answer(**arrays):
     run = Simulation.build(short("none"))
-    decision = next(run.decisions())
+    decision = next(run.control_ticks())
     return PlugInGovernor(Answering(**arrays)).step(decision.problem, decision.memory or 0)[0]
 
 

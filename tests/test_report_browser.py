@@ -7,8 +7,8 @@ import re
 import numpy as np
 import pytest
 
-from pbrg_mj.analysis.report.excerpt import excerpt
 from pbrg_mj.analysis.report.page import page
+from pbrg_mj.analysis.report.report_run import report_run
 from pbrg_mj.cli.main import main
 from pbrg_mj.log.read.run import open_run
 from pbrg_mj.log.write.writer import LogWriter
@@ -34,7 +34,7 @@ def opened(browser, tmp_path):
     """A function that opens a page of runs; afterwards nothing was asked for but the file, and nothing complained."""
 
     def open_page(*runs):
-        return show(page([excerpt(one, len(runs)) for one in runs]))
+        return show(page([report_run(one, len(runs)) for one in runs]))
 
     def show(text):
         file = tmp_path / "report.html"
@@ -106,7 +106,7 @@ def test_a_click_on_the_slider_moves_robots_references_and_half_spaces_to_that_t
         browser.click("#time", across=across)
         tick = assert_drawn_as_logged(browser, seen)
         assert abs(tick - 20 * across) <= 1
-        left, _, width, _ = browser.box(".half-space .sensed")
+        left, _, width, _ = browser.box(".half-space .half_space_changes")
         x = to_pixels(browser, 1)((seen.ticks.half_space_h[tick, 0, 0], 0.0))[0]
         assert left + width / 2 == pytest.approx(x, abs=2 * PIXEL)
 
@@ -226,7 +226,7 @@ def test_nothing_from_outside_runs_even_if_it_were_let_in(browser, tmp_path):
     """The policy alone, with the escaping left out: neither the script nor the image may come to life."""
     let_in = "<script>window.broken = 1</script><img src='http://127.0.0.1:9/x' onerror='window.broken = 2'>"
     file = tmp_path / "report.html"
-    file.write_text(page([excerpt(run(), 1)]).replace("<main>", f"<main>{let_in}"), encoding="utf-8")
+    file.write_text(page([report_run(run(), 1)]).replace("<main>", f"<main>{let_in}"), encoding="utf-8")
     browser.events.clear()
     browser.open(file)
     assert browser.evaluate("window.broken ?? null") is None

@@ -8,11 +8,11 @@ import json
 import numpy as np
 import pytest
 
-from pbrg_mj.analysis.report import floor, frames, sensed
+from pbrg_mj.analysis.events import MOST_EVENTS, events
+from pbrg_mj.analysis.report import frames, half_space_changes, scene
 from pbrg_mj.analysis.report.encode import embedded, packed
-from pbrg_mj.analysis.report.events import MOST_EVENTS, events
 from pbrg_mj.analysis.report.frames import frame_ticks, indicators, states
-from pbrg_mj.analysis.report.sensed import half_space_changes
+from pbrg_mj.analysis.report.half_space_changes import MOST_CHANGES, half_space_changes
 from tests.runs import optima, replaced, resting, run, scenario, walled
 
 
@@ -125,7 +125,7 @@ def test_changes_put_together_again_are_the_half_spaces_of_each_frame(most):
 
 
 def test_half_spaces_that_stay_are_told_once():
-    changes = half_space_changes(run(), np.arange(21), sensed.MOST_CHANGES)
+    changes = half_space_changes(run(), np.arange(21), MOST_CHANGES)
     np.testing.assert_array_equal(changes.table(), [[0, 0, 1, 0, 2]])
 
 
@@ -133,7 +133,7 @@ def test_moving_boxes_are_where_the_stops_say():
     stops = ({"time": 2.0, "center": (0.0, 3.0)}, {"time": 4.0, "center": (2.0, 3.0)})
     plan = walled()
     world = plan.world.model_validate({"walls": (), "moving_boxes": ({"size": (0.4, 0.2), "stops": stops},)})
-    sizes, centres = floor.moving(run(plan.model_copy(update={"world": world})), np.array([0.0, 2.5, 9.0]))
+    sizes, centres = scene.moving(run(plan.model_copy(update={"world": world})), np.array([0.0, 2.5, 9.0]))
     assert sizes == [(0.4, 0.2)]
     np.testing.assert_allclose(centres[:, 0], [[0, 3], [0.5, 3], [2, 3]])
 
@@ -144,7 +144,7 @@ def test_walls_and_boxes_are_drawn_with_their_corners():
     patch = {"from": (0.0, 0.0), "to": (1.0, 2.0)}
     wall = {"from": (0.0, -1.0), "to": (4.0, -1.0), "thickness": 0.2}
     world = plan.world.model_validate({"walls": (wall,), "boxes": (box,), "patches": (patch,)})
-    shapes = floor.still(run(plan.model_copy(update={"world": world})))
+    shapes = scene.still(run(plan.model_copy(update={"world": world})))
     assert [shape["kind"] for shape in shapes] == ["patch", "wall", "box"]
     corners = [{tuple(np.round(corner, 9)) for corner in shape["corners"]} for shape in shapes]
     assert corners[0] == {(0, 0), (1, 0), (1, 2), (0, 2)}
@@ -155,14 +155,14 @@ def test_walls_and_boxes_are_drawn_with_their_corners():
 def test_the_floor_shown_holds_robots_and_reference_but_not_what_runs_away():
     seen = run()
     at = np.arange(21)
-    x0, y0, x1, y1 = floor.extent(seen, states(seen, at))
+    x0, y0, x1, y1 = scene.extent(seen, states(seen, at))
     assert x0 < 1 < x1
     assert y0 < -1 < 0 < y1
     assert max(x1 - x0, y1 - y0) < 2
     runaway = {"m": np.full((21, 2, 2), 1e9), "hand_true": seen.ticks.hand_true.copy()}
     runaway["hand_true"][15:] = np.nan
     runaway["hand_true"][14] = 1e9
-    assert floor.extent(seen, states(run(ticks=runaway), at)) == [x0, y0, x1, y1]
+    assert scene.extent(seen, states(run(ticks=runaway), at)) == [x0, y0, x1, y1]
 
 
 def test_events_name_what_happened_when():

@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pbrg_mj.analysis.report.excerpt import excerpt
 from pbrg_mj.analysis.report.page import SCRIPTS, page
+from pbrg_mj.analysis.report.report_run import report_run
 from pbrg_mj.cli.main import main
 from pbrg_mj.log.read import run as reader
 from tests.runs import replaced, resting, run, walled
@@ -52,7 +52,7 @@ class Parsed(HTMLParser):
 
 
 def made(*runs):
-    return page([excerpt(one, len(runs)) for one in runs])
+    return page([report_run(one, len(runs)) for one in runs])
 
 
 def hostile():
@@ -143,7 +143,7 @@ def long_run(robots, steps):
 
 @pytest.mark.parametrize(("robots", "steps", "runs"), [(5, 6001, 1), (50, 6001, 1), (50, 2001, 4)])
 def test_small_and_large_teams_and_several_of_them_stay_below_8_MB(robots, steps, runs):
-    one = excerpt(long_run(robots, steps), runs)
+    one = report_run(long_run(robots, steps), runs)
     assert len(page([one] * runs).encode()) < 8e6
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from scipy.io import savemat
 
-from pbrg_mj.analysis.atomic import by_suffix, write_whole
+from pbrg_mj.analysis.output_file import by_suffix, write_atomically
 from pbrg_mj.analysis.series import Series, series
 from pbrg_mj.errors import InputError
 from pbrg_mj.log.read.run import Run
@@ -24,7 +24,7 @@ def export(run: Run, path: Path) -> None:
     write = by_suffix(path, WRITERS)
     if not len(run.ticks.time):
         raise InputError("the log holds no complete tick", file=run.path)
-    write_whole(path, lambda whole: write(run, whole))
+    write_atomically(path, lambda whole: write(run, whole))
 
 
 def arrays(run: Run) -> dict[str, np.ndarray]:

@@ -25,14 +25,14 @@ def batch(
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change path.to.key; may be repeated.")
     ] = None,
     threads: Annotated[int | None, typer.Option(min=1, help="One for each core if not given.")] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print the batch_metrics as JSON.")] = False,
 ) -> int:
     """Run many seeds of a scenario side by side, without logs. Exit code 1 when a world was violated or diverged."""
     os.environ.pop("MUJOCO_GL", None)  # see run
-    from pbrg_mj.analysis.atomic import by_suffix
-    from pbrg_mj.analysis.worlds import WRITERS, figures, save
+    from pbrg_mj.analysis.metrics.batch_metrics import WRITERS, batch_metrics, save_batch
+    from pbrg_mj.analysis.output_file import by_suffix
     from pbrg_mj.log.write.writer import check_writable
-    from pbrg_mj.loop.worlds import Worlds
+    from pbrg_mj.loop.batch import BatchSimulation
     from pbrg_mj.scenario.load import load_scenario
 
     shorthand = [] if duration is None else [f"timing.duration={duration}"]
@@ -40,12 +40,12 @@ def batch(
     if output is not None:
         by_suffix(output, WRITERS)
         check_writable(output)
-    worlds, began = Worlds(loaded.scenario, seeds_of(seeds), threads), perf_counter()
+    worlds, began = BatchSimulation(loaded.scenario, seeds_of(seeds), threads), perf_counter()
     histories = worlds.run()
     speed = len(histories.seeds) * float(histories.time[-1]) / (perf_counter() - began)
-    numbers = {"scenario": loaded.name, **figures(histories), "simulated_s_per_s": speed}
+    numbers = {"scenario": loaded.name, **batch_metrics(histories), "simulated_s_per_s": speed}
     if output is not None:
-        save(histories, output)
+        save_batch(histories, output)
     if json:
         emit_json(numbers)
     else:

@@ -18,8 +18,8 @@ def compare(
     json: Annotated[bool, typer.Option("--json", help="Print a JSON array, an object per log.")] = False,
 ) -> None:
     """Compare the distributed answer with the centralized optimum: one table."""
-    from pbrg_mj.analysis.metrics import metrics
-    from pbrg_mj.analysis.table import comparison_table
+    from pbrg_mj.analysis.metrics.run_metrics import metrics
+    from pbrg_mj.analysis.metrics.table import comparison_table
 
     # A log at a time: only the numbers are kept.
     numbers = [metrics(open_log(log)) for log in logs]

@@ -15,9 +15,9 @@ def export(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="OUT", help="OUT.npz, OUT.mat or OUT.csv.")],
 ) -> None:
     """Write a log's time series for NumPy, MATLAB or pandas."""
-    from pbrg_mj.analysis.atomic import by_suffix
     from pbrg_mj.analysis.export import WRITERS
     from pbrg_mj.analysis.export import export as write
+    from pbrg_mj.analysis.output_file import by_suffix
 
     by_suffix(output, WRITERS)  # before the log is read, which takes longer
     write(open_log(log), output)

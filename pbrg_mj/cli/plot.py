@@ -20,9 +20,9 @@ def plot(
     ] = PAPER,
 ) -> None:
     """Draw the paper's two figures, trajectories with the line and references over time, or other panels."""
-    from pbrg_mj.analysis.atomic import by_suffix
-    from pbrg_mj.analysis.plot.figure import METADATA, PANELS, check_panels
-    from pbrg_mj.analysis.plot.figure import plot as draw
+    from pbrg_mj.analysis.figures.figure import METADATA, PANELS, check_panels
+    from pbrg_mj.analysis.figures.figure import plot as draw
+    from pbrg_mj.analysis.output_file import by_suffix
 
     by_suffix(output, METADATA)
     wanted = tuple(PANELS) if panels == "all" else tuple(dict.fromkeys(filter(None, panels.split(","))))

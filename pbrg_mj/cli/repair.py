@@ -21,14 +21,14 @@ def repair(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="OUT.mcap", help="The clean log to write.")],
 ) -> None:
     """Write a clean log of all that is whole in a damaged one."""
-    from pbrg_mj.analysis.atomic import by_suffix, write_whole
+    from pbrg_mj.analysis.output_file import by_suffix, write_atomically
     from pbrg_mj.log.repair import repair as write
 
     by_suffix(output, {".mcap": None})
     if output.exists() and log.exists() and output.samefile(log):
         raise InputError("would overwrite the log itself; give another name", file=str(output))
     found: list[RepairReport] = []
-    write_whole(output, lambda path: found.append(write(log, path)))
+    write_atomically(output, lambda path: found.append(write(log, path)))
     if found[0].damage:
         note(f"warning: {log}: {_told_once(found[0].damage)}")
     emit("\n".join(_lines(found[0], output)))

@@ -50,9 +50,9 @@ def _show(log: Path, *, verify: bool) -> int:
 
 
 def _account(log: Path, *, json: bool) -> int:
-    from pbrg_mj.analysis.account import account
+    from pbrg_mj.analysis.replay_summary import replay_summary
 
-    told = account(open_log(log))
+    told = replay_summary(open_log(log))
     if json:
         emit_json(told.as_dict())
     else:

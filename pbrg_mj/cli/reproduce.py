@@ -18,7 +18,7 @@ from pbrg_mj.cli.run import FAILED, INTERRUPTED, record
 from pbrg_mj.errors import InputError
 
 if TYPE_CHECKING:
-    from pbrg_mj.analysis.metrics import RunMetrics
+    from pbrg_mj.analysis.metrics.run_metrics import RunMetrics
 
 
 def reproduce(
@@ -31,7 +31,7 @@ def reproduce(
     The same files at every repetition: wall-clock times are left out. Exit code 1 when a run was violated or diverged.
     """
     os.environ.pop("MUJOCO_GL", None)  # as in `pbrg run`
-    from pbrg_mj.analysis.paper import RUNS, as_json, markdown
+    from pbrg_mj.analysis.metrics.paper_table import RUNS, as_json, markdown
 
     _prepare(output)
     done: list[RunMetrics] = []
@@ -75,8 +75,8 @@ def _simulate(name: str, folder: Path, duration: float | None) -> Path | None:
 
 def _evaluate(log: Path) -> RunMetrics:
     """Draw the run's figures beside its log and return its numbers."""
-    from pbrg_mj.analysis.metrics import metrics
-    from pbrg_mj.analysis.plot.figure import plot
+    from pbrg_mj.analysis.figures.figure import plot
+    from pbrg_mj.analysis.metrics.run_metrics import metrics
 
     run = open_log(log)
     for suffix in (".pdf", ".png"):
@@ -86,11 +86,11 @@ def _evaluate(log: Path) -> RunMetrics:
 
 def _write_numbers(done: list[RunMetrics], folder: Path) -> None:
     """Write both tables of the runs so far, so that they are whole after every run."""
-    from pbrg_mj.analysis.atomic import write_whole
-    from pbrg_mj.analysis.paper import as_json, markdown
+    from pbrg_mj.analysis.metrics.paper_table import as_json, markdown
+    from pbrg_mj.analysis.output_file import write_atomically
 
-    write_whole(folder / "numbers.md", _writing(markdown(done)))
-    write_whole(folder / "numbers.json", _writing(as_json(done)))
+    write_atomically(folder / "numbers.md", _writing(markdown(done)))
+    write_atomically(folder / "numbers.json", _writing(as_json(done)))
 
 
 def _writing(text: str) -> Callable[[Path], None]:

@@ -46,12 +46,12 @@ def run(
     """Run a scenario headlessly and write its log. Exit code 1 when it was violated or diverged."""
     # Where MUJOCO_GL names a library that is missing, MuJoCo would not even start; nothing here draws.
     os.environ.pop("MUJOCO_GL", None)
-    from pbrg_mj.loop.advice import advice
+    from pbrg_mj.loop.stability_warnings import stability_warnings
     from pbrg_mj.scenario.load import load_scenario
 
     loaded = load_scenario(scenario, [*(overrides or ()), *_shorthands(seed, duration)])
     path = _log_path(output, loaded.name)
-    for line in advice(loaded.scenario):
+    for line in stability_warnings(loaded.scenario):
         note(f"warning: {line}")
     with viewers(loaded, live=live, port=port, pace=pace) as watched:
         spent = Profile() if profile else None
@@ -128,8 +128,8 @@ def record(
 
 
 def _report(path: Path, profile: Profile | None, *, json: bool, quiet: bool) -> int:
-    from pbrg_mj.analysis.metrics import metrics
-    from pbrg_mj.analysis.table import short_summary
+    from pbrg_mj.analysis.metrics.run_metrics import metrics
+    from pbrg_mj.analysis.metrics.table import short_summary
 
     numbers = metrics(open_log(path))
     if json:

@@ -27,7 +27,7 @@ def validate(
     files: Annotated[list[str], typer.Argument(metavar="FILE...", help="Scenario files, or bundled names.")],
 ) -> int:
     """Check scenario files."""
-    from pbrg_mj.loop.advice import advice
+    from pbrg_mj.loop.stability_warnings import stability_warnings
     from pbrg_mj.scenario.load import load_scenario
 
     wrong = 0
@@ -39,6 +39,6 @@ def validate(
             wrong += 1
         else:
             emit(f"{plain(file)}: ok, {scenario.robots} robots, {scenario.plant} plant, {scenario.timing.duration:g} s")
-            for line in advice(scenario):
+            for line in stability_warnings(scenario):
                 note(f"warning: {plain(file)}: {line}")
     return 2 if wrong else 0

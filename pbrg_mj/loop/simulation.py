@@ -1,4 +1,4 @@
-"""A whole run: parts put together, ticks one after the other.
+"""A whole run: the closed loop put together, ticks one after the other.
 
 MuJoCo's step takes the processor's caches for itself, so that everything between two of them runs at half its speed or
 less. What is not needed for the next tick is therefore done for some ticks in a row.
@@ -16,9 +16,9 @@ import numpy as np
 from pbrg_mj.governor.monitor.passivity_monitor import passivity_monitor
 from pbrg_mj.governor.plug_in import PlugInGovernor
 from pbrg_mj.governor.registry import CERTIFICATES, governor, reference_solver
+from pbrg_mj.loop.monitor import CompletedTick, Monitor, MonitorState, evaluate
 from pbrg_mj.loop.record import TickRecord
-from pbrg_mj.loop.tick import Decision, Parts, State, decide
-from pbrg_mj.loop.watch import Passed, Watch, Watched, judge
+from pbrg_mj.loop.tick import ClosedLoop, ControlTick, LoopState, control_tick
 from pbrg_mj.perception.perceive import initial
 from pbrg_mj.perception.setup import perception_setup
 from pbrg_mj.scenario.schema import Scenario, whole_number
@@ -29,25 +29,25 @@ from pbrg_mj.vehicle.drive import drive_of
 from pbrg_mj.world.plant.build import build_plant
 from pbrg_mj.world.scene.robot import load_robot_model
 
-AHEAD = 100  # ticks
-PATIENCE = 0.1  # wall clock [s]: of a slow world, fewer ticks pass at a time
+BLOCK_TICKS = 100
+BLOCK_SECONDS = 0.1  # wall clock [s]: of a slow world, fewer ticks pass at a time
 
 
 @dataclass(frozen=True)
 class Simulation:
     """One run of a scenario. It can be run once: the world inside moves on."""
 
-    parts: Parts
-    watch: Watch
+    loop: ClosedLoop
+    monitor: Monitor
     ticks: int  # steps of the clock; the records are one more, the last at t = duration
-    ahead: int  # ticks that pass before they are judged
+    block_ticks: int  # ticks that pass before they are evaluated
 
     @classmethod
     def build(cls, scenario: Scenario) -> Simulation:
-        """Put a scenario's parts together. Raises InputError when it names something nobody knows."""
+        """Put a scenario's closed loop together. Raises InputError when it names something nobody knows."""
         timing, robot, graph = scenario.timing, load_robot_model(), network(scenario)
-        answering = governor(scenario)
-        parts = Parts(
+        chosen = governor(scenario)
+        loop = ClosedLoop(
             scenario=scenario,
             world=build_plant(scenario),
             noise=sensor_noise(scenario),
@@ -56,71 +56,71 @@ class Simulation:
             formation=np.array(scenario.team.formation, dtype=float),
             hand_offset=robot.hand_offset,
             certificate=CERTIFICATES[scenario.governor.certificate](scenario, graph),
-            governor=answering,
+            governor=chosen,
             drive=drive_of(scenario, robot),
         )
-        balances = passivity_monitor(answering)
-        watch = Watch(
+        balances = passivity_monitor(chosen)
+        monitor = Monitor(
             wind_up_rule=WindUpDetector.of(scenario, graph),
             passivities=balances.about_optima,
             flow_passivities=balances.of_velocity,
             reference_solver=reference_solver(scenario),
             reference_every=whole_number(scenario.reference.period, timing.tick),
         )
-        # A plug-in may write into its memory, so it is judged before its next step.
-        ahead = 1 if isinstance(answering, PlugInGovernor) else AHEAD
-        return cls(parts, watch, whole_number(timing.duration, timing.tick), ahead)
+        # A plug-in may write into its memory, so it is evaluated before its next step.
+        block_ticks = 1 if isinstance(chosen, PlugInGovernor) else BLOCK_TICKS
+        return cls(loop, monitor, whole_number(timing.duration, timing.tick), block_ticks)
 
     @property
     def model_xml(self) -> str:
         """MJCF of the world as run; empty for the ideal plant."""
-        return self.parts.world.model_xml
+        return self.loop.world.model_xml
 
-    def decisions(self) -> Iterator[Decision]:
+    def control_ticks(self) -> Iterator[ControlTick]:
         """Yield what was done in every tick, from t = 0 to t = duration: the closed loop, and nothing beside it."""
-        for decision in self._decided():
-            yield decision
-            self.parts.world.advance(decision.command)
+        for tick in self._run_ticks():
+            yield tick
+            self.loop.world.advance(tick.command)
 
     def records(self) -> Iterator[TickRecord]:
-        """Yield one record per tick, from t = 0 to t = duration; the world is up to `ahead` ticks ahead of it.
+        """Yield one record per tick, from t = 0 to t = duration; the world is up to `block_ticks` ahead.
 
         The first comes at once: whoever takes it has things to set up. What a tick raises comes after the records of
         the ticks before it.
         """
-        decided, watched, going, ticks = self._decided(), Watched(), True, 1
+        run_ticks, monitored, going, ticks = self._run_ticks(), MonitorState(), True, 1
         while going:
-            passed, failure = self._pass(decided, ticks)
-            ticks = self.ahead
-            if passed:
-                watched, records = judge(self.watch, watched, passed)
+            completed, failure = self._run_block(run_ticks, ticks)
+            ticks = self.block_ticks
+            if completed:
+                monitored, records = evaluate(self.monitor, monitored, completed)
                 yield from records
             if failure:
                 raise failure
-            going = bool(passed)
+            going = bool(completed)
 
-    def _pass(self, decided: Iterator[Decision], ticks: int) -> tuple[list[Passed], Exception | None]:
+    def _run_block(self, run_ticks: Iterator[ControlTick], ticks: int) -> tuple[list[CompletedTick], Exception | None]:
         """Let up to so many ticks pass; return them, none after the last one, and what ended them early."""
-        world, passed, until = self.parts.world, [], perf_counter() + PATIENCE
+        world, completed, until = self.loop.world, [], perf_counter() + BLOCK_SECONDS
         try:
-            for decision in islice(decided, ticks):
+            for tick in islice(run_ticks, ticks):
                 began = perf_counter()
                 truth = world.truth()
                 looked = perf_counter()
-                world.advance(decision.command)
+                world.advance(tick.command)
                 now = perf_counter()
-                passed.append(Passed(truth, decision, looked - began, now - looked))
+                completed.append(CompletedTick(truth, tick, looked - began, now - looked))
                 if now > until:
                     break
         except Exception as error:
-            return passed, error
-        return passed, None
+            return completed, error
+        return completed, None
 
-    def _decided(self) -> Iterator[Decision]:
-        """Yield every tick's decision; whoever asks for the next has let the world move on."""
-        parts = self.parts
-        xi = np.zeros((parts.network.robots, 2))
-        state = State(None, initial(parts.perception), None, None, None, xi)
+    def _run_ticks(self) -> Iterator[ControlTick]:
+        """Yield every tick; whoever asks for the next has let the world move on."""
+        loop = self.loop
+        xi = np.zeros((loop.network.robots, 2))
+        state = LoopState(None, initial(loop.perception), None, None, None, xi)
         for index in range(self.ticks + 1):
-            state, decision = decide(parts, state, index)
-            yield decision
+            state, tick = control_tick(loop, state, index)
+            yield tick

@@ -29,7 +29,7 @@ from pbrg_mj.world.plant.interface import Plant
 
 
 @dataclass(frozen=True)
-class Parts:
+class ClosedLoop:
     """What the closed loop is made of; nothing here changes but the world inside `world`."""
 
     scenario: Scenario
@@ -44,7 +44,7 @@ class Parts:
     drive: Drive
 
 
-class Place(NamedTuple):
+class PoseEstimate(NamedTuple):
     """Where the robots take themselves to be, by poses as they were read."""
 
     body_pose: np.ndarray  # (n, 3) x, y [m], heading [rad]
@@ -52,18 +52,18 @@ class Place(NamedTuple):
     p: np.ndarray  # (n, 2) q - b [m]
 
 
-class State(NamedTuple):
+class LoopState(NamedTuple):
     """What one tick hands to the next, besides the world."""
 
     readings: Readings | None  # None before the first tick
     walls: PerceptionMemory
     rows: Rows | None  # of the half-spaces known then; likewise None before the first tick
-    place: Place | None  # likewise
+    estimate: PoseEstimate | None  # likewise
     governor: Any  # likewise
     xi: np.ndarray  # (n, 2) [m]
 
 
-class Decision(NamedTuple):
+class ControlTick(NamedTuple):
     """What the robots saw, concluded and commanded in one tick."""
 
     index: int  # pyright: ignore[reportIncompatibleMethodOverride] - not the one of tuples
@@ -76,55 +76,55 @@ class Decision(NamedTuple):
     memory: Any  # the governor's, after its step
     velocity: np.ndarray  # (n, 2) u of eq. 2 [m/s]
     command: np.ndarray  # (n, 2) wheel voltages [V] or speeds [rad/s]; u [m/s] in the ideal plant
-    stamps: tuple[float, ...]  # wall clock before sensing, and after sensing, perception, governor, control [s]
+    timestamps: tuple[float, ...]  # wall clock before sensing, and after sensing, perception, governor, control [s]
 
 
-def decide(parts: Parts, state: State, index: int) -> tuple[State, Decision]:
-    """Do all of a tick but letting the world move on by `Decision.command`; return the next state and what was done."""
-    scenario = parts.scenario
+def control_tick(loop: ClosedLoop, state: LoopState, index: int) -> tuple[LoopState, ControlTick]:
+    """Do all of a tick but the physics; return the next state and what was done."""
+    scenario = loop.scenario
     time = index * scenario.timing.tick
     began = perf_counter()
 
-    readings = sense(parts.world.observe(), state.readings, parts.noise)
+    readings = sense(loop.world.observe(), state.readings, loop.noise)
     sensed = perf_counter()
 
-    half_spaces, walls = perceive(readings, time, state.walls, parts.perception)
+    half_spaces, walls = perceive(readings, time, state.walls, loop.perception)
     perceived = perf_counter()
 
     rows = state.rows
     if rows is None or half_spaces is not state.walls.half_spaces:
-        rows = parts.certificate.rows(half_spaces)
-    place = state.place
-    if place is None or readings.body_pose is not place.body_pose:
-        hand_world = hand_point(readings.body_pose, parts.hand_offset)
-        place = Place(readings.body_pose, hand_world, hand_world - parts.formation)
+        rows = loop.certificate.rows(half_spaces)
+    estimate = state.estimate
+    if estimate is None or readings.body_pose is not estimate.body_pose:
+        hand_world = hand_point(readings.body_pose, loop.hand_offset)
+        estimate = PoseEstimate(readings.body_pose, hand_world, hand_world - loop.formation)
     problem = Problem(
-        network=parts.network,
-        p=place.p,
+        network=loop.network,
+        p=estimate.p,
         xi=state.xi,
         rows=rows,
         reference=operator_reference(scenario.operator, time),
     )
-    memory = parts.governor.init(problem) if state.governor is None else state.governor
-    solution, memory = parts.governor.step(problem, memory)
+    memory = loop.governor.init(problem) if state.governor is None else state.governor
+    solution, memory = loop.governor.step(problem, memory)
     governed = perf_counter()
 
-    velocity, xi_rate = pre_stabilise(parts.network, scenario.control, problem.p, problem.xi, solution.m)
-    command = parts.drive.command(velocity, readings.body_pose)
-    stamps = (began, sensed, perceived, governed, perf_counter())
+    velocity, xi_rate = pre_stabilise(loop.network, scenario.control, problem.p, problem.xi, solution.m)
+    command = loop.drive.command(velocity, readings.body_pose)
+    timestamps = (began, sensed, perceived, governed, perf_counter())
 
-    decision = Decision(
+    tick = ControlTick(
         index=index,
         time=time,
         readings=readings,
-        hand_world=place.hand_world,
+        hand_world=estimate.hand_world,
         half_spaces=half_spaces,
         problem=problem,
         solution=solution,
         memory=memory,
         velocity=velocity,
         command=command,
-        stamps=stamps,
+        timestamps=timestamps,
     )
     xi = state.xi + scenario.timing.tick * xi_rate
-    return State(readings, walls, rows, place, memory, xi), decision
+    return LoopState(readings, walls, rows, estimate, memory, xi), tick

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pbrg_mj.analysis.atomic import write_whole
+from pbrg_mj.analysis.output_file import write_atomically
 from pbrg_mj.errors import InputError
 from pbrg_mj.log.read.run import Run
 from pbrg_mj.log.read.scans import read_scans
@@ -37,14 +37,14 @@ def render_movie(run: Run, path: Path, view: ViewSettings, cut: Clip, each: Call
     times = frame_times(run.ticks.time, cut, FORMATS[path.suffix.lower()].fastest)
     job = _job(run, path, view, times)
     with _drawn(job) as pictures:
-        write_whole(path, lambda whole: write_movie(pictures, whole, cut.fps, each))
+        write_atomically(path, lambda whole: write_movie(pictures, whole, cut.fps, each))
 
 
 def render_still(run: Run, path: Path, view: ViewSettings, at: float | None) -> None:
     """Draw the run at a time [s] (None: at its end) as .png. Raises as `render_movie` does."""
     job = _job(run, path, view, still_time(run.ticks.time, at))
     with _drawn(job) as pictures:
-        write_whole(path, lambda whole: write_still(next(pictures), whole))
+        write_atomically(path, lambda whole: write_still(next(pictures), whole))
 
 
 def check_output(path: Path, size: tuple[int, int]) -> None:

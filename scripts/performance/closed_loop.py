@@ -20,7 +20,7 @@ from pbrg_mj.api.garbage import settle
 from pbrg_mj.log.write.writer import LogWriter
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.loop.simulation import Simulation
-from pbrg_mj.loop.tick import Decision
+from pbrg_mj.loop.tick import ControlTick
 from pbrg_mj.scenario.load import Loaded, load_scenario
 from performance.timing import REPEATS
 
@@ -79,8 +79,8 @@ def bare_ticks(model: mujoco.MjModel, loaded: Loaded, commands: np.ndarray) -> C
     return step
 
 
-def _decisions(loaded: Loaded) -> Iterator[Decision]:
-    return Simulation.build(loaded.scenario).decisions()
+def _decisions(loaded: Loaded) -> Iterator[ControlTick]:
+    return Simulation.build(loaded.scenario).control_ticks()
 
 
 def recorded_commands(loaded: Loaded) -> np.ndarray:

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 from mujoco import batch
 
-from pbrg_mj.loop.worlds import Worlds
+from pbrg_mj.loop.batch import BatchSimulation
 from performance.closed_loop import bare_model, recorded_commands, scenario
 from performance.timing import REPEATS
 
@@ -25,8 +25,8 @@ def many_worlds() -> dict[str, float]:
     plan = loaded.scenario
     model, voltages = bare_model(loaded), recorded_commands(loaded)
     substeps = round(plan.timing.tick / plan.timing.physics_step)
-    ours, bare = zip(*(_turns(Worlds(plan, range(1, WORLDS + 1), threads), _Bare(model, threads, substeps, voltages))
-                       for _ in range(REPEATS)), strict=True)  # fmt: skip
+    ours, bare = zip(*(_turns(BatchSimulation(plan, range(1, WORLDS + 1), threads),
+                              _Bare(model, threads, substeps, voltages)) for _ in range(REPEATS)), strict=True)  # fmt: skip
     ratios = [theirs / own for own, theirs in zip(ours, bare, strict=True)]
     return {
         "worlds": WORLDS,
@@ -49,7 +49,7 @@ class _Bare:
         self._batch.step(nstep=self._substeps)
 
 
-def _turns(worlds: Worlds, bare: _Bare) -> tuple[float, float]:
+def _turns(worlds: BatchSimulation, bare: _Bare) -> tuple[float, float]:
     """Return the seconds that the worlds and the bare batch take for all ticks, in turns."""
     own = other = 0.0
     began = perf_counter()

@@ -1,1 +1,1 @@
-"""One self-contained page about one or several runs: figures, a film seen from above, numbers, the scenario."""
+"""One self-contained page about one or several runs: figures, a animation seen from above, numbers, the scenario."""

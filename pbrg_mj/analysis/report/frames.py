@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pbrg_mj.analysis.certify import true_margin
+from pbrg_mj.analysis.metrics.margins import true_margin
 from pbrg_mj.log.read.run import Run
 
 MOST_FRAMES = 1500  # 25 a second for a run of 60 s
@@ -20,7 +20,7 @@ def frame_ticks(run: Run, runs: int) -> np.ndarray:
 
 
 def states(run: Run, frames: np.ndarray) -> dict[str, np.ndarray]:
-    """Return what the film shows at each frame (F, ...): SI units, true poses, m* as last solved."""
+    """Return what the animation shows at each frame (F, ...): SI units, true poses, m* as last solved."""
     t = run.ticks
     return {
         "time": t.time[frames],

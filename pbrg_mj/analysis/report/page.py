@@ -13,40 +13,40 @@ from html import escape
 from importlib.resources import files
 from pathlib import Path
 
-from pbrg_mj.analysis.atomic import by_suffix, write_whole
+from pbrg_mj.analysis.output_file import by_suffix, write_atomically
 from pbrg_mj.analysis.report import tables
 from pbrg_mj.analysis.report.encode import embedded
-from pbrg_mj.analysis.report.excerpt import Excerpt
+from pbrg_mj.analysis.report.report_run import ReportRun
 from pbrg_mj.analysis.text import plain
 
 SUFFIXES = {".html": "", ".htm": ""}
 SCRIPTS = ("elements", "figures", "data", "axes", "scene", "chart", "clock", "start")  # in the order they are needed
 
 
-def write_page(excerpts: Sequence[Excerpt], path: Path) -> None:
+def write_page(report_runs: Sequence[ReportRun], path: Path) -> None:
     """Write the page of one or several runs to `path`. Raises InputError for a wrong suffix or place."""
     by_suffix(path, SUFFIXES)
-    text = page(excerpts).encode()
+    text = page(report_runs).encode()
 
     def write(whole: Path) -> None:
         whole.write_bytes(text)
 
-    write_whole(path, write)
+    write_atomically(path, write)
 
 
-def page(excerpts: Sequence[Excerpt]) -> str:
+def page(report_runs: Sequence[ReportRun]) -> str:
     """Return the page as HTML; the same runs give the same text."""
     script, style = _script(), _asset("style.css")
     parts = {
         "policy": f"default-src 'none'; script-src '{_hash(script)}'; style-src '{_hash(style)}'; "
         "base-uri 'none'; form-action 'none'",
-        "title": escape(_title(excerpts)),
+        "title": escape(_title(report_runs)),
         "style": style,
-        "cards": tables.cards(excerpts),
-        "comparison": tables.comparison(excerpts),
-        "scenarios": tables.scenarios(excerpts),
-        "versions": tables.versions(excerpts),
-        "data": embedded([one.film for one in excerpts]),
+        "cards": tables.cards(report_runs),
+        "comparison": tables.comparison(report_runs),
+        "scenarios": tables.scenarios(report_runs),
+        "versions": tables.versions(report_runs),
+        "data": embedded([one.animation for one in report_runs]),
         "script": script,
     }
     before, *rest = _asset("page.html").split("{{")
@@ -54,8 +54,8 @@ def page(excerpts: Sequence[Excerpt]) -> str:
     return before + "".join(parts[part] + after for part, after in filled)
 
 
-def _title(excerpts: Sequence[Excerpt]) -> str:
-    names = dict.fromkeys(plain(one.numbers.scenario) for one in excerpts)
+def _title(report_runs: Sequence[ReportRun]) -> str:
+    names = dict.fromkeys(plain(one.numbers.scenario) for one in report_runs)
     return ", ".join(names) or "runs"
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from pbrg_mj.analysis.report.excerpt import Excerpt
-from pbrg_mj.analysis.table import LAYOUT, cell, look_up
+from pbrg_mj.analysis.metrics.table import LAYOUT, cell, look_up
+from pbrg_mj.analysis.report.report_run import ReportRun
 from pbrg_mj.analysis.text import plain
 
 CARD = (
@@ -20,14 +20,14 @@ CARD = (
 )
 
 
-def cards(excerpts: Sequence[Excerpt]) -> str:
+def cards(report_runs: Sequence[ReportRun]) -> str:
     """Return a card per run: name, outcome, the numbers it is judged by, and a notice when the log is damaged."""
-    return "\n".join(_card(number, one) for number, one in enumerate(excerpts, start=1))
+    return "\n".join(_card(number, one) for number, one in enumerate(report_runs, start=1))
 
 
-def comparison(excerpts: Sequence[Excerpt]) -> str:
+def comparison(report_runs: Sequence[ReportRun]) -> str:
     """Return the table of `pbrg compare`, a column per run."""
-    data = [one.numbers.as_dict() | {"log": one.log} for one in excerpts]
+    data = [one.numbers.as_dict() | {"log": one.log} for one in report_runs]
     heads = "".join(f'<th scope="col">{number}</th>' for number in range(1, len(data) + 1))
     rows = []
     for group, lines in LAYOUT.items():
@@ -36,24 +36,24 @@ def comparison(excerpts: Sequence[Excerpt]) -> str:
     return f'<table><thead><tr><th scope="col">run</th>{heads}</tr></thead><tbody>\n{_lines(rows)}\n</tbody></table>'
 
 
-def scenarios(excerpts: Sequence[Excerpt]) -> str:
+def scenarios(report_runs: Sequence[ReportRun]) -> str:
     """Return each run's scenario, folded up."""
     return "\n".join(
         f'<details><summary>{number}: {_text(one.numbers.scenario)}</summary><pre tabindex="0">'
         f"{escape(plain(one.scenario_yaml, keep=chr(10)))}</pre></details>"
-        for number, one in enumerate(excerpts, start=1)
+        for number, one in enumerate(report_runs, start=1)
     )
 
 
-def versions(excerpts: Sequence[Excerpt]) -> str:
+def versions(report_runs: Sequence[ReportRun]) -> str:
     """Return the versions of each run's software, a column per run."""
-    names = sorted({name for one in excerpts for name in one.versions})
-    heads = "".join(f'<th scope="col">{number}</th>' for number in range(1, len(excerpts) + 1))
-    rows = [_row(name, [plain(one.versions.get(name, "-")) for one in excerpts]) for name in names]
+    names = sorted({name for one in report_runs for name in one.versions})
+    heads = "".join(f'<th scope="col">{number}</th>' for number in range(1, len(report_runs) + 1))
+    rows = [_row(name, [plain(one.versions.get(name, "-")) for one in report_runs]) for name in names]
     return f'<table><thead><tr><th scope="col">run</th>{heads}</tr></thead><tbody>\n{_lines(rows)}\n</tbody></table>'
 
 
-def _card(number: int, one: Excerpt) -> str:
+def _card(number: int, one: ReportRun) -> str:
     data = one.numbers.as_dict()
     facts = "".join(_fact(label, look_up(data, key), unit) for label, key, unit in CARD)
     reason = f" <small>{_text(one.numbers.reason)}</small>" if one.numbers.reason else ""

@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pbrg_mj.analysis.certify import obstructed, true_margin
-from pbrg_mj.analysis.target import Best, best_formation
+from pbrg_mj.analysis.metrics.best_formation import BestFormation, best_formation
+from pbrg_mj.analysis.metrics.margins import obstructed, true_margin
 from pbrg_mj.log.read.run import Run
 
 Word = Literal["converged", "moving", "stalled", "violated", "diverged"]
@@ -38,7 +38,7 @@ def formation_error(run: Run, point: ArrayLike) -> np.ndarray:
     return np.linalg.norm(shifted - np.asarray(point), axis=-1).max(axis=-1)
 
 
-def final_target(run: Run) -> Best:
+def final_target(run: Run) -> BestFormation:
     """Return the best admissible formation for the last r."""
     return best_formation(run.scenario, run.ticks.reference[-1])
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pbrg_mj.analysis.target import Rows, best_formation
+from pbrg_mj.analysis.metrics.best_formation import HalfSpaceRows, best_formation
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.problem.ball import BallCertificate
 from pbrg_mj.governor.problem.interface import Problem
@@ -25,7 +25,7 @@ def true_optima(run: Run, among: np.ndarray) -> np.ndarray | None:
         return None
     graph = network(scenario)
     certificate, solver = BallCertificate.of(scenario, graph), ClarabelSolver()
-    rows_of: dict[bytes, Rows | None] = {}
+    rows_of: dict[bytes, HalfSpaceRows | None] = {}
     found = np.full((np.count_nonzero(among), 2), np.nan)
     for row, tick in enumerate(np.searchsorted(ticks.index, run.optima.index[among])):
         r = ticks.reference[tick]
@@ -35,12 +35,12 @@ def true_optima(run: Run, among: np.ndarray) -> np.ndarray | None:
         true = rows_of[r.tobytes()]
         if true is None:
             return None
-        rows = certificate.rows(_known_to_the_first(true))
+        rows = certificate.rows(_in_slots_of_the_first_robot(true))
         found[row] = solver.solve(Problem(graph, ticks.p[tick], ticks.xi[tick], rows, r)).m
     return found
 
 
-def _known_to_the_first(rows: Rows) -> HalfSpaces:
+def _in_slots_of_the_first_robot(rows: HalfSpaceRows) -> HalfSpaces:
     """Return half-spaces in slots of the first robot: whose they are makes no difference to a centralized solver."""
     robots, count = rows.binds.shape[1], len(rows.h)
     spaces = HalfSpaces.empty(robots, max(count, 1))

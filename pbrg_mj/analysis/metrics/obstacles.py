@@ -29,6 +29,6 @@ def faces(rectangles: Rectangles, index: int) -> tuple[np.ndarray, np.ndarray]:
     return G, G @ rectangles.centre[index] - depth
 
 
-def room(scenario: Scenario, points: np.ndarray) -> float:
+def distance_to_obstacles(scenario: Scenario, points: np.ndarray) -> float:
     """Return the distance of the nearest of `points` (k, 2) [m] from the nearest face; inf without obstacles."""
     return float(signed_distance(points, footprints(scenario)).min(initial=np.inf))

@@ -20,7 +20,7 @@ THIN, THICK = 1.1, 1.4  # [points]
 OPTIMUM: dict[str, Any] = {"color": "black", "linestyle": "--", "linewidth": THICK}
 
 
-def look(robot: int, robots: int) -> dict[str, Any]:
+def robot_style(robot: int, robots: int) -> dict[str, Any]:
     """Return colour and line style of a robot: the palette for a few, a run of colours in their order for many."""
     line = {"linestyle": LINES[robot % len(LINES)], "linewidth": THIN}
     if robots <= len(COLOURS):
@@ -30,11 +30,11 @@ def look(robot: int, robots: int) -> dict[str, Any]:
     return line | {"color": colormaps["viridis"](0.95 * robot / (robots - 1))}  # its last yellows are lost on white
 
 
-def marked(robot: int, robots: int, samples: int) -> dict[str, Any]:
-    """Return a robot's look with its marker at a few of the samples, at others than its neighbours' are."""
+def marked_style(robot: int, robots: int, samples: int) -> dict[str, Any]:
+    """Return a robot's robot_style with its marker at a few of the samples, at others than its neighbours' are."""
     apart = max(1, samples // MARKS)
     place = (robot * apart // robots, apart)
-    return look(robot, robots) | {"marker": MARKERS[robot % len(MARKERS)], "markersize": 3, "markevery": place}
+    return robot_style(robot, robots) | {"marker": MARKERS[robot % len(MARKERS)], "markersize": 3, "markevery": place}
 
 
 def label(symbol: str, robot: int, robots: int) -> str | None:
@@ -48,7 +48,7 @@ def finite(values: np.ndarray) -> np.ndarray:
     return np.where(np.isfinite(values), values, np.nan)
 
 
-def name_above(axes: Axes) -> None:
+def legend_above(axes: Axes) -> None:
     """Put the legend above the panel, where it hides nothing."""
     handles, names = axes.get_legend_handles_labels()
     if handles:

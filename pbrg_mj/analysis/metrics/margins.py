@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pbrg_mj.analysis.target import given_half_spaces, given_rows
+from pbrg_mj.analysis.metrics.best_formation import given_half_spaces, given_rows
 from pbrg_mj.log.read.run import Run, TickSeries
 from pbrg_mj.scenario.schema import Scenario
 

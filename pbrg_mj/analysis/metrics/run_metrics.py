@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pbrg_mj.analysis.certify import sensed_margin, true_margin, worst_row
-from pbrg_mj.analysis.outcome import ROUNDING, final_target, formation_error, outcome
-from pbrg_mj.analysis.sensing import true_optima
+from pbrg_mj.analysis.metrics.margins import sensed_margin, true_margin, worst_row
+from pbrg_mj.analysis.metrics.outcome import ROUNDING, final_target, formation_error, outcome
+from pbrg_mj.analysis.metrics.sensing_gap import true_optima
 from pbrg_mj.errors import InputError
 from pbrg_mj.log.read.run import Run
 from pbrg_mj.scenario.checks.world import BODY_RADIUS
@@ -20,7 +20,7 @@ AT_REST = {"converged", "stalled"}
 
 
 @dataclass(frozen=True)
-class Summary:
+class Statistics:
     """A quantity over time, in the unit its owner's name carries; NaN where there is no sample."""
 
     mean: float
@@ -29,7 +29,7 @@ class Summary:
 
 
 @dataclass(frozen=True)
-class Spent:
+class WallClock:
     """Wall-clock time per call, in the unit its owner's name carries; NaN without timings."""
 
     median: float
@@ -66,11 +66,11 @@ class RunMetrics:
     first_half_space_s: float
     xi_max_m: float
     winding_up_s: float
-    optimality_gap_m: Summary
-    leader_optimality_gap_m: Summary
-    cost_gap_m2: Summary
-    sensing_gap_m: Summary
-    consensus_spread_m: Summary
+    optimality_gap_m: Statistics
+    leader_optimality_gap_m: Statistics
+    cost_gap_m2: Statistics
+    sensing_gap_m: Statistics
+    consensus_spread_m: Statistics
     governor_not_ok_share: float
     reference_ticks: int
     reference_infeasible_share: float
@@ -79,9 +79,9 @@ class RunMetrics:
     sent_per_robot_per_tick_bytes: float
     sent_per_robot_per_second_bytes: float
     sent_per_robot_total_bytes: float
-    governor_ms: Spent
-    reference_build_ms: Spent
-    reference_solve_ms: Spent
+    governor_ms: WallClock
+    reference_build_ms: WallClock
+    reference_solve_ms: WallClock
     real_time_factor: float
 
     def as_dict(self) -> dict[str, Any]:
@@ -100,11 +100,11 @@ def metrics(run: Run) -> RunMetrics:
         )
 
 
-def summary(values: np.ndarray) -> Summary:
+def statistics(values: np.ndarray) -> Statistics:
     """Return mean and 95th percentile of values (S,) or (S, n), and the largest of the last row."""
     if not values.size:
-        return Summary(math.nan, math.nan, math.nan)
-    return Summary(float(np.mean(values)), float(np.percentile(values, 95)), float(np.max(values[-1])))
+        return Statistics(math.nan, math.nan, math.nan)
+    return Statistics(float(np.mean(values)), float(np.percentile(values, 95)), float(np.max(values[-1])))
 
 
 def least_robot_gap(run: Run) -> float:
@@ -187,11 +187,11 @@ def _against_optimum(run: Run) -> dict[str, Any]:
     gap = np.linalg.norm(m - run.optima.m[solved][:, None, :], axis=-1)
     cost = np.sum((run.ticks.reference[rows][:, None, :] - m[:, leaders]) ** 2, axis=(1, 2))
     return {
-        "optimality_gap_m": summary(gap),
-        "leader_optimality_gap_m": summary(gap[:, leaders]),
-        "cost_gap_m2": summary(cost - run.optima.cost[solved]),
-        "sensing_gap_m": summary(_sensing_gap(run, solved)),
-        "consensus_spread_m": summary(run.ticks.consensus_spread),
+        "optimality_gap_m": statistics(gap),
+        "leader_optimality_gap_m": statistics(gap[:, leaders]),
+        "cost_gap_m2": statistics(cost - run.optima.cost[solved]),
+        "sensing_gap_m": statistics(_sensing_gap(run, solved)),
+        "consensus_spread_m": statistics(run.ticks.consensus_spread),
         "governor_not_ok_share": float(np.mean(run.ticks.status != "ok")),
         "reference_ticks": len(status),
         "reference_infeasible_share": _share(status == "infeasible"),
@@ -224,9 +224,9 @@ def _wall_clock(run: Run) -> dict[str, Any]:
     spent = float(sum(np.nansum(stage) for stage in stages))
     simulated = float(run.ticks.time[-1] - run.ticks.time[0])
     return {
-        "governor_ms": _spent(t.govern),
-        "reference_build_ms": _spent(t.reference_build[at_reference]),
-        "reference_solve_ms": _spent(t.reference_solve[at_reference]),
+        "governor_ms": _wall_clock_ms(t.govern),
+        "reference_build_ms": _wall_clock_ms(t.reference_build[at_reference]),
+        "reference_solve_ms": _wall_clock_ms(t.reference_solve[at_reference]),
         "real_time_factor": simulated / spent if spent else math.nan,
     }
 
@@ -235,10 +235,10 @@ def _leaders(run: Run) -> np.ndarray:
     return np.array(run.scenario.team.leaders) - 1
 
 
-def _spent(seconds: np.ndarray) -> Spent:
+def _wall_clock_ms(seconds: np.ndarray) -> WallClock:
     if not len(seconds):
-        return Spent(math.nan, math.nan)
-    return Spent(1e3 * float(np.median(seconds)), 1e3 * float(np.percentile(seconds, 95)))
+        return WallClock(math.nan, math.nan)
+    return WallClock(1e3 * float(np.median(seconds)), 1e3 * float(np.percentile(seconds, 95)))
 
 
 def _share(flags: np.ndarray) -> float:

@@ -15,7 +15,7 @@ from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.graph import network
 
 
-def advice(scenario: Scenario) -> list[str]:
+def stability_warnings(scenario: Scenario) -> list[str]:
     """Return one line for everything that makes a run likely to fail; empty when nothing is foreseen."""
     if scenario.governor.kind != "distributed":
         return []

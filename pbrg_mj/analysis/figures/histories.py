@@ -6,8 +6,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pbrg_mj.analysis.certify import sensed_margin, true_margin, worst_row
-from pbrg_mj.analysis.plot.look import COLOURS, LINES, OPTIMUM, THICK, THIN, finite, label, marked, name_above
+from pbrg_mj.analysis.figures.look import (
+    COLOURS,
+    LINES,
+    OPTIMUM,
+    THICK,
+    THIN,
+    finite,
+    label,
+    legend_above,
+    marked_style,
+)
+from pbrg_mj.analysis.metrics.margins import sensed_margin, true_margin, worst_row
 from pbrg_mj.log.read.run import Run
 
 if TYPE_CHECKING:
@@ -24,7 +34,7 @@ def references(component: int, axes: Axes, run: Run) -> None:
         axes.plot(run.optima.time, finite(run.optima.m[:, component]), **OPTIMUM, label="$m^*$")
     axes.set_ylabel(f"$m_{'xy'[component]}$ [m]")
     if component == 0:
-        name_above(axes)
+        legend_above(axes)
 
 
 def margin(axes: Axes, run: Run) -> None:
@@ -38,15 +48,15 @@ def margin(axes: Axes, run: Run) -> None:
     for (name, values), line, colour in zip(curves.items(), LINES, COLOURS, strict=False):
         if np.isfinite(values).any():
             axes.plot(run.ticks.time, finite(values), linestyle=line, color=colour, linewidth=THIN, label=name)
-    _aim(axes, curves["true"])
+    _scale_to(axes, curves["true"])
     axes.set_ylabel("least margin [m]")
-    name_above(axes)
+    legend_above(axes)
 
 
-def _aim(axes: Axes, true: np.ndarray) -> None:
+def _scale_to(axes: Axes, true: np.ndarray) -> None:
     """Let the true margin set the scale: by how much a certificate fails must not hide what matters."""
     if not axes.lines:
-        _say(axes, "no wall, no half-space")
+        _write_note(axes, "no wall, no half-space")
         return
     axes.axhline(0.0, color="0.4", linewidth=0.7)
     largest = np.max(true, where=np.isfinite(true), initial=0.0)
@@ -71,9 +81,9 @@ def gap(axes: Axes, run: Run) -> None:
             shade = {"transform": axes.get_xaxis_transform(), "step": "post", "color": "0.85", "linewidth": 0}
             axes.fill_between(time, 0.0, 1.0, where=none.tolist(), label="no optimum", **shade)
     else:
-        _say(axes, "no centralized optimum in the log")
+        _write_note(axes, "no centralized optimum in the log")
     axes.set_ylabel("$\\|m_i - m^*\\|$ [m]")
-    name_above(axes)
+    legend_above(axes)
 
 
 def consensus(axes: Axes, run: Run) -> None:
@@ -99,10 +109,10 @@ def multipliers(axes: Axes, run: Run) -> None:
         if largest > 0:
             axes.set_ylim(-0.05 * largest, 1.1 * largest)
     axes.set_ylabel("sum of $\\lambda$ [m]")
-    name_above(axes)
+    legend_above(axes)
 
 
-def _say(axes: Axes, words: str) -> None:
+def _write_note(axes: Axes, words: str) -> None:
     axes.text(0.5, 0.5, words, transform=axes.transAxes, ha="center", va="center", color="0.4")
     axes.set_yticks([])
 
@@ -111,7 +121,7 @@ def _per_robot(axes: Axes, run: Run, values: np.ndarray, symbol: str) -> None:
     """Draw values (T, n), a curve per robot."""
     steps, n = values.shape
     for robot in range(n):
-        style = marked(robot, n, steps)
+        style = marked_style(robot, n, steps)
         axes.plot(run.ticks.time, finite(values[:, robot]), label=label(symbol, robot, n), **style)
 
 

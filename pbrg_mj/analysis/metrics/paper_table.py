@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Sequence
 
-from pbrg_mj.analysis.metrics import RunMetrics
-from pbrg_mj.analysis.table import LAYOUT, cell, look_up
+from pbrg_mj.analysis.metrics.run_metrics import RunMetrics
+from pbrg_mj.analysis.metrics.table import LAYOUT, cell, look_up
 
 RUNS = ("simulation_near", "simulation_inadmissible", "experiment_near", "experiment_inadmissible")
 """The bundled scenarios under `paper/`, in the order of the paper's figures 4, 5, 7 and 8."""

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pbrg_mj.analysis.atomic import by_suffix, write_whole
-from pbrg_mj.analysis.plot.histories import consensus, gap, margin, multipliers, references
-from pbrg_mj.analysis.plot.trajectories import trajectories
+from pbrg_mj.analysis.figures.histories import consensus, gap, margin, multipliers, references
+from pbrg_mj.analysis.figures.trajectories import trajectories
+from pbrg_mj.analysis.output_file import by_suffix, write_atomically
 from pbrg_mj.errors import InputError
 from pbrg_mj.log.read.run import Run
 
@@ -63,7 +63,7 @@ def plot(run: Run, path: Path, panels: Sequence[str] = PAPER) -> None:
         figure.set_layout_engine("constrained", w_pad=EDGE)
         _fill(figure, columns, run)
         kind = path.suffix.lower()[1:]
-        write_whole(path, lambda whole: figure.savefig(whole, format=kind, dpi=200, metadata=metadata))
+        write_atomically(path, lambda whole: figure.savefig(whole, format=kind, dpi=200, metadata=metadata))
 
 
 def check_panels(panels: Sequence[str]) -> None:

@@ -9,7 +9,7 @@ from math import prod
 
 import numpy as np
 
-from pbrg_mj.analysis.obstacles import faces, footprints, names, room
+from pbrg_mj.analysis.metrics.obstacles import distance_to_obstacles, faces, footprints, names
 from pbrg_mj.scenario.checks.world import BODY_RADIUS, HAND_OFFSET
 from pbrg_mj.scenario.schema import GivenHalfSpace, Scenario
 
@@ -20,7 +20,7 @@ MOST_CHOICES = 4096  # ways to choose one face per obstacle; more of them are no
 
 
 @dataclass(frozen=True)
-class Rows:
+class HalfSpaceRows:
     """Half-spaces G q <= h for hand points, and whom each binds."""
 
     G: np.ndarray  # (H, 2) unit rows
@@ -29,15 +29,15 @@ class Rows:
 
 
 @dataclass(frozen=True)
-class Best:
+class BestFormation:
     """The best admissible formation, or why there is none to tell; the half-spaces that it was judged by."""
 
     point: np.ndarray | None  # (2,) [m]
     reason: str | None
-    rows: Rows
+    rows: HalfSpaceRows
 
 
-def best_formation(scenario: Scenario, reference: np.ndarray) -> Best:
+def best_formation(scenario: Scenario, reference: np.ndarray) -> BestFormation:
     """Return the point nearest to `reference` r (2,) [m] whose formation q_j = m + b_j the scenario admits.
 
     docs/metrics.md says what is admitted under each `estimator.scope`. The point is exact, or there is none.
@@ -48,9 +48,9 @@ def best_formation(scenario: Scenario, reference: np.ndarray) -> Best:
     choices = [_separating(scenario, index) for index in range(len(names(scenario)))]
     for name, options in zip(names(scenario), choices, strict=True):
         if not options:
-            return Best(None, f"no face of {name} separates the team's start from it", given)
+            return BestFormation(None, f"no face of {name} separates the team's start from it", given)
     if prod(map(len, choices)) > MOST_CHOICES:
-        return Best(None, f"more than {MOST_CHOICES} ways to pass the obstacles", given)
+        return BestFormation(None, f"more than {MOST_CHOICES} ways to pass the obstacles", given)
     tried = [_behind(scenario, r, rows) for rows in _all_rows(given, choices)]
     return min(tried, key=lambda best: np.inf if best.point is None else np.linalg.norm(best.point - r))
 
@@ -60,14 +60,14 @@ def given_half_spaces(scenario: Scenario) -> tuple[GivenHalfSpace, ...]:
     return scenario.estimator.given if scenario.estimator.source == "given" else ()
 
 
-def given_rows(scenario: Scenario) -> Rows:
+def given_rows(scenario: Scenario) -> HalfSpaceRows:
     """Return the given half-spaces: they bind every robot, or with `scope: own` the one that knows them."""
     given, n = given_half_spaces(scenario), scenario.robots
     normal = np.array([one.normal for one in given], dtype=float).reshape(-1, 2)
     length = np.linalg.norm(normal, axis=1)
     owner = np.array([one.robot for one in given], dtype=int) - 1
     binds = (owner[:, None] == np.arange(n)) | (scenario.estimator.scope == "team")
-    return Rows(normal / length[:, None], np.array([one.offset for one in given]) / length, binds)
+    return HalfSpaceRows(normal / length[:, None], np.array([one.offset for one in given]) / length, binds)
 
 
 def nearest(r: np.ndarray, C: np.ndarray, d: np.ndarray) -> np.ndarray | None:
@@ -92,11 +92,11 @@ def _corners(C: np.ndarray, d: np.ndarray) -> list[np.ndarray]:
     return [np.linalg.solve(C[pair], d[pair]) for pair in pairs if abs(np.linalg.det(C[pair])) > PARALLEL]
 
 
-def _behind(scenario: Scenario, r: np.ndarray, rows: Rows) -> Best:
+def _behind(scenario: Scenario, r: np.ndarray, rows: HalfSpaceRows) -> BestFormation:
     """Return the best formation behind all rows: G.(m + b_j) <= h for every j that a row binds (eq. 3)."""
     reach = np.where(rows.binds, rows.G @ np.array(scenario.team.formation).T, -np.inf).max(axis=1, initial=-np.inf)
     point = nearest(r, rows.G, rows.h - reach)
-    return Best(point, None if point is not None else "no admissible formation", rows)
+    return BestFormation(point, None if point is not None else "no admissible formation", rows)
 
 
 def _separating(scenario: Scenario, index: int) -> list[tuple[np.ndarray, float]]:
@@ -106,19 +106,24 @@ def _separating(scenario: Scenario, index: int) -> list[tuple[np.ndarray, float]
     return [(G[face], float(h[face]) - CLEARANCE) for face in np.flatnonzero(before)]
 
 
-def _all_rows(given: Rows, choices: list[list[tuple[np.ndarray, float]]]) -> Iterator[Rows]:
+def _all_rows(given: HalfSpaceRows, choices: list[list[tuple[np.ndarray, float]]]) -> Iterator[HalfSpaceRows]:
     for chosen in product(*choices):
         everybody = np.ones((len(chosen), given.binds.shape[1]), dtype=bool)
-        yield Rows(
+        yield HalfSpaceRows(
             G=np.vstack([np.array([G for G, _ in chosen]).reshape(-1, 2), given.G]),
             h=np.append([h for _, h in chosen], given.h),
             binds=np.vstack([everybody, given.binds]),
         )
 
 
-def _beside_obstacles(scenario: Scenario, r: np.ndarray, given: Rows) -> Best:
+def _beside_obstacles(scenario: Scenario, r: np.ndarray, given: HalfSpaceRows) -> BestFormation:
     """With `scope: own` robots may stand beside obstacles: what they leave free is not convex in general."""
     best = _behind(scenario, r, given)
-    if best.point is None or room(scenario, best.point + np.array(scenario.team.formation)) >= CLEARANCE - FEASIBLE:
+    if (
+        best.point is None
+        or distance_to_obstacles(scenario, best.point + np.array(scenario.team.formation)) >= CLEARANCE - FEASIBLE
+    ):
         return best
-    return Best(None, "the formation at r meets an obstacle, and what is free beside obstacles is not convex", given)
+    return BestFormation(
+        None, "the formation at r meets an obstacle, and what is free beside obstacles is not convex", given
+    )

@@ -1,4 +1,4 @@
-"""The half-spaces over the frames of the film, as the changes from one frame to the next."""
+"""The half-spaces over the frames of the animation, as the changes from one frame to the next."""
 
 from __future__ import annotations
 

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from pbrg_mj.analysis.atomic import by_suffix, write_whole
-from pbrg_mj.loop.worlds import Histories
+from pbrg_mj.analysis.output_file import by_suffix, write_atomically
+from pbrg_mj.loop.batch import BatchHistories
 
 
-def figures(histories: Histories) -> dict[str, Any]:
+def batch_metrics(histories: BatchHistories) -> dict[str, Any]:
     """Return what the worlds have in common and where they differ, units in the names."""
     least = histories.wall_margin.min(axis=(1, 2), initial=np.inf)  # (W,)
     known = least[np.isfinite(least)]
@@ -28,12 +28,12 @@ def figures(histories: Histories) -> dict[str, Any]:
     }
 
 
-def save(histories: Histories, path: Path) -> None:
+def save_batch(histories: BatchHistories, path: Path) -> None:
     """Write all arrays to `path`, which ends in .npz. Raises InputError for another suffix, or when it cannot."""
-    write_whole(path, lambda whole: by_suffix(path, WRITERS)(histories, whole))
+    write_atomically(path, lambda whole: by_suffix(path, WRITERS)(histories, whole))
 
 
-def _write_npz(histories: Histories, path: Path) -> None:
+def _write_npz(histories: BatchHistories, path: Path) -> None:
     arrays = {
         "seeds": np.array(histories.seeds),
         "time_s": histories.time,

@@ -1,4 +1,4 @@
-"""What the film is played on: obstacles, working areas, boxes that move, and how much of the floor is shown."""
+"""What the animation is played on: obstacles, working areas, boxes that move, and how much of the scene is shown."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from pbrg_mj.analysis.obstacles import footprints
-from pbrg_mj.analysis.outcome import final_target
+from pbrg_mj.analysis.metrics.obstacles import footprints
+from pbrg_mj.analysis.metrics.outcome import final_target
 from pbrg_mj.log.read.run import Run
 from pbrg_mj.scenario.schema import MovingBox
 from pbrg_mj.world.scene.footprints import Rectangles
 
-LEAST_SPAN = 1.0  # of the floor shown [m]
+LEAST_SPAN = 1.0  # of the scene shown [m]
 MARGIN = 0.12  # around what happened, as a share of its span
 NEAR = 0.3  # how far from what happened a moving box is shown, as a share of its span
 
@@ -52,7 +52,7 @@ def target(run: Run) -> list[float] | None:
 
 
 def extent(run: Run, states: dict[str, np.ndarray]) -> list[float]:
-    """Return the part of the floor to show: least x, least y, largest x, largest y [m].
+    """Return the part of the scene to show: least x, least y, largest x, largest y [m].
 
     Robots and the operator's reference decide; references that run away must not shrink the rest. Boxes that
     move are shown where they come near.

@@ -13,7 +13,7 @@ from pbrg_mj.errors import InputError
 Choice = TypeVar("Choice")
 
 
-def write_whole(path: Path, write: Callable[[Path], None]) -> None:
+def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
     """Let `write` fill a temporary file in the same folder, then give it its name. Raises InputError if it cannot."""
     try:
         handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)

@@ -17,7 +17,7 @@ from itertools import pairwise
 import numpy as np
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.loop.decide import Decisions, Team
+from pbrg_mj.loop.batch_control import BatchParameters, BatchState
 from pbrg_mj.perception.perceive import PerceptionMemory, initial, perceive
 from pbrg_mj.perception.setup import perception_setup
 from pbrg_mj.scenario.schema import Scenario, operator_reference, whole_number
@@ -29,7 +29,7 @@ from pbrg_mj.world.scene.robot import load_robot_model
 
 
 @dataclass(frozen=True)
-class Histories:
+class BatchHistories:
     """What happened in W worlds at T ticks, at the start of each."""
 
     seeds: tuple[int, ...]
@@ -41,7 +41,7 @@ class Histories:
     diverged: np.ndarray  # (W, T) bool: the governor's estimates have left all bounds
 
     @classmethod
-    def blank(cls, scenario: Scenario, seeds: tuple[int, ...]) -> Histories:
+    def blank(cls, scenario: Scenario, seeds: tuple[int, ...]) -> BatchHistories:
         """Return room for a whole run."""
         ticks = whole_number(scenario.timing.duration, scenario.timing.tick) + 1
         shape = (len(seeds), ticks, scenario.robots)
@@ -57,7 +57,7 @@ class Histories:
 
 
 @dataclass
-class Eyes:
+class WorldSensing:
     """What a world's robots have read and know of the walls."""
 
     noise: SensorNoise
@@ -65,69 +65,69 @@ class Eyes:
     walls: PerceptionMemory
 
 
-class Worlds:
+class BatchSimulation:
     """W seeds of one scenario. It can be run once."""
 
     def __init__(self, scenario: Scenario, seeds: Sequence[int], threads: int | None = None):
         """Build the worlds; `threads` None means one for each core.
 
-        Raises InputError for what cannot be stepped side by side: see `check_batchable` and `Team.of`.
+        Raises InputError for what cannot be stepped side by side: see `check_batchable` and `BatchParameters.of`.
         """
         if not seeds:
             raise InputError("no seeds are given; at least one is needed", key="seeds")
         self.threads = min(threads or os.cpu_count() or 1, len(seeds))
         self.seeds, self._scenario = tuple(seeds), scenario
-        self._team = Team.of(scenario)
+        self._team = BatchParameters.of(scenario)
         self._plant = PlantBatch(scenario, len(seeds), self.threads)
         bounds = np.linspace(0, len(seeds), self.threads + 1).astype(int).tolist()
         self._shares = [range(first, last) for first, last in pairwise(bounds)]
         robot = load_robot_model()
         self._perception = perception_setup(scenario, robot.clearance, robot.hand_offset)
-        self._eyes = [
-            Eyes(sensor_noise(scenario.model_copy(update={"seed": seed})), None, initial(self._perception))
+        self._sensing = [
+            WorldSensing(sensor_noise(scenario.model_copy(update={"seed": seed})), None, initial(self._perception))
             for seed in self.seeds
         ]
         self._frames = (-2, -2)  # of the camera and the beams, when last looked at
 
-    def run(self, ticked: Callable[[int], object] = lambda index: None) -> Histories:
-        """Simulate to the end and return what happened; `ticked` is told of every tick when it is over."""
+    def run(self, on_tick: Callable[[int], object] = lambda index: None) -> BatchHistories:
+        """Simulate to the end and return what happened; `on_tick` is told of every tick when it is over."""
         with ThreadPoolExecutor(self.threads) as pool:
-            histories = Histories.blank(self._scenario, self.seeds)
-            decisions = self._decisions()
+            histories = BatchHistories.blank(self._scenario, self.seeds)
+            state = self._initial_state()
             for index in range(len(histories.time)):
-                self._tick(pool, index, decisions, histories)
-                ticked(index)
+                self._tick(pool, index, state, histories)
+                on_tick(index)
         return histories
 
-    def _tick(self, pool: ThreadPoolExecutor, index: int, decisions: Decisions, histories: Histories) -> None:
+    def _tick(self, pool: ThreadPoolExecutor, index: int, state: BatchState, histories: BatchHistories) -> None:
         time = index * self._scenario.timing.tick
         at = (histories.hand_world[:, index], histories.wall_margin[:, index], histories.wall_contact[:, index])
         self._plant.truth(*at)
         if self._plant.frames() != self._frames:
-            self._look(time, decisions)
+            self._sense_and_perceive(time, state)
         reference = operator_reference(self._scenario.operator, time)
-        list(pool.map(lambda share: decisions.decide(self._team, share, reference), self._shares))
-        histories.m[:, index], histories.diverged[:, index] = decisions.m, decisions.diverged
-        self._plant.advance(decisions.command)
+        list(pool.map(lambda share: state.step(self._team, share, reference), self._shares))
+        histories.m[:, index], histories.diverged[:, index] = state.m, state.diverged
+        self._plant.advance(state.command)
 
-    def _look(self, time: float, decisions: Decisions) -> None:
-        """Sense and perceive, and lay down for the decisions what has changed.
+    def _sense_and_perceive(self, time: float, state: BatchState) -> None:
+        """Sense and perceive, and lay down for the state what has changed.
 
         On one thread: most of it holds Python's lock, and two threads that hand it to and fro took half as long again.
         """
         self._frames = self._plant.frames()
-        for world, (eyes, observation) in enumerate(zip(self._eyes, self._plant.observe(), strict=True)):
-            eyes.readings = sense(observation, eyes.readings, eyes.noise)
-            half_spaces, walls = perceive(eyes.readings, time, eyes.walls, self._perception)
-            decisions.pose[world] = eyes.readings.body_pose
-            if half_spaces is not eyes.walls.half_spaces:
-                decisions.learn(world, self._team.certificate.rows(half_spaces))
-            eyes.walls = walls
+        for world, (sensing, observation) in enumerate(zip(self._sensing, self._plant.observe(), strict=True)):
+            sensing.readings = sense(observation, sensing.readings, sensing.noise)
+            half_spaces, walls = perceive(sensing.readings, time, sensing.walls, self._perception)
+            state.pose[world] = sensing.readings.body_pose
+            if half_spaces is not sensing.walls.half_spaces:
+                state.set_rows(world, self._team.certificate.rows(half_spaces))
+            sensing.walls = walls
 
-    def _decisions(self) -> Decisions:
-        """Return where decisions begin: rows of what is known beforehand and seen first, the governor's estimates."""
-        known = self._eyes[0].walls.half_spaces
-        decisions = Decisions.blank(self._team, len(self.seeds), self._team.certificate.rows(known))
-        self._look(0.0, decisions)
-        decisions.begin(self._team, operator_reference(self._scenario.operator, 0.0))
-        return decisions
+    def _initial_state(self) -> BatchState:
+        """Return where state initialise: rows of what is known beforehand and seen first, the governor's estimates."""
+        known = self._sensing[0].walls.half_spaces
+        state = BatchState.blank(self._team, len(self.seeds), self._team.certificate.rows(known))
+        self._sense_and_perceive(0.0, state)
+        state.initialise(self._team, operator_reference(self._scenario.operator, 0.0))
+        return state

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from pbrg_mj.analysis.metrics import RunMetrics
+from pbrg_mj.analysis.metrics.run_metrics import RunMetrics
 from pbrg_mj.analysis.text import plain
 
 LABEL_WIDTH = 38
@@ -41,7 +41,7 @@ LAYOUT: dict[str, tuple[tuple[str, str], ...]] = {
         ("certificate violated, share of time", "certificate_violated_share"),
         ("first half-space at [s]", "first_half_space_s"),
         ("integral state, largest [m]", "xi_max_m"),
-        ("somebody winds up [s]", "winding_up_s"),
+        ("integrator wind-up [s]", "winding_up_s"),
     ),
     "distributed against centralized": (
         ("optimality gap, mean [m]", "optimality_gap_m.mean"),

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pbrg_mj.analysis.obstacles import footprints
-from pbrg_mj.analysis.outcome import final_target
-from pbrg_mj.analysis.plot.look import MARKERS, finite, look, name_above
+from pbrg_mj.analysis.figures.look import MARKERS, finite, legend_above, robot_style
+from pbrg_mj.analysis.metrics.obstacles import footprints
+from pbrg_mj.analysis.metrics.outcome import final_target
 from pbrg_mj.log.read.run import Run
 from pbrg_mj.world.scene.footprints import Rectangles, wall_rectangles
 
@@ -25,7 +25,7 @@ def trajectories(axes: Axes, run: Run) -> None:
     halo = {"path_effects": [withStroke(linewidth=2, foreground="white")], "fontsize": 7}
     q = finite(run.ticks.hand_true)
     for robot in range(q.shape[1]):
-        style, marker = look(robot, q.shape[1]), MARKERS[robot % len(MARKERS)]
+        style, marker = robot_style(robot, q.shape[1]), MARKERS[robot % len(MARKERS)]
         axes.plot(q[:, robot, 0], q[:, robot, 1], **style)
         axes.plot(*q[0, robot], marker, color=style["color"], markerfacecolor="white", markersize=4)
         axes.plot(*q[-1, robot], marker, color=style["color"], markersize=4)
@@ -44,7 +44,7 @@ def trajectories(axes: Axes, run: Run) -> None:
         axes.axline(tuple(h * G), slope=_slope(G), color="black", linewidth=0.9, linestyle=(0, (8, 2)))
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
-    name_above(axes)
+    legend_above(axes)
 
 
 def _floor(axes: Axes, run: Run) -> None:

@@ -23,7 +23,7 @@ from pbrg_mj.world.scene.robot import load_robot_model
 
 
 @dataclass(frozen=True)
-class Team:
+class BatchParameters:
     """What all worlds have in common."""
 
     network: Network
@@ -35,7 +35,7 @@ class Team:
     motor: tuple[float, float, int]  # V s/rad, supply [V], duty cycles each way
 
     @classmethod
-    def of(cls, scenario: Scenario) -> Team:
+    def of(cls, scenario: Scenario) -> BatchParameters:
         """Return a scenario's team. Raises InputError unless it has the distributed governor, plain and unguarded."""
         graph, chosen = network(scenario), governor(scenario)
         sizes, motor = DifferentialDrive(load_robot_model(), scenario.drive.pwm_levels).parameters
@@ -54,8 +54,8 @@ class Team:
 
 
 @dataclass(frozen=True)
-class Decisions:
-    """The state of W worlds' teams. `decide` moves it on in place; threads take worlds of their own."""
+class BatchState:
+    """The state of W worlds' teams. `step` moves it on in place; threads take worlds of their own."""
 
     pose: np.ndarray  # (W, n, 3) as the robots know them
     rows: tuple[np.ndarray, ...]  # a, C, d, active of Rows, worlds first
@@ -66,7 +66,7 @@ class Decisions:
     command: np.ndarray  # (W, n, 2) left, right [V]
 
     @classmethod
-    def blank(cls, team: Team, worlds: int, rows: Rows) -> Decisions:
+    def blank(cls, team: BatchParameters, worlds: int, rows: Rows) -> BatchState:
         """Return room for W worlds that all know the same rows."""
         n = team.network.robots
         row_arrays = tuple(np.stack([array] * worlds) for array in (rows.a, rows.C, rows.d, rows.active))
@@ -81,7 +81,7 @@ class Decisions:
             command=np.zeros((worlds, n, 2)),
         )
 
-    def begin(self, team: Team, reference: np.ndarray) -> None:
+    def initialise(self, team: BatchParameters, reference: np.ndarray) -> None:
         """Take the governor's first estimates in every world, from the poses known by now."""
         for world, pose in enumerate(self.pose):
             p = hand_point(pose, team.sizes[0]) - team.formation
@@ -91,15 +91,15 @@ class Decisions:
                 array[world] = value
             self.m[world], self.diverged[world] = memory.m, memory.diverged
 
-    def learn(self, world: int, rows: Rows) -> None:
+    def set_rows(self, world: int, rows: Rows) -> None:
         """Lay down a world's new rows."""
         for array, value in zip(self.rows, (rows.a, rows.C, rows.d, rows.active), strict=True):
             array[world] = value
 
-    def decide(self, team: Team, worlds: range, reference: np.ndarray) -> None:
+    def step(self, team: BatchParameters, worlds: range, reference: np.ndarray) -> None:
         """Bring estimates, m, xi and commands of some worlds to the next tick."""
         net, governor = team.network, team.governor
-        _decide(
+        _step(
             (worlds.start, worlds.stop),
             (self.pose, self.xi, self.m, self.diverged, self.command),
             self.estimates,
@@ -120,7 +120,7 @@ class Decisions:
 
 
 @kernel
-def _decide(worlds, states, estimates, rows, team, numbers):  # pragma: no cover - compiled
+def _step(worlds, states, estimates, rows, team, numbers):  # pragma: no cover - compiled
     """Do for each of the worlds what `tick` does between perception and physics."""
     pose, xi, m, diverged, command = states
     graph, formation, r = team

@@ -6,43 +6,43 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pbrg_mj.analysis.metrics import RunMetrics, metrics
-from pbrg_mj.analysis.report import floor
+from pbrg_mj.analysis.events import events
+from pbrg_mj.analysis.metrics.run_metrics import RunMetrics, metrics
+from pbrg_mj.analysis.report import scene
 from pbrg_mj.analysis.report.encode import packed
-from pbrg_mj.analysis.report.events import events
 from pbrg_mj.analysis.report.frames import frame_ticks, indicators, states
-from pbrg_mj.analysis.report.sensed import MOST_CHANGES, half_space_changes
+from pbrg_mj.analysis.report.half_space_changes import MOST_CHANGES, half_space_changes
 from pbrg_mj.analysis.text import plain
 from pbrg_mj.log.read.run import Run
 from pbrg_mj.scenario.checks.world import BODY_RADIUS
 
 
 @dataclass(frozen=True)
-class Excerpt:
+class ReportRun:
     """One run on the page."""
 
     log: str  # the file's name, without folders
     numbers: RunMetrics
-    film: dict[str, Any]  # plain data for the page's script
+    animation: dict[str, Any]  # plain data for the page's script
     scenario_yaml: str
     versions: dict[str, str]
 
 
-def excerpt(run: Run, runs: int) -> Excerpt:
+def report_run(run: Run, runs: int) -> ReportRun:
     """Return what a page of `runs` runs shows of this one. Raises InputError when the log holds no tick."""
     numbers = metrics(run)
     frames = frame_ticks(run, runs)
     seen = states(run, frames)
-    return Excerpt(
+    return ReportRun(
         log=Path(run.path).name,
         numbers=numbers,
-        film=_film(run, seen) | _over_time(run, frames, seen, runs) | {"outcome": numbers.outcome},
+        animation=_animation(run, seen) | _over_time(run, frames, seen, runs) | {"outcome": numbers.outcome},
         scenario_yaml=run.scenario_yaml,
         versions=run.versions,
     )
 
 
-def _film(run: Run, seen: dict[str, Any]) -> dict[str, Any]:
+def _animation(run: Run, seen: dict[str, Any]) -> dict[str, Any]:
     return {
         "name": plain(run.name),
         "log": plain(Path(run.path).name),
@@ -50,16 +50,16 @@ def _film(run: Run, seen: dict[str, Any]) -> dict[str, Any]:
         "leaders": list(run.scenario.team.leaders),
         "radius": BODY_RADIUS if run.scenario.plant == "physics" else 0.0,
         "slots": run.ticks.half_space_h.shape[2],
-        "still": floor.still(run),
-        "lines": floor.lines(run),
-        "target": floor.target(run),
-        "extent": floor.extent(run, seen),
+        "still": scene.still(run),
+        "lines": scene.lines(run),
+        "target": scene.target(run),
+        "extent": scene.extent(run, seen),
         "events": [event.as_dict() | {"text": plain(event.text)} for event in events(run)],
     }
 
 
 def _over_time(run: Run, frames: Any, seen: dict[str, Any], runs: int) -> dict[str, Any]:
-    sizes, centres = floor.moving(run, seen["time"])
+    sizes, centres = scene.moving(run, seen["time"])
     changes = half_space_changes(run, frames, MOST_CHANGES // runs)
     columns = {**seen, **indicators(run, frames), "movers": centres}
     return {

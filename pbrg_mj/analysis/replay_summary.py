@@ -6,13 +6,13 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import Any
 
-from pbrg_mj.analysis.outcome import Outcome, outcome
-from pbrg_mj.analysis.report.events import Event, events
+from pbrg_mj.analysis.events import Event, events
+from pbrg_mj.analysis.metrics.outcome import Outcome, outcome
 from pbrg_mj.log.read.run import Run
 
 
 @dataclass(frozen=True)
-class Account:
+class ReplaySummary:
     """What one sees when stepping through a log."""
 
     scenario: str
@@ -57,9 +57,9 @@ class Account:
         }
 
 
-def account(run: Run) -> Account:
+def replay_summary(run: Run) -> ReplaySummary:
     """Step through a run."""
-    return Account(
+    return ReplaySummary(
         scenario=run.name,
         seed=run.scenario.seed,
         robots=run.scenario.robots,

@@ -1,0 +1,12 @@
+"""The numbers of a run, from the log's arrays and the scenario's true obstacles.
+
+obstacles         walls and boxes as rectangles with faces
+best_formation    the point where the team should come to rest
+margins           certificate rows and distances to true and sensed lines
+outcome           how the run ended, in one word
+sensing_gap       what sensing costs: the optimum on sensed against true half-spaces
+run_metrics       all metrics of a run
+table             metrics of several runs as text
+paper_table       the paper's four runs as Markdown and JSON
+batch_metrics     metrics and arrays of many worlds run in a batch
+"""

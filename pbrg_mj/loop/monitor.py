@@ -1,0 +1,170 @@
+"""What a run reports of its ticks besides what the robots do: certificates, wind-up, the centralized optimum.
+
+Nothing here is fed back. So ticks are evaluated a block at a time, after they have passed: see `Simulation.records`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pbrg_mj.governor.centralized.optimum import CentralizedSolver, Optimum
+from pbrg_mj.governor.monitor.diagnostics import Diagnostics, diagnose
+from pbrg_mj.governor.monitor.passivity import Passivity
+from pbrg_mj.governor.monitor.tick_block import TickBlock, stack_ticks
+from pbrg_mj.loop.record import TickRecord, Timings
+from pbrg_mj.loop.tick import ControlTick
+from pbrg_mj.team.wind_up import WindUpDetector, WindUpState, wind_up
+from pbrg_mj.world.plant.interface import Truth
+
+MAX_BLOCK_BYTES = 300_000  # bytes of a block's estimates: a hundred ticks of five robots, one of forty
+
+
+@dataclass(frozen=True)
+class Monitor:
+    """How ticks are evaluated."""
+
+    wind_up_rule: WindUpDetector
+    passivities: Callable[[TickBlock, Sequence[Any], Sequence[Optimum]], list[Passivity]]  # about optima
+    flow_passivities: Callable[[TickBlock, Sequence[Any]], list[Passivity]]  # of the governor's own velocity
+    reference_solver: CentralizedSolver | None
+    reference_every: int  # ticks
+
+
+class MonitorState(NamedTuple):
+    """What the next ticks' evaluation needs of those before."""
+
+    wind_up: WindUpState | None = None  # None before the first tick
+    operation: Diagnostics | None = None  # likewise
+
+
+class CompletedTick(NamedTuple):
+    """A tick that has passed: the true state, what the robots did, wall-clock time of reading the truth and of physics."""
+
+    truth: Truth
+    tick: ControlTick
+    truth_seconds: float
+    advance_seconds: float
+
+
+def evaluate(
+    monitor: Monitor, before: MonitorState, completed: Sequence[CompletedTick]
+) -> tuple[MonitorState, list[TickRecord]]:
+    """Return the records of ticks in a row, one or more, and what the evaluation of those after them needs.
+
+    Ticks of a small team are evaluated all at once: a call then costs them little. Of a large one, laying the arrays of
+    two ticks side by side takes longer than a call.
+    """
+    n, records = completed[0].tick.problem.network.robots, []
+    ticks = max(1, MAX_BLOCK_BYTES // (3 * 8 * n * (4 * n + 2)))  # z, zeta, and about as many multipliers
+    for first in range(0, len(completed), ticks):
+        before, evaluated = _evaluate(monitor, before, completed[first : first + ticks])
+        records += evaluated
+    return before, records
+
+
+def _evaluate(
+    monitor: Monitor, before: MonitorState, completed: Sequence[CompletedTick]
+) -> tuple[MonitorState, list[TickRecord]]:
+    """Evaluate a block of ticks, one stage for all of them before the next one, while its code is in the caches."""
+    began, ticks = perf_counter(), [one.tick for one in completed]
+    block = TickBlock.of([one.problem for one in ticks])
+    before, certified = _certify(monitor, before, block, ticks)
+    certifying = (perf_counter() - began) / len(completed)
+    solved = [_optimum(monitor, one) for one in ticks]
+    began = perf_counter()
+    balances = _balances(monitor, block, ticks, [optimum for optimum, _ in solved])
+    balancing = (perf_counter() - began) / max(sum(one is not None for one in balances), 1)
+    return before, [
+        _record(one, certificates, optimum, balance, (certifying, solving, balancing))
+        for one, certificates, (optimum, solving), balance in zip(completed, certified, solved, balances, strict=True)
+    ]
+
+
+class _Certificates(NamedTuple):
+    """Certificates of one tick."""
+
+    winding: np.ndarray
+    operation: Diagnostics
+    flow: Passivity
+
+
+def _certify(
+    monitor: Monitor, before: MonitorState, block: TickBlock, ticks: Sequence[ControlTick]
+) -> tuple[MonitorState, list[_Certificates]]:
+    p, xi, _ = block.state
+    velocity = stack_ticks([one.velocity for one in ticks])
+    ways, winding = wind_up(monitor.wind_up_rule, before.wind_up, p, xi, velocity)
+    m = stack_ticks([one.solution.m for one in ticks])
+    multipliers = stack_ticks([one.solution.multipliers for one in ticks])
+    evaluated = diagnose(block, m, multipliers, before.operation)
+    flows = monitor.flow_passivities(block, [one.memory for one in ticks])
+    return MonitorState(ways, evaluated[-1]), list(map(_Certificates, winding, evaluated, flows))
+
+
+def _optimum(monitor: Monitor, tick: ControlTick) -> tuple[Optimum | None, float]:
+    """Return the optimum, and how long it took in all [s]."""
+    if monitor.reference_solver is None or tick.index % monitor.reference_every:
+        return None, 0.0
+    began = perf_counter()
+    return monitor.reference_solver.solve(tick.problem), perf_counter() - began
+
+
+def _balances(
+    monitor: Monitor, block: TickBlock, ticks: Sequence[ControlTick], optima: Sequence[Optimum | None]
+) -> list[Passivity | None]:
+    """Return the passivity balances about the optima, None where there is no optimum to balance about."""
+    there = [(tick, optimum) for tick, optimum in zip(ticks, optima, strict=True) if optimum is not None]
+    if not there:
+        return [None] * len(optima)
+    if len(there) < len(ticks):
+        block = TickBlock.of([tick.problem for tick, _ in there])
+    memories, found = [tick.memory for tick, _ in there], [optimum for _, optimum in there]
+    balances = iter(monitor.passivities(block, memories, found))
+    return [None if optimum is None else next(balances) for optimum in optima]
+
+
+def _record(
+    completed: CompletedTick,
+    certificates: _Certificates,
+    optimum: Optimum | None,
+    balance: Passivity | None,
+    seconds: tuple[float, float, float],
+) -> TickRecord:
+    """Put a record together; `seconds` went into certificates, the optimum and the balance about it."""
+    tick, (certifying, solving, balancing) = completed.tick, seconds
+    began, sensed, perceived, governed, commanded = tick.timestamps
+    build, solve = (optimum.build_seconds, optimum.solve_seconds) if optimum else (0.0, 0.0)
+    timings = Timings(
+        sense=sensed - began,
+        perceive=perceived - sensed,
+        govern=governed - perceived,
+        control=commanded - governed,
+        advance=completed.advance_seconds,
+        certify=completed.truth_seconds + certifying,
+        reference_build=build,
+        reference_solve=solve,
+        reference_balance=solving - build - solve + balancing if optimum else 0.0,  # with reading the optimum
+    )
+    return TickRecord(
+        index=tick.index,
+        time=tick.time,
+        truth=completed.truth,
+        readings=tick.readings,
+        hand_world=tick.hand_world,
+        half_spaces=tick.half_spaces,
+        problem=tick.problem,
+        solution=tick.solution,
+        operation=certificates.operation,
+        flow_passivity=certificates.flow,
+        optimum=optimum,
+        passivity=balance,
+        velocity=tick.velocity,
+        command=tick.command,
+        winding_up=certificates.winding,
+        timings=timings,
+    )

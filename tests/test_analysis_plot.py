@@ -47,7 +47,7 @@ def team_of(robots):
 
 @pytest.mark.parametrize("robots", [2, 7, 8, 20, 50])
 def test_robots_are_told_apart_and_the_legend_stays_short(robots):
-    from pbrg_mj.analysis.figures.look import label, robot_style
+    from pbrg_mj.analysis.figures.style import label, robot_style
 
     looks = [
         (str(style["color"]), str(style["linestyle"])) for style in (robot_style(k, robots) for k in range(robots))
@@ -103,7 +103,7 @@ def curve(axes, name):
 
 
 def test_margins_are_the_least_true_one_the_sensed_one_and_what_the_certificate_leaves():
-    from pbrg_mj.analysis.figures.histories import margin
+    from pbrg_mj.analysis.figures.time_histories import margin
 
     made = run(walled(), ticks={"wall_margin": np.tile([0.3, 0.7], (21, 1))})
     axes = drawn(margin, made)
@@ -114,7 +114,7 @@ def test_margins_are_the_least_true_one_the_sensed_one_and_what_the_certificate_
 
 
 def test_a_certificate_that_fails_by_far_does_not_hide_the_margin():
-    from pbrg_mj.analysis.figures.histories import margin
+    from pbrg_mj.analysis.figures.time_histories import margin
 
     far = resting(walled()).xi + 100.0
     axes = drawn(margin, run(walled(), ticks={"xi": far}))
@@ -123,7 +123,7 @@ def test_a_certificate_that_fails_by_far_does_not_hide_the_margin():
 
 
 def test_the_gap_is_the_distance_to_the_optimum_and_none_is_shaded_where_there_is_none():
-    from pbrg_mj.analysis.figures.histories import gap
+    from pbrg_mj.analysis.figures.time_histories import gap
 
     m = resting(walled()).m.copy()
     m[:, 0] += (0.3, 0.4)
@@ -140,7 +140,7 @@ def test_the_gap_is_the_distance_to_the_optimum_and_none_is_shaded_where_there_i
 
 
 def test_multipliers_are_summed_and_a_spike_of_the_optimum_s_does_not_hide_them():
-    from pbrg_mj.analysis.figures.histories import multipliers
+    from pbrg_mj.analysis.figures.time_histories import multipliers
 
     plan = walled(timing={"duration": 60.0, "tick": 0.5, "physics_step": 0.5})
     made = run(plan)
@@ -154,7 +154,7 @@ def test_multipliers_are_summed_and_a_spike_of_the_optimum_s_does_not_hide_them(
 
 
 def test_rounding_has_a_place_on_the_logarithmic_axis():
-    from pbrg_mj.analysis.figures.histories import LEAST, consensus
+    from pbrg_mj.analysis.figures.time_histories import LEAST, consensus
 
     axes = drawn(consensus, run())
     assert np.all(axes.lines[0].get_ydata() == LEAST)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pbrg_mj.analysis.figures.histories import consensus, gap, margin, multipliers, references
+from pbrg_mj.analysis.figures.time_histories import consensus, gap, margin, multipliers, references
 from pbrg_mj.analysis.figures.trajectories import trajectories
 from pbrg_mj.analysis.output_file import by_suffix, write_atomically
 from pbrg_mj.errors import InputError

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pbrg_mj.analysis.figures.look import MARKERS, finite, legend_above, robot_style
+from pbrg_mj.analysis.figures.style import MARKERS, finite, legend_above, robot_style
 from pbrg_mj.analysis.metrics.obstacles import footprints
 from pbrg_mj.analysis.metrics.outcome import final_target
 from pbrg_mj.log.read.run import Run

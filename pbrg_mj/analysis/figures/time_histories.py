@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pbrg_mj.analysis.figures.look import (
+from pbrg_mj.analysis.figures.style import (
     COLOURS,
     LINES,
     OPTIMUM,

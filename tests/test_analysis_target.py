@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from pbrg_mj.analysis.metrics.best_formation import CLEARANCE, best_formation, given_rows, nearest
-from pbrg_mj.analysis.metrics.obstacles import faces, footprints, room
+from pbrg_mj.analysis.metrics.obstacles import faces, footprints, distance_to_obstacles
 from tests.runs import FORMATION, WALL, scenario, walled
 
 
@@ -181,7 +181,7 @@ def test_boxes_that_move_do_not_count():
     moving = {"size": (0.4, 0.4), "stops": ({"time": 0.0, "center": (2.0, 0.0)},)}
     plan = scenario(plant="physics", world={"moving_boxes": (moving,)}, estimator={})
     np.testing.assert_array_equal(best(plan, 2.0, 0.0).point, [2.0, 0.0])
-    assert room(plan, np.array([[2.0, 0.0]])) == np.inf
+    assert distance_to_obstacles(plan, np.array([[2.0, 0.0]])) == np.inf
 
 
 def test_too_many_ways_are_not_tried():

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pbrg_mj.analysis.events import MOST_EVENTS, events
-from pbrg_mj.analysis.report import frames, half_space_changes, scene
+from pbrg_mj.analysis.report import frames, scene
 from pbrg_mj.analysis.report.encode import embedded, packed
 from pbrg_mj.analysis.report.frames import frame_ticks, indicators, states
 from pbrg_mj.analysis.report.half_space_changes import MOST_CHANGES, half_space_changes

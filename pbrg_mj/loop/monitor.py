@@ -43,7 +43,7 @@ class MonitorState(NamedTuple):
 
 
 class CompletedTick(NamedTuple):
-    """A tick that has passed: the true state, what the robots did, wall-clock time of reading the truth and of physics."""
+    """A tick that has passed: true state, what the robots did, wall-clock seconds of both."""
 
     truth: Truth
     tick: ControlTick

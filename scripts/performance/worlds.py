@@ -25,8 +25,11 @@ def many_worlds() -> dict[str, float]:
     plan = loaded.scenario
     model, voltages = bare_model(loaded), recorded_commands(loaded)
     substeps = round(plan.timing.tick / plan.timing.physics_step)
-    ours, bare = zip(*(_turns(BatchSimulation(plan, range(1, WORLDS + 1), threads),
-                              _Bare(model, threads, substeps, voltages)) for _ in range(REPEATS)), strict=True)  # fmt: skip
+    pairs = (
+        _turns(BatchSimulation(plan, range(1, WORLDS + 1), threads), _Bare(model, threads, substeps, voltages))
+        for _ in range(REPEATS)
+    )
+    ours, bare = zip(*pairs, strict=True)
     ratios = [theirs / own for own, theirs in zip(ours, bare, strict=True)]
     return {
         "worlds": WORLDS,

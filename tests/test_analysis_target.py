@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from pbrg_mj.analysis.metrics.best_formation import CLEARANCE, best_formation, given_rows, nearest
-from pbrg_mj.analysis.metrics.obstacles import faces, footprints, distance_to_obstacles
+from pbrg_mj.analysis.metrics.obstacles import distance_to_obstacles, faces, footprints
 from tests.runs import FORMATION, WALL, scenario, walled
 
 

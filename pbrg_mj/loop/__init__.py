@@ -1,10 +1,10 @@
 """From a scenario to records: the closed loop, tick by tick.
 
-    simulation          one run: the closed loop put together, ticks in blocks, records
-    tick                one tick: sense, perceive, govern, control; the plant moves on between ticks
-    monitor             certificates, wind-up and the centralized optimum of ticks that have passed
-    record              everything one tick produced
-    batch               many seeds of one scenario at once
-    batch_control       governor, control and drive of a batch, compiled
-    stability_warnings  what makes a scenario likely to fail, before it runs
+simulation          one run: the closed loop put together, ticks in blocks, records
+tick                one tick: sense, perceive, govern, control; the plant moves on between ticks
+monitor             certificates, wind-up and the centralized optimum of ticks that have passed
+record              everything one tick produced
+batch               many seeds of one scenario at once
+batch_control       governor, control and drive of a batch, compiled
+stability_warnings  what makes a scenario likely to fail, before it runs
 """

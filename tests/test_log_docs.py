@@ -6,7 +6,7 @@ from pathlib import Path
 from pbrg_mj.log.schema import channels
 from pbrg_mj.log.schema.fields import MESSAGES, SCHEMA_VERSION, Field
 from pbrg_mj.log.write.writer import CHUNK_SECONDS
-from pbrg_mj.loop.simulation import AHEAD, PATIENCE
+from pbrg_mj.loop.simulation import BLOCK_TICKS, BLOCK_SECONDS
 
 PAGE = (Path(__file__).parent.parent / "docs" / "log.md").read_text(encoding="utf-8")
 
@@ -36,5 +36,5 @@ def test_the_page_names_channels_and_what_is_embedded() -> None:
         assert f"| metadata | `{name}` |" in embedded
     assert f"now {SCHEMA_VERSION}" in embedded
     assert f"at most {CHUNK_SECONDS} simulated seconds" in PAGE
-    assert f"up to {AHEAD} ticks" in PAGE
-    assert f"longer than {PATIENCE} s" in PAGE
+    assert f"up to {BLOCK_TICKS} ticks" in PAGE
+    assert f"longer than {BLOCK_SECONDS} s" in PAGE

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from pbrg_mj.analysis.metrics import paper_table as paper
 from pbrg_mj.analysis.metrics.run_metrics import metrics
-from pbrg_mj.analysis.metrics.run_metrics import paper_table as paper
 from pbrg_mj.cli import reproduce
 from pbrg_mj.cli.main import main
 from tests.needs import need_module

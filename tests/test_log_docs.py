@@ -6,7 +6,7 @@ from pathlib import Path
 from pbrg_mj.log.schema import channels
 from pbrg_mj.log.schema.fields import MESSAGES, SCHEMA_VERSION, Field
 from pbrg_mj.log.write.writer import CHUNK_SECONDS
-from pbrg_mj.loop.simulation import BLOCK_TICKS, BLOCK_SECONDS
+from pbrg_mj.loop.simulation import BLOCK_SECONDS, BLOCK_TICKS
 
 PAGE = (Path(__file__).parent.parent / "docs" / "log.md").read_text(encoding="utf-8")
 

@@ -1,5 +1,10 @@
 """Which half-space an obstacle gives: planted boxes, corners and doorways."""
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.optimize import minimize
@@ -106,6 +111,31 @@ def test_a_half_space_moves_steadily_as_a_robot_rounds_a_box() -> None:
         last = g
     assert len(slots) == 1
     assert np.mean(np.array(turns) > np.deg2rad(15)) < 0.02
+
+
+ROUNDING_A_BOX = """
+from tests.perceiving import box, scenario, walk
+def orbit(time):
+    return [(1.0 - 0.1 * time, 0.6 - 0.6 * time, 1.5)]
+for _, _, known, _ in walk(scenario(estimator={"scope": "own"}), lambda t: box(0, 0, 0.7), orbit, 30):
+    print([x.hex() for x in (*known.h.ravel(), *known.G.ravel())], known.active.sum())
+"""
+
+
+def test_half_spaces_do_not_depend_on_how_freed_memory_is_filled() -> None:
+    """Python's debug allocator overwrites what is freed: kernels that still read it give another answer, or crash."""
+    printed = [
+        subprocess.run(
+            [sys.executable, "-c", ROUNDING_A_BOX],
+            env=os.environ | {"PYTHONMALLOC": allocator},
+            cwd=Path(__file__).parents[1],
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for allocator in ("malloc", "debug")
+    ]
+    assert printed[0] == printed[1] and printed[0].count(" 1\n") > 10
 
 
 def random_polygon(random: np.random.Generator, corners: int) -> np.ndarray:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.obstacle.outline import crossing, outline
+from pbrg_mj.perception.obstacle.outline import FACE, HIDDEN, OTHER, crossing, outline
 from pbrg_mj.perception.obstacle.polygons import gap, hull
 from pbrg_mj.perception.track.extent import track_ends
 
@@ -32,11 +32,9 @@ def half_space(tracks, root, links, robots, params):
     alone is kept off it; when that is inside as well, the face that is least crossed is the answer.
     """
     corners = outline(tracks, root, links, robots.hand[0], params)
-    places = np.zeros((len(corners), 2))
-    for k in range(len(corners)):
-        places[k, 0], places[k, 1] = corners[k]["x"], corners[k]["y"]
-    order = hull(places)
-    solid = places[order]
+    points, _, sides = corners
+    order = hull(points)
+    solid = points[order]
     track = tracks[root]
     gx, gy, width, i, j = gap(robots.team, solid)
     track["own_only"] = 1 if width < (RETURN if track["own_only"] else 0.0) else 0
@@ -45,24 +43,26 @@ def half_space(tracks, root, links, robots, params):
         gx, gy, width, i, j = gap(robots.hand, solid)
     if width < 0:
         return _least_crossed(tracks, root, links, robots, params)
-    a, b = corners[order[i]], corners[order[j]]
-    face = _common_face(a, b) if i != j else -1
+    a, b = order[i], order[j]
+    face = _common_face(sides, a, b) if i != j else -1
     if face >= 0:
         gx, gy, h = _face_row(tracks[face], bound, params)
         return gx, gy, h, width
-    var = max(_corner_var(tracks, a, (gx, gy), robots), _corner_var(tracks, b, (gx, gy), robots), 0.0)
-    h = gx * a["x"] + gy * a["y"]
+    var = _corner_var(tracks, corners, a, (gx, gy), robots)
+    var = max(var, _corner_var(tracks, corners, b, (gx, gy), robots), 0.0)
+    h = gx * points[a, 0] + gy * points[a, 1]
     return gx, gy, h - params.clearance - params.sigmas * math.sqrt(var), width
 
 
 @kernel
-def _common_face(a, b):
-    """Return the face on which both corners lie in view, or -1."""
-    if a["hidden"] or b["hidden"]:
+def _common_face(sides, a, b):
+    """Return the face on which the corners a and b both lie in view, or -1."""
+    if sides[a, HIDDEN] or sides[b, HIDDEN]:
         return -1
-    if a["face"] == b["face"] or a["face"] == b["other"]:
-        return a["face"]
-    return a["other"] if a["other"] >= 0 and (a["other"] == b["face"] or a["other"] == b["other"]) else -1
+    if sides[a, FACE] == sides[b, FACE] or sides[a, FACE] == sides[b, OTHER]:
+        return sides[a, FACE]
+    shared = sides[a, OTHER] == sides[b, FACE] or sides[a, OTHER] == sides[b, OTHER]
+    return sides[a, OTHER] if sides[a, OTHER] >= 0 and shared else -1
 
 
 @kernel
@@ -84,19 +84,21 @@ def _variance(track, s):
 
 
 @kernel
-def _corner_var(tracks, corner, g, robots):
-    """Return the variance of g . x of a corner x.
+def _corner_var(tracks, corners, corner, g, robots):
+    """Return the variance of g . x of one corner x of an outline.
 
     Where two faces meet, n . x = offset of both gives it; an end has the face's variance across and that of any
     point along.
     """
-    a = tracks[corner["face"]]
+    _, along, sides = corners
+    s, face, other = along[corner], sides[corner, FACE], sides[corner, OTHER]
+    a = tracks[face]
     ax, ay = math.cos(a["angle"]), math.sin(a["angle"])
-    va = _variance(a, corner["s"])
-    if corner["other"] < 0:
-        along = robots.position_var + robots.heading_var * (corner["s"] ** 2 + a["offset"] ** 2)
-        return (g[0] * ax + g[1] * ay) ** 2 * va + (g[1] * ax - g[0] * ay) ** 2 * along
-    b = tracks[corner["other"]]
+    va = _variance(a, s)
+    if other < 0:
+        end_var = robots.position_var + robots.heading_var * (s**2 + a["offset"] ** 2)
+        return (g[0] * ax + g[1] * ay) ** 2 * va + (g[1] * ax - g[0] * ay) ** 2 * end_var
+    b = tracks[other]
     bx, by = math.cos(b["angle"]), math.sin(b["angle"])
     vb = _variance(b, crossing(a, b)[1])
     det = ax * by - ay * bx

@@ -12,6 +12,8 @@ from pbrg_mj.perception.track.confirmation import rests_across
 from pbrg_mj.perception.track.extent import track_ends
 
 LEAST_TURN, MOST_TURN = math.radians(20.0), math.radians(160.0)  # between two faces at a corner
+FACE, OTHER, HIDDEN = range(3)  # columns of a corner's `sides`
+DEPTH = 0.3  # [m] what is behind a single face is taken for solid so deep
 REACH = 0.2  # [m] a corner may lie so far inside the extent seen, and twice that beyond
 BEYOND = 0.02  # [m] a face lies so far behind the other's line, at a convex corner
 
@@ -89,31 +91,21 @@ def _rests(track):
     return track["confirmed"] or rests_across(track)
 
 
-DEPTH = 0.3  # [m] what is behind a single face is taken for solid so deep
-
-CORNER = np.dtype(
-    [
-        ("x", np.float64),
-        ("y", np.float64),
-        ("s", np.float64),
-        ("face", np.int64),
-        ("other", np.int64),
-        ("hidden", np.int64),
-    ]
-)
-"""A corner at x, y from the anchor [m], s along `face`; `other`: the face it shares it with, or -1; hidden: it has
-not been seen but follows from the faces."""
-
-
 @kernel
 def outline(tracks, root, links, hand, params):
     """Return the corners of the obstacle whose first face is `root`; links are the faces before and after each (M,).
+
+    They are (points (N, 2) from the anchor [m], s (N,) along the corner's face [m], sides (N, 3)). The sides are the
+    FACE it lies on, the OTHER face that meets it there or -1, and HIDDEN: 1 if no beam has seen it but it follows from
+    the faces. They are arrays, not records, because numba frees an array after the last use of its name, even if a
+    record of it is read later.
 
     Faces end at the corner with the next, or where `track_ends` says. Two faces are closed to a parallelogram, one is
     DEPTH deep, or less if the robot's hand point (2,) is behind it.
     """
     before, after = links
-    corners = np.empty(4 * _faces(root, after), dtype=CORNER)
+    most = 4 * _faces(root, after)
+    corners = np.empty((most, 2)), np.empty(most), np.empty((most, 3), np.int64)
     size, face = 0, root
     start_x, start_y = 0.0, 0.0
     while face >= 0:
@@ -140,7 +132,8 @@ def outline(tracks, root, links, hand, params):
         face = after[face]
         if face == root:
             break
-    return corners[:size]
+    points, along, sides = corners
+    return points[:size], along[:size], sides[:size]
 
 
 @kernel
@@ -154,9 +147,9 @@ def _faces(root, after):  # pragma: no cover - compiled
 
 @kernel
 def _add(corners, size, place, what):
-    corner = corners[size]
-    corner["x"], corner["y"] = place
-    corner["s"], corner["face"], corner["other"], corner["hidden"] = what
+    points, along, sides = corners
+    points[size, 0], points[size, 1] = place
+    along[size], sides[size, FACE], sides[size, OTHER], sides[size, HIDDEN] = what
     return size + 1
 
 

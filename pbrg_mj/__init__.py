@@ -1,1 +1,109 @@
-"""A physics-based benchmark for distributed reference governors."""
+"""A physics-based benchmark for distributed reference governors.
+
+    import pbrg_mj as pbrg
+
+    scenario = pbrg.load("paper/experiment_near", overrides={"governor.rounds": 20}, seed=7)
+    run = pbrg.run(scenario)
+    run.metrics.terminal_gap_m, run.q_true_m.shape
+    run.plot("references")
+
+Scenarios   `load`, `list_scenarios`, `validate`, `schema`, `template`; `Scenario`
+Runs        `run`, `simulate`, `serve`, `batch`, `reproduce`; `Run`, `Batch`, `TickRecord`, `Interrupted`
+Logs        `open`, `compare`, `report`, `render`, `verify`, `repair`; `Comparison`, `Verification`, `Repair`
+Governors   `Governor`, `Problem`, `Solution`, `Status`: what a governor of one's own takes and gives
+Besides     `doctor`; `InputError`, `PbrgError`; `__version__`
+
+Stable from one minor version to the next are the names in `__all__` with their documented arguments, the names of
+arrays (docs/export.md) and metrics (docs/metrics.md), and the keys of a scenario. Everything else, such as the modules
+below, may change at any time. docs/api.md shows how to use it.
+
+Importing this is quick: the simulator is loaded with the first name that needs it.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "Batch",
+    "Comparison",
+    "Governor",
+    "InputError",
+    "Interrupted",
+    "PbrgError",
+    "Problem",
+    "Repair",
+    "Run",
+    "Scenario",
+    "Solution",
+    "Status",
+    "TickRecord",
+    "Verification",
+    "__version__",
+    "batch",
+    "compare",
+    "doctor",
+    "list_scenarios",
+    "load",
+    "open",
+    "render",
+    "repair",
+    "report",
+    "reproduce",
+    "run",
+    "schema",
+    "serve",
+    "simulate",
+    "template",
+    "validate",
+    "verify",
+]
+
+if TYPE_CHECKING:
+    from pbrg_mj.api.batches import Batch, batch
+    from pbrg_mj.api.checkup import doctor
+    from pbrg_mj.api.comparing import Comparison, compare
+    from pbrg_mj.api.films import render
+    from pbrg_mj.api.interrupt import Interrupted
+    from pbrg_mj.api.paper import reproduce
+    from pbrg_mj.api.replaying import Repair, Verification, repair, verify
+    from pbrg_mj.api.runs import Run, open, report  # noqa: A004 - pbrg.open
+    from pbrg_mj.api.scenarios import Scenario, list_scenarios, load, schema, template, validate
+    from pbrg_mj.api.simulating import run, serve, simulate
+    from pbrg_mj.errors import InputError, PbrgError
+    from pbrg_mj.governor.problem.interface import Governor, Problem, Solution, Status
+    from pbrg_mj.loop.record import TickRecord
+
+_MODULES = {
+    "api.batches": ("Batch", "batch"),
+    "api.checkup": ("doctor",),
+    "api.comparing": ("Comparison", "compare"),
+    "api.films": ("render",),
+    "api.interrupt": ("Interrupted",),
+    "api.paper": ("reproduce",),
+    "api.replaying": ("Repair", "Verification", "repair", "verify"),
+    "api.runs": ("Run", "open", "report"),
+    "api.scenarios": ("Scenario", "list_scenarios", "load", "schema", "template", "validate"),
+    "api.simulating": ("run", "serve", "simulate"),
+    "errors": ("InputError", "PbrgError"),
+    "governor.problem.interface": ("Governor", "Problem", "Solution", "Status"),
+    "loop.record": ("TickRecord",),
+}
+_HOMES = {name: f"{__name__}.{module}" for module, names in _MODULES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first used (PEP 562)."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(_HOMES[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """List the public names with the module's own."""
+    return sorted({*globals(), *__all__})

@@ -254,6 +254,6 @@ def test_doctor_misses_a_required_package(monkeypatch, capsys):
 def test_doctor_never_sets_the_variable_here(monkeypatch):
     monkeypatch.delenv("MUJOCO_GL", raising=False)
     monkeypatch.setattr(gl, "PROBE", "import os; raise SystemExit(os.environ['MUJOCO_GL'] != 'egl')")
-    found = checkup.checkup()["gl"]
+    found = checkup.doctor()["gl"]
     assert (found["egl"]["works"], found["osmesa"]["works"]) == (True, False)
     assert "MUJOCO_GL" not in os.environ

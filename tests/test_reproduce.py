@@ -12,9 +12,10 @@ from pathlib import Path
 
 import pytest
 
+import pbrg_mj as pbrg
 from pbrg_mj.analysis.metrics import paper_table as paper
 from pbrg_mj.analysis.metrics.run_metrics import metrics
-from pbrg_mj.cli import reproduce
+from pbrg_mj.api import paper as reproducing
 from pbrg_mj.cli.main import main
 from tests.needs import need_module
 from tests.runs import replaced, run
@@ -61,7 +62,7 @@ def test_the_table_holds_the_numbers(folders):
 
 def test_the_runs_are_the_papers(folders):
     """r, gains and targets as section 5 has them."""
-    found = [reproduce.open_log(folders[0] / f"{name}.mcap").scenario for name in paper.RUNS]
+    found = [pbrg.open(folders[0] / f"{name}.mcap").scenario.settings for name in paper.RUNS]
     assert [one.operator.reference for one in found] == [(1.0, 2.0), (2.0, 3.0), (1.4, 1.18), (1.8, 2.0)]
     assert [one.governor.alpha for one in found] == [2.0, 2.0, 7.0, 7.0]
     assert [one.control.alpha_r for one in found] == [1.0, 1.0, 2.5, 2.5]
@@ -94,9 +95,9 @@ def test_wrong_input_is_one_line_and_exit_code_2(monkeypatch, tmp_path, capsys, 
 def test_a_violated_run_exits_with_1(monkeypatch, tmp_path):
     need_module("matplotlib")
     made = metrics(run())
-    monkeypatch.setattr(reproduce, "_simulate", lambda name, folder, duration: folder / f"{name}.mcap")
+    monkeypatch.setattr(reproducing, "_simulate", lambda scenario, path, watch: (path, None))
     outcomes = iter(("converged", "violated", "moving", "converged"))
-    monkeypatch.setattr(reproduce, "_evaluate", lambda log: replaced(made, outcome=next(outcomes)))
+    monkeypatch.setattr(reproducing, "_evaluate", lambda log, _run: replaced(made, outcome=next(outcomes)))
     assert main(["reproduce", "-o", str(tmp_path)]) == 1
 
 

@@ -11,6 +11,7 @@ import pytest
 
 from pbrg_mj.cli.main import main
 from pbrg_mj.errors import InputError
+from pbrg_mj.log.read import run as reader
 from pbrg_mj.video import viewer
 from tests.runs import run
 
@@ -69,9 +70,9 @@ def test_a_display_that_does_not_answer_is_told_in_one_line(monkeypatch):
 
 def test_view_is_reached_from_replay_and_not_together_with_verify(monkeypatch, capsys):
     opened = []
-    monkeypatch.setattr("pbrg_mj.cli.replay.open_log", lambda path: str(path))
+    monkeypatch.setattr(reader, "open_run", lambda path: run(path=str(path)))
     monkeypatch.setattr(viewer, "view", opened.append)
     assert main(["replay", "near.mcap", "--view"]) == 0
-    assert opened == ["near.mcap"]
+    assert [one.path for one in opened] == ["near.mcap"]
     assert main(["replay", "near.mcap", "--view", "--verify"]) == 2
     assert "--view and --verify do not go together" in capsys.readouterr().err

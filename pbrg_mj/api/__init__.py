@@ -1,1 +1,15 @@
-"""The Python API: what `import pbrg_mj` offers, and what the command line is written on."""
+"""The Python API: what `import pbrg_mj` offers, and what the command line is written on.
+
+scenarios     a file, a bundled name or data -> Scenario
+simulating    Scenario, governor -> Run, tick by tick or to the end; live server
+runs          a log -> Run: arrays, numbers, figures, page, export
+arrays        arrays by name
+comparing     runs -> one table
+films         Run -> film or still
+replaying     a log simulated again and compared; a damaged log repaired
+batches       many seeds side by side
+paper         the paper's four runs
+checkup       what works on this machine
+interrupt, garbage, profile    Ctrl-C, Python's garbage and the clock during a run
+text          text from logs made safe to show
+"""

@@ -1,4 +1,4 @@
-"""The findings behind `pbrg doctor`."""
+"""What works on this machine."""
 
 from __future__ import annotations
 
@@ -32,18 +32,19 @@ OPTIONAL = {
     "matplotlib": ("pbrg plot", "pip install 'pbrg-mj[plot]'"),
     "av": ("pbrg render", "pip install 'pbrg-mj[video]'"),
     "foxglove-sdk": ("pbrg run --live", "pip install 'pbrg-mj[live]'"),
+    "xarray": ("Run.to_xarray", "pip install 'pbrg-mj[xarray]'"),
 }
 
 
-def checkup() -> dict[str, Any]:
-    """Return everything found, as plain data."""
+def doctor() -> dict[str, Any]:
+    """Return versions, cores, GL and caches as plain data: what works here, and how to fix what does not."""
     return {
         "python": platform.python_version(),
         "platform": platform.platform(),
         "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
         "required": {name: _version(name) for name in REQUIRED},
         "optional": {
-            name: {"version": _version(name), "use": use, "mend": mend} for name, (use, mend) in OPTIONAL.items()
+            name: {"version": _version(name), "use": use, "fix": fix} for name, (use, fix) in OPTIONAL.items()
         },
         "gl": {backend: probe_gl(backend) for backend in PACKAGES},
         "numba_cache": _numba_cache(),
@@ -66,7 +67,7 @@ def _numba_cache() -> dict[str, Any]:
 
 
 def _writable(folder: Path) -> bool:
-    """Tell whether a file can be made in `folder`, or in the nearest folder above it that is there."""
+    """Return whether a file can be made in `folder`, or in the nearest folder above it that is there."""
     there = next((place for place in (folder, *folder.parents) if place.is_dir()), None)
     try:
         with tempfile.TemporaryFile(dir=there):

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
 
-MANY = 20_000  # objects; the records of ticks that wait to be judged are some 4,000, which come and go
+MANY = 20_000  # objects; the records of ticks that wait to be evaluated are some 4,000, which come and go
 
 
 def settle() -> None:
@@ -14,3 +16,15 @@ def settle() -> None:
     """
     gc.freeze()
     gc.set_threshold(MANY)
+
+
+@contextmanager
+def collecting_rarely() -> Iterator[None]:
+    """Settle for as long as the context lasts."""
+    before = gc.get_threshold()
+    settle()
+    try:
+        yield
+    finally:
+        gc.set_threshold(*before)
+        gc.unfreeze()

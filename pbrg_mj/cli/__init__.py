@@ -1,1 +1,11 @@
-"""The command line."""
+"""The command line, written on the Python API (`pbrg_mj`, `pbrg_mj.api`) and nothing else.
+
+main          the commands and their exit codes
+scenarios     list, show, new, schema, validate
+run, batch, reproduce    simulate
+compare, export, plot, render, report    read logs
+replay, repair    a log again, or what is whole in it
+doctor        this machine
+arguments     what several commands take
+console, progress, pace    the terminal, and the clock of those who look on
+"""

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import re
 from pathlib import Path
-from time import perf_counter
 from typing import Annotated, Any
 
 import typer
 
+import pbrg_mj as pbrg
+from pbrg_mj.cli.arguments import Duration, Overrides, ScenarioName, without_drawing
 from pbrg_mj.cli.console import emit, emit_json
 from pbrg_mj.errors import InputError
 
@@ -17,40 +17,23 @@ MOST = 100_000  # seeds in one go
 
 
 def batch(
-    scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A file, or a bundled name (see: pbrg list).")],
+    scenario: ScenarioName,
     seeds: Annotated[str, typer.Option(metavar="FIRST-LAST", help="Seeds; single ones too: 1-8,20.")] = "1-64",
     output: Annotated[Path | None, typer.Option("-o", "--output", metavar="OUT.npz", help="Arrays to write.")] = None,
-    duration: Annotated[float | None, typer.Option(help="Simulated time [s]: --set timing.duration=S.")] = None,
-    overrides: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change path.to.key; may be repeated.")
-    ] = None,
+    duration: Duration = None,
+    overrides: Overrides = None,
     threads: Annotated[int | None, typer.Option(min=1, help="One for each core if not given.")] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print the batch_metrics as JSON.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
 ) -> int:
     """Run many seeds of a scenario side by side, without logs. Exit code 1 when a world was violated or diverged."""
-    os.environ.pop("MUJOCO_GL", None)  # see run
-    from pbrg_mj.analysis.metrics.batch_metrics import WRITERS, batch_metrics, save_batch
-    from pbrg_mj.analysis.output_file import by_suffix
-    from pbrg_mj.log.write.writer import check_writable
-    from pbrg_mj.loop.batch import BatchSimulation
-    from pbrg_mj.scenario.load import load_scenario
-
-    shorthand = [] if duration is None else [f"timing.duration={duration}"]
-    loaded = load_scenario(scenario, [*(overrides or ()), *shorthand])
-    if output is not None:
-        by_suffix(output, WRITERS)
-        check_writable(output)
-    worlds, began = BatchSimulation(loaded.scenario, seeds_of(seeds), threads), perf_counter()
-    histories = worlds.run()
-    speed = len(histories.seeds) * float(histories.time[-1]) / (perf_counter() - began)
-    numbers = {"scenario": loaded.name, **batch_metrics(histories), "simulated_s_per_s": speed}
-    if output is not None:
-        save_batch(histories, output)
+    without_drawing()
+    loaded = pbrg.load(scenario, overrides or (), duration=duration)
+    made = pbrg.batch(loaded, seeds_of(seeds), path=output, threads=threads)
     if json:
-        emit_json(numbers)
+        emit_json(made.summary())
     else:
-        emit(_text(numbers))
-    return 1 if any(numbers[f"worlds_{how}"] for how in ("touching", "past_a_wall", "diverged")) else 0
+        emit(_text(made.summary()))
+    return 1 if made.failed else 0
 
 
 def seeds_of(text: str) -> tuple[int, ...]:

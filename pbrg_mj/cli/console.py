@@ -8,7 +8,7 @@ import os
 import sys
 from typing import Any, TextIO
 
-from pbrg_mj.analysis.text import plain
+from pbrg_mj.api.text import plain
 
 
 def emit(text: str) -> None:
@@ -27,7 +27,7 @@ def note(text: str) -> None:
 
 
 class Notes(logging.Handler):
-    """Prints what other rooms warn of, a line each."""
+    """Prints what the package warns of, a line each."""
 
     def emit(self, record: logging.LogRecord) -> None:
         """Print the message."""

@@ -1,4 +1,4 @@
-"""`pbrg doctor`: what works on this machine, and how to mend what does not."""
+"""`pbrg doctor`: what works on this machine, and how to fix what does not."""
 
 from __future__ import annotations
 
@@ -6,16 +6,15 @@ from typing import Annotated, Any
 
 import typer
 
+import pbrg_mj as pbrg
 from pbrg_mj.cli.console import emit, emit_json
 
 
 def doctor(
     json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> int:
-    """Show versions, cores, GL and caches: what works here, and how to mend what does not."""
-    from pbrg_mj.api.checkup import checkup
-
-    found = checkup()
+    """Show versions, cores, GL and caches: what works here, and how to fix what does not."""
+    found = pbrg.doctor()
     if json:
         emit_json(found)
     else:
@@ -27,12 +26,12 @@ def _lines(found: dict[str, Any]) -> list[str]:
     lines = [f"{'python':<30} {found['python']}", f"{'cores':<30} {found['cores']}"]
     lines += [f"{name:<30} {version or f'MISSING: pip install {name}'}" for name, version in found["required"].items()]
     lines += [
-        f"{name:<30} {one['version'] or 'not installed; for ' + one['use'] + ': ' + one['mend']}"
+        f"{name:<30} {one['version'] or 'not installed; for ' + one['use'] + ': ' + one['fix']}"
         for name, one in found["optional"].items()
     ]
     for backend, one in found["gl"].items():
-        mend = f"does not work ({one['error']}); on Debian: apt install {' '.join(one['packages'])}"
-        lines.append(f"{'GL ' + backend:<30} {'works' if one['works'] else mend}")
+        fix = f"does not work ({one['error']}); on Debian: apt install {' '.join(one['packages'])}"
+        lines.append(f"{'GL ' + backend:<30} {'works' if one['works'] else fix}")
     cache = found["numba_cache"]
     state = "writable" if cache["writable"] else "NOT writable: set NUMBA_CACHE_DIR to a folder of yours"
     return [*lines, f"{'numba cache':<30} {cache['folder']}: {state}"]

@@ -7,17 +7,14 @@ from typing import Annotated
 
 import typer
 
-from pbrg_mj.cli.compare import open_log
+from pbrg_mj.cli.arguments import Log
 
 
 def export(
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="The log to read.")],
+    log: Log,
     output: Annotated[Path, typer.Option("-o", "--output", metavar="OUT", help="OUT.npz, OUT.mat or OUT.csv.")],
 ) -> None:
     """Write a log's time series for NumPy, MATLAB or pandas."""
-    from pbrg_mj.analysis.export import WRITERS
-    from pbrg_mj.analysis.export import export as write
-    from pbrg_mj.analysis.output_file import by_suffix
+    from pbrg_mj.api.runs import export_log
 
-    by_suffix(output, WRITERS)  # before the log is read, which takes longer
-    write(open_log(log), output)
+    export_log(log, output)

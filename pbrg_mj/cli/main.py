@@ -11,11 +11,12 @@ from typing import Annotated
 
 import typer
 
+from pbrg_mj import __version__
 from pbrg_mj.cli import batch, compare, doctor, export, plot, render, repair, replay, report, reproduce, run, scenarios
 from pbrg_mj.cli.console import Notes, emit, note
+from pbrg_mj.cli.progress import INTERRUPTED
 from pbrg_mj.errors import InputError, PbrgError
 
-INTERRUPTED = 130
 NOTES = Notes(logging.WARNING)
 # typer has it only as the base of what it exports.
 _ClickError: type[Exception] = typer.BadParameter.__mro__[2]
@@ -23,19 +24,13 @@ _ClickError: type[Exception] = typer.BadParameter.__mro__[2]
 app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
-    add_completion=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
 
 def _version(wanted: bool) -> None:
     if wanted:
-        from importlib.metadata import PackageNotFoundError, version
-
-        try:
-            emit(f"pbrg {version('pbrg-mj')}")
-        except PackageNotFoundError:
-            emit("pbrg (not installed)")
+        emit(f"pbrg {__version__}")
         raise typer.Exit()
 
 
@@ -49,6 +44,9 @@ def _options(
 
 
 app.command("list")(scenarios.list_scenarios)
+app.command("show")(scenarios.show)
+app.command("new")(scenarios.new)
+app.command("schema")(scenarios.schema)
 app.command("validate")(scenarios.validate)
 app.command("run")(run.run)
 app.command("batch")(batch.batch)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from pbrg_mj.errors import InputError
 
 if TYPE_CHECKING:
-    from pbrg_mj.loop.record import TickRecord
+    from pbrg_mj import TickRecord
 
 
 def pacer(pace: float | None) -> Callable[[TickRecord], None]:

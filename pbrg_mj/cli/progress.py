@@ -8,9 +8,12 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from pbrg_mj.loop.record import TickRecord
+from pbrg_mj.cli.console import note
 
+if TYPE_CHECKING:
+    from pbrg_mj import TickRecord
+
+INTERRUPTED = 130
 REFRESH = 0.1  # [s] wall clock between updates
 
 
@@ -37,6 +40,14 @@ class SoFar:
         return ", ".join(part for part in (self.trouble or "no violation", margin) if part)
 
 
+def warn_of_compiling() -> None:
+    """Say on a terminal why nothing seems to happen, where kernels have to be compiled first."""
+    from pbrg_mj.api.simulating import must_compile
+
+    if sys.stderr.isatty() and must_compile():
+        note("compiling kernels, once per version: up to a minute")
+
+
 @contextmanager
 def progress(duration: float, wanted: bool) -> Iterator[Callable[[TickRecord], None]]:
     """Give a function to call with every record. It does nothing unless stderr is a terminal."""
@@ -49,11 +60,12 @@ def progress(duration: float, wanted: bool) -> Iterator[Callable[[TickRecord], N
     columns = (BarColumn(bar_width=20), TextColumn("{task.description}", markup=False))
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("starting", total=duration)
-        so_far, began, shown = SoFar(), time.perf_counter(), 0.0
+        so_far, began, shown = SoFar(), None, 0.0
 
         def show(record: TickRecord) -> None:
-            nonlocal shown
+            nonlocal began, shown
             so_far.add(record)
+            began = began or time.perf_counter()  # the first record comes after all that must be built and compiled
             elapsed = time.perf_counter() - began
             if elapsed - shown >= REFRESH:
                 shown = elapsed

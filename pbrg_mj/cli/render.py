@@ -10,8 +10,10 @@ from typing import Annotated
 
 import typer
 
-from pbrg_mj.cli.compare import open_log
+import pbrg_mj as pbrg
 from pbrg_mj.errors import InputError
+
+STILL = ".png"
 
 
 def render(
@@ -31,24 +33,26 @@ def render(
     ] = "",
 ) -> None:
     """Film a log offscreen, or take a still of it."""
-    from pbrg_mj.video.encode import FORMATS, STILL
-    from pbrg_mj.video.render import ViewSettings, check_output, render_movie, render_still
-    from pbrg_mj.video.settings import Clip, frame_times, shown_layers
-
-    view = ViewSettings(camera, _size(size), shown_layers(tuple(filter(None, hide.split(",")))))
-    check_output(output, view.size)
-    suffix = output.suffix.lower()
-    if suffix == STILL:
-        if any(value is not None for value in (fps, start, end)) or speed != 1.0:
-            raise InputError("a still has one time: give --at, not --fps, --speed, --start or --end")
-        render_still(open_log(log), output, view, at)
-        return
-    if at is not None:
+    still = output.suffix.lower() == STILL
+    if still and (speed != 1.0 or any(value is not None for value in (fps, start, end))):
+        raise InputError("a still has one time: give --at, not --fps, --speed, --start or --end")
+    if at is not None and not still:
         raise InputError("--at is for stills (.png); a video has --start and --end")
-    run = open_log(log)
-    cut = Clip(FORMATS[suffix].fps if fps is None else fps, speed, start, end)
-    with _progress(len(frame_times(run.ticks.time, cut, FORMATS[suffix].fastest))) as each:
-        render_movie(run, output, view, cut, each)
+    hidden = tuple(filter(None, hide.split(",")))
+    with _progress(wanted=not still) as shown:
+        pbrg.render(
+            log,
+            output,
+            camera=camera,
+            size=_size(size),
+            fps=fps,
+            speed=speed,
+            start=start,
+            end=end,
+            at=at,
+            hide=hidden,
+            progress=shown,
+        )
 
 
 def _size(text: str) -> tuple[int, int]:
@@ -59,15 +63,15 @@ def _size(text: str) -> tuple[int, int]:
 
 
 @contextmanager
-def _progress(frames: int) -> Iterator[Callable[[], None]]:
-    """Give a function to call after every frame. It does nothing unless stderr is a terminal."""
-    if not sys.stderr.isatty():
-        yield lambda: None
+def _progress(*, wanted: bool) -> Iterator[Callable[[int, int], None]]:
+    """Give a function to call with the frames done and in all. It does nothing unless stderr is a terminal."""
+    if not wanted or not sys.stderr.isatty():
+        yield lambda _done, _frames: None
         return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = (BarColumn(bar_width=20), MofNCompleteColumn(), TextColumn("frames,"), TimeRemainingColumn())
     with Progress(*columns, TextColumn("left"), console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=frames)
-        yield lambda: bar.advance(task)
+        task = bar.add_task("", total=None)
+        yield lambda done, frames: bar.update(task, completed=done, total=frames)

@@ -1,44 +1,75 @@
-"""`pbrg list` and `pbrg validate`."""
+"""`pbrg list`, `show`, `new`, `schema` and `validate`."""
 
 from __future__ import annotations
 
+from dataclasses import asdict
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from pbrg_mj.analysis.text import plain
-from pbrg_mj.cli.console import emit, note
+import pbrg_mj as pbrg
+from pbrg_mj.api.text import plain
+from pbrg_mj.cli.arguments import BundledName, ScenarioNames
+from pbrg_mj.cli.console import emit, emit_json, note
 from pbrg_mj.errors import InputError
 
 
-def list_scenarios() -> None:
+def list_scenarios(
+    json: Annotated[bool, typer.Option("--json", help="Print a JSON array, an object per scenario.")] = False,
+) -> None:
     """List the bundled scenarios, a line each."""
-    from pbrg_mj.scenario.bundled import bundled_scenarios
-    from pbrg_mj.scenario.load import load_scenario
+    listed = pbrg.list_scenarios()
+    if json:
+        emit_json([asdict(one) for one in listed])
+        return
+    width = max((len(one.name) for one in listed), default=0)
+    for one in listed:
+        emit(f"{one.name:<{width}}  {one.description}".rstrip())
 
-    files = bundled_scenarios()
-    width = max(map(len, files), default=0)
-    for name, file in files.items():
-        description = " ".join(load_scenario(file).scenario.description.split())
-        emit(f"{name:<{width}}  {description}".rstrip())
+
+def show(name: BundledName) -> None:
+    """Print a scenario's YAML, comments included."""
+    emit(pbrg.load(name).yaml.rstrip("\n"))
 
 
-def validate(
-    files: Annotated[list[str], typer.Argument(metavar="FILE...", help="Scenario files, or bundled names.")],
-) -> int:
+def new(
+    file: Annotated[Path | None, typer.Argument(metavar="[FILE]", help="FILE.yaml; printed if not given.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace FILE if it is there.")] = False,
+) -> None:
+    """Write a small scenario with comments, to start one of your own from."""
+    from pbrg_mj.api.scenarios import write_template
+
+    if file is None:
+        emit(pbrg.template().rstrip("\n"))
+    else:
+        write_template(file, force=force)
+
+
+def schema(
+    output: Annotated[Path | None, typer.Option("-o", "--output", metavar="FILE", help="FILE.json to write.")] = None,
+) -> None:
+    """Print the JSON Schema of a scenario, by which editors complete and check the YAML."""
+    from pbrg_mj.api.scenarios import write_schema
+
+    if output is None:
+        emit_json(pbrg.schema())
+    else:
+        write_schema(output)
+
+
+def validate(files: ScenarioNames) -> int:
     """Check scenario files."""
-    from pbrg_mj.loop.stability_warnings import stability_warnings
-    from pbrg_mj.scenario.load import load_scenario
-
     wrong = 0
     for file in files:
         try:
-            scenario = load_scenario(file).scenario
+            scenario = pbrg.load(file)
         except InputError as error:
             note(f"error: {error}")
             wrong += 1
         else:
-            emit(f"{plain(file)}: ok, {scenario.robots} robots, {scenario.plant} plant, {scenario.timing.duration:g} s")
-            for line in stability_warnings(scenario):
+            one = scenario.settings
+            emit(f"{plain(file)}: ok, {one.robots} robots, {one.plant} plant, {one.timing.duration:g} s")
+            for line in scenario.warnings():
                 note(f"warning: {plain(file)}: {line}")
     return 2 if wrong else 0

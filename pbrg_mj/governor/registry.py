@@ -23,6 +23,9 @@ from pbrg_mj.team.network import Network
 GROUP = "pbrg_mj.governors"
 """Entry-point group in which another installed package offers its own governor: name -> (Scenario) -> Governor."""
 
+OBJECT = "object:"
+"""What `governor.kind` begins with where the governor is an object handed over in Python."""
+
 CERTIFICATES: dict[str, Callable[[Scenario, Network], Certificate]] = {"ball": BallCertificate.of}
 
 
@@ -61,12 +64,25 @@ GOVERNORS: dict[str, Callable[[Scenario], Governor]] = {
 }
 
 
-def governor(scenario: Scenario) -> Governor:
-    """Return the scenario's governor: one of ours, or one that an installed package registered.
+def object_kind(plug_in: Governor) -> str:
+    """Return what `governor.kind` says of a run whose governor is an object: `object:` and the name of its class."""
+    return OBJECT + type(plug_in).__name__
 
-    Raises InputError when nobody knows the name.
+
+def governor(scenario: Scenario, plug_in: Governor | None = None) -> Governor:
+    """Return the scenario's governor: one of ours, one that an installed package registered, or the object `plug_in`.
+
+    Raises InputError when nobody knows the name, or the object is missing.
     """
     kind = scenario.governor.kind
+    if plug_in is not None:
+        return PlugInGovernor(plug_in)
+    if kind.startswith(OBJECT):
+        name = kind.removeprefix(OBJECT)
+        hand_over = "hand it to pbrg_mj.run or pbrg_mj.verify as `governor`"
+        raise InputError(
+            f"the governor was an object of the class {name} in a Python program; {hand_over}", key="governor.kind"
+        )
     if kind in GOVERNORS:
         return GOVERNORS[kind](scenario)
     registered = {entry.name: entry for entry in entry_points(group=GROUP)}

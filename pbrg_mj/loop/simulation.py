@@ -15,6 +15,7 @@ import numpy as np
 
 from pbrg_mj.governor.monitor.passivity_monitor import passivity_monitor
 from pbrg_mj.governor.plug_in import PlugInGovernor
+from pbrg_mj.governor.problem.interface import Governor
 from pbrg_mj.governor.registry import CERTIFICATES, governor, reference_solver
 from pbrg_mj.loop.monitor import CompletedTick, Monitor, MonitorState, evaluate
 from pbrg_mj.loop.record import TickRecord
@@ -43,10 +44,13 @@ class Simulation:
     block_ticks: int  # ticks that pass before they are evaluated
 
     @classmethod
-    def build(cls, scenario: Scenario) -> Simulation:
-        """Put a scenario's closed loop together. Raises InputError when it names something nobody knows."""
+    def build(cls, scenario: Scenario, plug_in: Governor | None = None) -> Simulation:
+        """Put a scenario's closed loop together; `plug_in` is the governor where the scenario says it is an object.
+
+        Raises InputError when the scenario names something nobody knows.
+        """
         timing, robot, graph = scenario.timing, load_robot_model(), network(scenario)
-        chosen = governor(scenario)
+        chosen = governor(scenario, plug_in)
         loop = ClosedLoop(
             scenario=scenario,
             world=build_plant(scenario),

@@ -31,8 +31,11 @@ def load_scenario(source: str | Path, overrides: Sequence[str] = ()) -> Loaded:
     Raises InputError: one line with file, line, key, what is wrong and what is allowed.
     """
     path, name = _find(source)
-    file = str(path)
-    text = _read(path)
+    return load_text(_read(path), name, overrides, file=str(path))
+
+
+def load_text(text: str, name: str, overrides: Sequence[str] = (), *, file: str) -> Loaded:
+    """Return the scenario in a YAML text, with overrides; `file` is for the errors. Raises InputError."""
     document = _document(text, file)
     if not overrides:
         return Loaded(build(document, file), name, text)

@@ -41,12 +41,12 @@ METADATA: dict[str, dict[str, Any]] = {
 }
 
 
-def plot(run: Run, path: Path, panels: Sequence[str] = PAPER) -> None:
-    """Draw panels of a run into `path`; .pdf, .png or .svg.
+def plot(run: Run, path: Path | None = None, panels: Sequence[str] = PAPER) -> Figure:
+    """Draw panels of a run as one figure; write it to `path`, .pdf, .png or .svg, if one is given.
 
     Raises InputError for another suffix or panel, an empty log, or when matplotlib is not installed.
     """
-    metadata = by_suffix(path, METADATA)
+    metadata = {} if path is None else by_suffix(path, METADATA)
     check_panels(panels)
     if not len(run.ticks.time):
         raise InputError("the log holds no complete tick", file=run.path)
@@ -62,8 +62,16 @@ def plot(run: Run, path: Path, panels: Sequence[str] = PAPER) -> None:
         figure = Figure(figsize=size)
         figure.set_layout_engine("constrained", w_pad=EDGE)
         _fill(figure, columns, run)
-        kind = path.suffix.lower()[1:]
-        write_atomically(path, lambda whole: figure.savefig(whole, format=kind, dpi=200, metadata=metadata))
+        if path is not None:
+            kind = path.suffix.lower()[1:]
+            write_atomically(path, lambda whole: figure.savefig(whole, format=kind, dpi=200, metadata=metadata))
+    return figure
+
+
+def wanted_panels(panels: str | Sequence[str]) -> tuple[str, ...]:
+    """Return the panels that are asked for: `all`, names with commas between them, or a sequence of names."""
+    names = panels.split(",") if isinstance(panels, str) else panels
+    return tuple(PANELS) if panels == "all" else tuple(dict.fromkeys(filter(None, names)))
 
 
 def check_panels(panels: Sequence[str]) -> None:
@@ -101,10 +109,11 @@ def _fill(figure: Figure, columns: list[list[str]], run: Run) -> None:
                 above.tick_params(labelbottom=False)
                 above.set_xlabel("")
             axes.set_xlabel("time [s]")
-            axes.set_xlim(_span(run.ticks.time))
+            axes.set_xlim(span(run.ticks.time))
             above = axes
 
 
-def _span(time: np.ndarray) -> tuple[float, float]:
+def span(time: np.ndarray) -> tuple[float, float]:
+    """Return the limits of an axis of time (T,) [s]."""
     first, last = float(time[0]), float(time[-1])
     return first, last if last > first else first + 1.0

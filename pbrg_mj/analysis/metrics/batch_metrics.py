@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pbrg_mj.analysis.output_file import by_suffix, write_atomically
+from pbrg_mj.analysis.output_file import by_suffix
 from pbrg_mj.loop.batch import BatchHistories
 
 
@@ -28,13 +28,9 @@ def batch_metrics(histories: BatchHistories) -> dict[str, Any]:
     }
 
 
-def save_batch(histories: BatchHistories, path: Path) -> None:
-    """Write all arrays to `path`, which ends in .npz. Raises InputError for another suffix, or when it cannot."""
-    write_atomically(path, lambda whole: by_suffix(path, WRITERS)(histories, whole))
-
-
-def _write_npz(histories: BatchHistories, path: Path) -> None:
-    arrays = {
+def arrays(histories: BatchHistories) -> dict[str, np.ndarray]:
+    """Return all arrays by name and unit."""
+    return {
         "seeds": np.array(histories.seeds),
         "time_s": histories.time,
         "hand_world_m": histories.hand_world,
@@ -43,8 +39,16 @@ def _write_npz(histories: BatchHistories, path: Path) -> None:
         "wall_contact": histories.wall_contact,
         "diverged": histories.diverged,
     }
+
+
+def save_batch(histories: BatchHistories, path: Path) -> None:
+    """Write all arrays to `path`, which ends in .npz. Raises InputError for another suffix, or when it cannot."""
+    write_atomically(path, lambda whole: by_suffix(path, WRITERS)(histories, whole))
+
+
+def _write_npz(histories: BatchHistories, path: Path) -> None:
     with path.open("wb") as file:
-        np.savez_compressed(file, **arrays)  # pyright: ignore[reportArgumentType]
+        np.savez_compressed(file, **arrays(histories))  # pyright: ignore[reportArgumentType]
 
 
 WRITERS = {".npz": _write_npz}

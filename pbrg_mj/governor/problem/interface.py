@@ -7,7 +7,7 @@ from typing import Any, Literal, Protocol
 
 import numpy as np
 
-from pbrg_mj.governor.problem.rows import Rows
+from pbrg_mj.governor.problem.rows import Rows, row_values
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.team.network import Network
 
@@ -27,6 +27,13 @@ class Problem:
     rows: Rows  # (n, R) rows of g_i
     reference: np.ndarray  # (2,) the operator's r, heard by the leaders only [m]
 
+    def row_values(self, m: np.ndarray) -> np.ndarray:
+        """Return g (n, R) at one m (2,), with p and xi as they are; m is admissible where all are <= 0.
+
+        -inf stands where there is no row.
+        """
+        return row_values(self.rows, m, self.p, self.xi)
+
 
 @dataclass(frozen=True)
 class Solution:
@@ -43,6 +50,13 @@ class Solution:
     def __post_init__(self) -> None:
         if len(self.lost) != len(self.bytes_sent):
             object.__setattr__(self, "lost", np.zeros(len(self.bytes_sent), dtype=np.int64))
+
+    @classmethod
+    def of(cls, problem: Problem, m: np.ndarray, status: Status = "ok") -> Solution:
+        """Return the answer of a governor without messages and multipliers; m (n, 2), or (2,) for all robots [m]."""
+        n = problem.network.robots
+        known = np.array(np.broadcast_to(m, (n, 2)), dtype=float)
+        return cls(known, np.zeros_like(problem.rows.d), status, 0, np.zeros(n, dtype=np.int64))
 
 
 class Certificate(Protocol):

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from google.protobuf.message import Message
 
+from pbrg_mj.governor.problem.interface import Governor
 from pbrg_mj.log.read.header import open_mcap
 from pbrg_mj.log.read.ticks import LoggedTicks
 from pbrg_mj.log.schema import channels
@@ -65,15 +66,21 @@ class Verification:
         return all(one.difference.size <= tolerance for one in self.deviations.values())
 
 
-def verify(path: Path, on_record: Callable[[TickRecord], None] = lambda _record: None) -> Verification:
+def verify(
+    path: Path,
+    on_record: Callable[[TickRecord], object] = lambda _record: None,
+    plug_in: Governor | None = None,
+) -> Verification:
     """Run the log's scenario again and compare; `on_record` is called with every record of the replay.
+
+    `plug_in` is the governor of a run whose governor was an object.
 
     Ends at the first mismatch, unless the log comes from another environment: then what differs is gathered to the
     log's end. Raises InputError when the file is no log of this package or its scenario cannot be run here.
     """
     with open_mcap(path) as (file, size):
         logged = LoggedTicks(file, size, str(path))
-        simulation = Simulation.build(logged.header.scenario)
+        simulation = Simulation.build(logged.header.scenario, plug_in)
         found = Verification(_environment_changes(logged.header.versions), logged.header.scenario.timing.duration)
         _compare_models(found, logged.header.model_xml, simulation.model_xml)
         if found.first is None or found.environment_changes:
@@ -102,7 +109,7 @@ def _compare_models(found: Verification, logged: str, composed: str) -> None:
 
 
 def _compare_ticks(
-    found: Verification, logged: LoggedTicks, simulation: Simulation, on_record: Callable[[TickRecord], None]
+    found: Verification, logged: LoggedTicks, simulation: Simulation, on_record: Callable[[TickRecord], object]
 ) -> None:
     stream: MessageStream | None = None
     for record in simulation.records():

@@ -11,7 +11,6 @@ from pathlib import Path
 from google.protobuf.message import Message
 from mcap_protobuf.schema import build_file_descriptor_set
 
-import pbrg_mj
 from pbrg_mj.log.schema import channels
 from pbrg_mj.log.schema.fields import SCHEMA_VERSION, Dims
 from pbrg_mj.log.write.mcap_writer import McapWriter
@@ -48,7 +47,7 @@ def versions() -> dict[str, str]:
 
 def code_digest() -> str:
     """Return a digest of this package's own code: a checkout changes without a new version."""
-    folder = Path(pbrg_mj.__file__).parent
+    folder = Path(__file__).resolve().parents[2]
     digest = hashlib.sha256()
     for file in sorted(folder.rglob("*.py")):
         digest.update(file.relative_to(folder).as_posix().encode() + b"\0" + file.read_bytes() + b"\0")

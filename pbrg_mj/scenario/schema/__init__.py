@@ -8,6 +8,7 @@ disturbances, network
 governor          `control`, `governor` and `reference`
 base              types that the sections share
 describe          the schema in words, for errors and for the reference page
+json_schema       the schema for editors
 """
 
 from pbrg_mj.scenario.schema.actuation import Drive, Radio

@@ -1,0 +1,169 @@
+"""Scenarios: the bundled ones, those in files, and changes to them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from pbrg_mj.analysis.output_file import write_atomically
+from pbrg_mj.errors import InputError
+from pbrg_mj.loop.stability_warnings import stability_warnings
+from pbrg_mj.scenario.bundled import bundled_scenarios
+from pbrg_mj.scenario.load import Loaded, load_scenario, load_text
+from pbrg_mj.scenario.parse.document import write_document
+from pbrg_mj.scenario.schema import Scenario as Settings
+from pbrg_mj.scenario.schema.json_schema import json_schema
+
+Overrides = Mapping[str, Any] | Sequence[str]
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """One run, completely described: what `load` returns and `run` takes."""
+
+    loaded: Loaded
+
+    @property
+    def name(self) -> str:
+        """The bundled name, or the file's stem."""
+        return self.loaded.name
+
+    @property
+    def settings(self) -> Settings:
+        """Every key as frozen, validated data: `scenario.settings.governor.rounds`."""
+        return self.loaded.scenario
+
+    @property
+    def yaml(self) -> str:
+        """The scenario as YAML text, with the overrides in it."""
+        return self.loaded.yaml_text
+
+    def override(
+        self, overrides: Overrides = (), *, seed: int | None = None, duration: float | None = None
+    ) -> Scenario:
+        """Return a copy with other values; the arguments are those of `load`. Raises InputError."""
+        texts = _override_texts(overrides, seed, duration)
+        return Scenario(load_text(self.yaml, self.name, texts, file=self.name))
+
+    def warnings(self) -> list[str]:
+        """Return one line for everything that makes a run likely to fail; empty when nothing is foreseen."""
+        return stability_warnings(self.settings)
+
+    def __repr__(self) -> str:
+        """Name the scenario."""
+        one = self.settings
+        return f"<Scenario {self.name}: {one.robots} robots, {one.plant} plant, {one.timing.duration:g} s>"
+
+
+@dataclass(frozen=True)
+class BundledScenario:
+    """A line of `list_scenarios`."""
+
+    name: str
+    description: str
+    robots: int
+    plant: str
+    duration_s: float
+
+
+def list_scenarios() -> list[BundledScenario]:
+    """Return the bundled scenarios, sorted by name."""
+    listed = []
+    for name, file in bundled_scenarios().items():
+        one = load_scenario(file).scenario
+        description = " ".join(one.description.split())
+        listed.append(BundledScenario(name, description, one.robots, one.plant, one.timing.duration))
+    return listed
+
+
+def load(
+    source: str | Path | Mapping[str, Any],
+    overrides: Overrides = (),
+    *,
+    seed: int | None = None,
+    duration: float | None = None,
+) -> Scenario:
+    """Return a scenario.
+
+    `source` is a YAML file, the name of a bundled scenario, or the data themselves as nested mappings. `overrides` are
+    either `{"path.to.key": value}` or texts `path.to.key=value` as on the command line; entries of lists go by their
+    index from 0. `seed` and `duration` [s] stand for the keys `seed` and `timing.duration`.
+
+    Raises InputError: one line with file, line, key, what is wrong and what is allowed.
+    """
+    texts = _override_texts(overrides, seed, duration)
+    if isinstance(source, Mapping):
+        return Scenario(load_text(write_document(_plain(source)), "scenario", texts, file="<scenario>"))
+    return Scenario(load_scenario(source, texts))
+
+
+def validate(source: str | Path | Mapping[str, Any]) -> list[str]:
+    """Return a line for everything that makes a run likely to fail. Raises InputError as `load` does."""
+    return load(source).warnings()
+
+
+def schema() -> dict[str, Any]:
+    """Return the JSON Schema of a scenario: every key with its meaning, its unit (`x-unit`), default and bounds."""
+    return json_schema()
+
+
+def template() -> str:
+    """Return the YAML text of a small scenario with comments: a start for one of your own."""
+    return files("pbrg_mj.scenario").joinpath("template.yaml").read_text(encoding="utf-8")
+
+
+def write_schema(path: str | Path) -> None:
+    """Write the JSON Schema to a file. Raises InputError when it cannot."""
+    _write(Path(path), json.dumps(schema(), indent=2) + "\n")
+
+
+def write_template(path: str | Path, *, force: bool = False) -> None:
+    """Write the template to a file. Raises InputError when the file is there, unless `force`, or cannot be written."""
+    if Path(path).exists() and not force:
+        raise InputError("is there already; allowed: a new name, or --force", file=str(path))
+    _write(Path(path), template())
+
+
+def bundled_names() -> list[str]:
+    """Return the names of the bundled scenarios, sorted, without reading them."""
+    return list(bundled_scenarios())
+
+
+def as_scenario(scenario: Scenario | str | Path) -> Scenario:
+    """Return the scenario itself, or the one that is named."""
+    return scenario if isinstance(scenario, Scenario) else load(scenario)
+
+
+def _write(path: Path, text: str) -> None:
+    def write(whole: Path) -> None:
+        whole.write_text(text, encoding="utf-8")
+
+    write_atomically(path, write)
+
+
+def _override_texts(overrides: Overrides, seed: int | None, duration: float | None) -> list[str]:
+    texts = [_text(*item) for item in overrides.items()] if isinstance(overrides, Mapping) else list(overrides)
+    shorthands = {"seed": seed, "timing.duration": duration}
+    return texts + [f"{key}={value}" for key, value in shorthands.items() if value is not None]
+
+
+def _text(key: str, value: Any) -> str:
+    """Return `key=value`; JSON is YAML."""
+    return f"{key}={json.dumps(_plain(value), ensure_ascii=False)}"
+
+
+def _plain(value: Any) -> Any:
+    """Return mappings, lists and scalars of other kinds, such as NumPy's, as Python's own."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [_plain(item) for item in value]
+    if value is not None and not isinstance(value, str | int | float):
+        raise InputError(f"{value!r} is no value of a scenario; allowed: numbers, texts, true, false, lists, mappings")
+    return value

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pbrg_mj.analysis.output_file import by_suffix
+from pbrg_mj.analysis.output_file import by_suffix, write_atomically
 from pbrg_mj.loop.batch import BatchHistories
 
 

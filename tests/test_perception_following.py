@@ -80,7 +80,7 @@ def test_the_compiled_tracks_are_those_of_plain_numpy() -> None:
 
 
 def assert_same(row: np.void, track: oracle.Track) -> None:
-    counts = ("confirmed", "hits", "unseen", "strange")
+    counts = ("confirmed", "hits", "unseen", "conflicts")
     assert [row[name] for name in counts] == [getattr(track, name) for name in counts]
     assert abs(oracle.turned(row["angle"] - track.x[0])) < 1e-9
     assert row["offset"] == pytest.approx(track.x[1], **EXACT)

@@ -116,8 +116,8 @@ def test_a_half_space_moves_steadily_as_a_robot_rounds_a_box() -> None:
 ROUNDING_A_BOX = """
 from tests.perceiving import box, scenario, walk
 def orbit(time):
-    return [(1.0 - 0.1 * time, 0.6 - 0.6 * time, 1.5)]
-for _, _, known, _ in walk(scenario(estimator={"scope": "own"}), lambda t: box(0, 0, 0.7), orbit, 30):
+    return [(1.0 - 0.1 * time, 0.6 - 0.2 * time, 1.5)]
+for _, _, known, _ in walk(scenario(estimator={"scope": "own"}), lambda t: box(0, 0, 0.7), orbit, 60):
     print([x.hex() for x in (*known.h.ravel(), *known.G.ravel())], known.active.sum())
 """
 

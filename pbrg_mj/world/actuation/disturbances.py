@@ -8,12 +8,12 @@ from bisect import bisect_right
 import numpy as np
 
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.world.scene.model_index import WHEELS
-from pbrg_mj.world.sensors.sampling import steps_during
+from pbrg_mj.world.physics_steps import steps_during
+from pbrg_mj.world.scene.robot import WHEELS
 
 
 class Disturbances:
-    """What a scenario does to its robots, asked step by step."""
+    """The pushes and dead motors of a scenario, step by step."""
 
     def __init__(self, scenario: Scenario):
         """Turn the scenario's seconds into physics steps."""
@@ -22,12 +22,11 @@ class Disturbances:
             (steps_during(push.time, push.duration, step), push.robot - 1, np.array(push.force))
             for push in scenario.disturbances.pushes
         ]
-        self._dead = [
-            (steps_during(dead.time, dead.duration, step), dead.robot - 1, WHEELS.index(dead.side))
-            for dead in scenario.disturbances.dead_motors
+        self._dead_motors = [
+            (steps_during(motor.time, motor.duration, step), motor.robot - 1, WHEELS.index(motor.side))
+            for motor in scenario.disturbances.dead_motors
         ]
-
-        ranges = [steps for steps, *_ in (*self._pushes, *self._dead)]
+        ranges = [steps for steps, *_ in (*self._pushes, *self._dead_motors)]
         self._changes = sorted({end for steps in ranges for end in (steps.start, steps.stop)})
 
     def next_change(self, step: int) -> int:
@@ -50,9 +49,9 @@ class Disturbances:
 
     def without_dead_motors(self, voltage: np.ndarray, step: int) -> np.ndarray:
         """Return the voltages (..., n, 2) [V] that are left during `step`: 0 at dead motors."""
-        gone = [(robot, side) for steps, robot, side in self._dead if step in steps]
-        if gone:
+        dead = [(robot, side) for steps, robot, side in self._dead_motors if step in steps]
+        if dead:
             voltage = voltage.copy()
-            robots, sides = np.transpose(gone)
+            robots, sides = np.transpose(dead)
             voltage[..., robots, sides] = 0.0
         return voltage

@@ -6,6 +6,9 @@ MuJoCo's own rolling friction of contacts is a soft constraint, which lets a rob
 breakaway (docs/physics.md has the measurement).
 """
 
+# MuJoCo ships no type stubs for its compiled modules.
+# pyright: reportAttributeAccessIssue=false
+
 from __future__ import annotations
 
 from functools import cache
@@ -15,12 +18,7 @@ import numpy as np
 
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.world.scene.floor import floor_of
-from pbrg_mj.world.scene.model_index import WHEELS
-from pbrg_mj.world.scene.robot import BIAS_FRICTION, DYN_BRISTLES, RobotModel, load_spec
-
-# MuJoCo ships no type stubs for its compiled modules.
-# pyright: reportAttributeAccessIssue=false
-
+from pbrg_mj.world.scene.robot import BIAS_FRICTION, DYN_BRISTLES, WHEELS, RobotModel, load_spec
 
 _SETTLED = 1.0  # [s] after which the robot stands still on its contacts
 
@@ -40,10 +38,18 @@ def set_friction(child: mujoco.MjSpec, scenario: Scenario, robot: RobotModel) ->
     frictionless = scenario.drive.friction == 0 and not resistance.any()
     for side in WHEELS:
         motor = child.actuator(f"motor_{side}")
-        motor.biasprm = _replaced(motor.biasprm, BIAS_FRICTION, coulomb_static)
+        motor.biasprm = _with_values(motor.biasprm, BIAS_FRICTION, coulomb_static)
         if frictionless:
-            motor.dynprm = _replaced(motor.dynprm, DYN_BRISTLES, 0.0)
+            motor.dynprm = _with_values(motor.dynprm, DYN_BRISTLES, 0.0)
             motor.actdim = 0
+
+
+def prioritise_tyres(child: mujoco.MjSpec, floor: mujoco.MjsGeom) -> None:
+    """Give a robot's tyres the floor's contact parameters and a higher priority, so that each can differ by place."""
+    for side in WHEELS:
+        tyre = child.geom(f"tyre_{side}")
+        tyre.priority = floor.priority + 1
+        tyre.friction, tyre.solref, tyre.solimp = floor.friction, floor.solref, floor.solimp
 
 
 @cache
@@ -58,19 +64,6 @@ def wheel_load() -> float:
     contact = int(np.flatnonzero((data.contact.geom == tyre).any(axis=1))[0])
     mujoco.mj_contactForce(model, data, contact, force)
     return float(force[0])
-
-
-def _replaced(numbers: np.ndarray, place: slice, values: np.ndarray | float) -> np.ndarray:
-    changed = np.array(numbers)
-    changed[place] = values
-    return changed
-
-
-# MuJoCo ships no type stubs for its compiled modules.
-# pyright: reportAttributeAccessIssue=false
-
-
-_THICKNESS = 2e-4  # of a patch's picture [m]; patches collide with nothing
 
 
 class WheelFriction:
@@ -93,25 +86,7 @@ class WheelFriction:
         self._model.actuator_biasprm[self._motor, BIAS_FRICTION] = self._torques[area]
 
 
-def add_patches(spec: mujoco.MjSpec, scenario: Scenario) -> None:
-    """Draw the patches on the floor, a later one above earlier ones; brownish where wheels roll harder, else bluish."""
-    floor = floor_of(scenario.world)
-    for k, (low, high) in enumerate(zip(floor.low, floor.high, strict=True)):
-        rougher = floor.rolling_resistance[k + 1] > floor.rolling_resistance[0]
-        spec.worldbody.add_geom(
-            name=f"patch{k}",
-            type=mujoco.mjtGeom.mjGEOM_BOX,
-            size=[*(high - low) / 2, _THICKNESS * (k + 1) / 2],
-            pos=[*(low + high) / 2, _THICKNESS * (k + 1) / 2],
-            rgba=[0.72, 0.60, 0.45, 1] if rougher else [0.62, 0.74, 0.86, 1],
-            contype=0,
-            conaffinity=0,
-        )
-
-
-def prioritise_tyres(child: mujoco.MjSpec, floor: mujoco.MjsGeom) -> None:
-    """Give a robot's tyres the floor's contact parameters and a higher priority, so that each can differ by place."""
-    for side in WHEELS:
-        tyre = child.geom(f"tyre_{side}")
-        tyre.priority = floor.priority + 1
-        tyre.friction, tyre.solref, tyre.solimp = floor.friction, floor.solref, floor.solimp
+def _with_values(numbers: np.ndarray, place: slice, values: np.ndarray | float) -> np.ndarray:
+    changed = np.array(numbers)
+    changed[place] = values
+    return changed

@@ -11,10 +11,10 @@ import mujoco
 import numpy as np
 
 from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.world.physics_steps import steps_during
 from pbrg_mj.world.scene.footprints import body_pose
 from pbrg_mj.world.scene.model_index import ModelIndex
 from pbrg_mj.world.scene.robot import RobotModel
-from pbrg_mj.world.sensors.sampling import steps_during
 
 ABOVE = 0.5  # the tallest obstacle the lowest robot hovers [m]
 APART = 0.1  # robots hover above each other, so that they cannot meet in the air [m]
@@ -22,7 +22,7 @@ APART = 0.1  # robots hover above each other, so that they cannot meet in the ai
 
 @dataclass(frozen=True)
 class Kidnapping:
-    """One carry in physics steps and body poses."""
+    """One kidnapping in physics steps and body poses."""
 
     robot: int
     steps: range  # off the floor
@@ -31,14 +31,14 @@ class Kidnapping:
 
 @dataclass(frozen=True)
 class LiftPose:
-    """Where a carried robot was, as poses (3,) of its body."""
+    """Where a robot was when it was lifted, as poses (3,) of its body."""
 
-    true: np.ndarray  # when it was lifted
+    true: np.ndarray
     seen: np.ndarray  # in the camera's last frame before
 
 
 class Kidnappings:
-    """All carries of a run. A robot in the air hovers, upright and still, over the place where it was lifted."""
+    """All kidnappings of a run. A lifted robot hovers, upright and still, over the place where it was lifted."""
 
     def __init__(self, scenario: Scenario, robot: RobotModel, start: np.ndarray):
         """Turn seconds into physics steps; `start` (n, 3) are the bodies' poses, which the camera knows at first."""
@@ -56,21 +56,21 @@ class Kidnappings:
         self._seen = start.copy()  # by the camera's newest frame
         self._lift_poses: dict[int, LiftPose] = {}
 
-    def place(self, model: mujoco.MjModel, data: mujoco.MjData, index: ModelIndex, step: int) -> None:
-        """Lift, hold or put down whom physics step `step` finds carried, before positions are worked out."""
-        for number, carry in enumerate(self._kidnappings):
-            if step == carry.steps.start:
-                self._lift_poses[number] = LiftPose(_pose(data, index, carry.robot), self._seen[carry.robot].copy())
-            if step in carry.steps:
-                _set_pose(
-                    model, data, index, carry.robot, (self._lift_poses[number].true, self._hover + APART * carry.robot)
-                )
-            elif step == carry.steps.stop:
-                _set_pose(model, data, index, carry.robot, (carry.destination, 0.0))
+    def apply(self, model: mujoco.MjModel, data: mujoco.MjData, index: ModelIndex, step: int) -> None:
+        """Lift, hold or put down the robots concerned at physics step `step`, before positions are computed."""
+        for number, event in enumerate(self._kidnappings):
+            robot = event.robot
+            if step == event.steps.start:
+                self._lift_poses[number] = LiftPose(_pose(data, index, robot), self._seen[robot].copy())
+            if step in event.steps:
+                height = self._hover + APART * robot
+                _set_pose(model, data, index, robot, (self._lift_poses[number].true, height))
+            elif step == event.steps.stop:
+                _set_pose(model, data, index, robot, (event.destination, 0.0))
 
     def lifted(self, step: int) -> np.ndarray:
         """Return the robots (k,) that are off the floor at `step`."""
-        return np.array([carry.robot for carry in self._kidnappings if step in carry.steps], dtype=int)
+        return np.array([event.robot for event in self._kidnappings if step in event.steps], dtype=int)
 
     def record_frame(self, pose: np.ndarray, step: int) -> None:
         """Take the poses (n, 3) in a camera frame taken at `step`; robots off the floor are not in it."""
@@ -78,11 +78,11 @@ class Kidnappings:
         self._seen[on_floor] = pose[on_floor]
 
     def camera_readings(self, pose: np.ndarray, taken: int) -> np.ndarray:
-        """Return the camera's readings (n, 3) of a frame taken at step `taken`: whom it does not see stays in place."""
+        """Return the camera's readings (n, 3) of a frame taken at step `taken`; lifted robots keep their last pose."""
         pose = pose.copy()
-        for number, carry in enumerate(self._kidnappings):
-            if taken in carry.steps:
-                pose[carry.robot] = self._lift_poses[number].seen
+        for number, event in enumerate(self._kidnappings):
+            if taken in event.steps:
+                pose[event.robot] = self._lift_poses[number].seen
         return pose
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from pbrg_mj.scenario.random_streams import Source, Streams
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.world.sensors.sampling import steps_until
+from pbrg_mj.world.physics_steps import steps_until
 
 
 class RadioLink:

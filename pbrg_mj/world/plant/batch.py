@@ -14,17 +14,17 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.scenario.schema import Scenario, whole_number
 from pbrg_mj.world.actuation.disturbances import Disturbances
 from pbrg_mj.world.plant.compose import compose
-from pbrg_mj.world.plant.interface import Observation
-from pbrg_mj.world.plant.physics import camera_poses, true_state
-from pbrg_mj.world.scene.footprints import wall_rectangles
+from pbrg_mj.world.plant.interface import Observation, Truth
+from pbrg_mj.world.plant.truth import MujocoArrays, TruthIndex, mujoco_arrays, truth_index, write_truth
+from pbrg_mj.world.scene.footprints import Rectangles, wall_rectangles
 from pbrg_mj.world.scene.model_index import index_model
 from pbrg_mj.world.scene.robot import load_robot_model
-from pbrg_mj.world.sensors.camera import fill_camera_history
+from pbrg_mj.world.sensors.camera import camera_poses, fill_camera_history
 from pbrg_mj.world.sensors.sampling import Sampler
 
 
 class PlantBatch:
-    """W copies of a scenario's physics at the same time, each bit for bit what MujocoPlant makes of it.
+    """W copies of a scenario's physics at the same time, each bit for bit the same as MujocoPlant.
 
     All worlds have the same model and the same clock; pushes and dead motors are the same in all of them.
     """
@@ -39,12 +39,16 @@ class PlantBatch:
         self._index = index_model(model, scenario.robots, scenario.beam_robots, beams.count)
         self._camera = Sampler(camera.rate_hz, timing.physics_step, camera.delay)
         self._beams = Sampler(beams.rate_hz, timing.physics_step)
-        self._walls = wall_rectangles(scenario.world.obstacles)
         self._disturbances = Disturbances(scenario)
         self._step = 0
         self._batch = batch.Batch(model, worlds, threads, persistent=True)
-        fields = ("xpos", "xmat", "site_xpos", "qvel", "sensordata", "history")
-        self._bound = tuple(self._batch.bind(name) for name in fields)
+        self._arrays = mujoco_arrays(self._batch.bind)
+        self._truth_from = (
+            tuple(self._arrays),
+            tuple(truth_index(self._index)),
+            tuple(wall_rectangles(scenario.world.obstacles)),
+            self._robot.clearance,
+        )
         self._ctrl, self._push = self._batch.bind("ctrl"), self._batch.bind("xfrc_applied")
         if self._camera.delay_steps:
             data = mujoco.MjData(model)
@@ -59,17 +63,15 @@ class PlantBatch:
     def observe(self) -> list[Observation]:
         """Return each world's last samples."""
         pose_frame, scan_frame = self.frames()
-        readings, index = self._bound[4], self._index
+        readings, index = self._arrays.sensordata, self._index
         poses = [camera_poses(row, index.camera_position, index.camera_ahead) for row in readings]
         ranges = readings[:, index.beams]
         return [Observation(pose, pose_frame, ranges[w], scan_frame) for w, pose in enumerate(poses)]
 
     def truth(self, hand_world: np.ndarray, wall_margin: np.ndarray, wall_contact: np.ndarray) -> None:
-        """Write hand points (W, n, 2) [m], margins (W, n) [m] and contacts (W, n) as they are."""
-        index, walls = self._index, self._walls
-        at = (index.body, index.hand, index.wheel_speed, index.wall_contacts, index.earlier_contacts)
-        rectangles = (walls.centre, walls.axis, walls.half_size)
-        _true_states(self._bound, at, (rectangles, self._robot.clearance), (hand_world, wall_margin, wall_contact))
+        """Write the true hand points (W, n, 2) [m], margins (W, n) [m] and contacts (W, n) into these arrays."""
+        truths = (hand_world, wall_margin, wall_contact)
+        _write_truths(*self._truth_from, truths)
 
     def advance(self, voltage: np.ndarray) -> None:
         """Hold voltages (W, n, 2) left, right [V] over one tick."""
@@ -84,8 +86,8 @@ class PlantBatch:
 
 
 def check_batchable(scenario: Scenario) -> None:
-    """Raise InputError for a scenario whose plant needs more than MuJoCo within a tick, or a model of its own."""
-    obstacles = {
+    """Raise InputError for a scenario whose plant needs more than MuJoCo within a tick, or one model per world."""
+    unsupported = {
         "plant": scenario.plant != "physics",
         "drive.kind": scenario.drive.kind != "voltage",
         "radio": bool(scenario.radio.delay or scenario.radio.jitter),
@@ -93,18 +95,21 @@ def check_batchable(scenario: Scenario) -> None:
         "world.moving_boxes": bool(scenario.world.moving_boxes),
         "disturbances.carries": bool(scenario.disturbances.carries),
     }
-    for key, given in obstacles.items():
+    for key, given in unsupported.items():
         if given:
-            raise InputError("worlds side by side do not offer this; run the seeds one by one", key=key)
+            raise InputError("a batch of worlds does not support this; run the seeds one by one", key=key)
 
 
 @kernel
-def _true_states(bound, at, around, out):  # pragma: no cover - compiled
-    xpos, xmat, site_xpos, qvel, sensordata, history = bound
-    walls, clearance = around
-    hand_world, margins, touched = out
-    n = len(at[0])
-    poses, wheel_speed = np.empty((n, 3)), np.empty((n, 2))  # nobody asks for them
-    for w in range(len(xpos)):
-        state = (xpos[w], xmat[w], site_xpos[w], qvel[w], sensordata[w], history[w])
-        true_state(state, at, walls, clearance, (poses, hand_world[w], wheel_speed, margins[w], touched[w]))
+def _write_truths(arrays, index, walls, clearance, truths):  # pragma: no cover - compiled
+    """Write hand points, margins and contacts of every world w; `arrays` are MujocoArrays of all worlds."""
+    arrays, index, walls = MujocoArrays(*arrays), TruthIndex(*index), Rectangles(*walls)
+    hand_world, margins, touched = truths
+    n = len(index.body)
+    poses, wheel_speed = np.empty((n, 3)), np.empty((n, 2))  # not asked for
+    for w in range(len(hand_world)):
+        one = MujocoArrays(
+            arrays.xpos[w], arrays.xmat[w], arrays.site_xpos[w], arrays.qvel[w], arrays.sensordata[w], arrays.history[w]
+        )
+        truth = Truth(poses, hand_world[w], wheel_speed, margins[w], touched[w])
+        write_truth(one, index, walls, clearance, truth)

@@ -14,11 +14,14 @@ import colorsys
 import mujoco
 import numpy as np
 
-from pbrg_mj.scenario.schema import Beams, Scenario, beam_angles, whole_number
-from pbrg_mj.world.actuation.friction import add_patches, prioritise_tyres, set_friction
+from pbrg_mj.scenario.schema import Scenario, whole_number
+from pbrg_mj.world.actuation.friction import prioritise_tyres, set_friction
+from pbrg_mj.world.scene.floor import add_patches
 from pbrg_mj.world.scene.footprints import body_pose
 from pbrg_mj.world.scene.obstacles import add_obstacles
 from pbrg_mj.world.scene.robot import RobotModel, load_spec
+from pbrg_mj.world.sensors.beams import add_beams
+from pbrg_mj.world.sensors.camera import add_camera_sensors
 from pbrg_mj.world.sensors.sampling import Sampler
 
 GOLDEN_RATIO = (np.sqrt(5) - 1) / 2
@@ -37,10 +40,10 @@ def compose(scenario: Scenario, robot: RobotModel) -> mujoco.MjSpec:
     spec.option.timestep = scenario.timing.physics_step
     spec.geom("floor").friction[0] = scenario.world.floor_friction
     add_obstacles(spec, scenario.world)
-    add_patches(spec, scenario)
-    carriers = set(scenario.beam_robots)
+    add_patches(spec, scenario.world)
+    with_beams = set(scenario.beam_robots)
     for j, pose in enumerate(start_pose(scenario, robot)):
-        child = _robot_spec(scenario, j, beams=j in carriers)
+        child = _robot_spec(scenario, j, beams=j in with_beams)
         set_friction(child, scenario, robot)
         if scenario.world.patches:
             prioritise_tyres(child, spec.geom("floor"))
@@ -59,7 +62,7 @@ def model_xml(spec: mujoco.MjSpec) -> str:
 
 
 def _add_robot(spec: mujoco.MjSpec, child: mujoco.MjSpec, j: int, pose: np.ndarray) -> None:
-    frame = spec.worldbody.add_frame(pos=[pose[0], pose[1], 0.0], quat=_about_z(float(pose[2])))
+    frame = spec.worldbody.add_frame(pos=[pose[0], pose[1], 0.0], quat=_quat_about_z(float(pose[2])))
     spec.attach(child, prefix=f"robot{j}/", frame=frame)
 
 
@@ -84,48 +87,13 @@ def _robot_spec(scenario: Scenario, j: int, beams: bool) -> mujoco.MjSpec:
     for name in ("tub", "bumper"):
         child.geom(name).rgba = rgba
     step, sensors = scenario.timing.physics_step, scenario.sensors
-    _add_camera_sensors(child, Sampler(sensors.camera.rate_hz, step, sensors.camera.delay))
+    add_camera_sensors(child, Sampler(sensors.camera.rate_hz, step, sensors.camera.delay))
     if beams:
-        _add_beams(child, sensors.beams, Sampler(sensors.beams.rate_hz, step))
+        add_beams(child, sensors.beams, Sampler(sensors.beams.rate_hz, step))
     return child
 
 
-def _add_camera_sensors(child: mujoco.MjSpec, sampler: Sampler) -> None:
-    kinds = {"position": mujoco.mjtSensor.mjSENS_FRAMEPOS, "ahead": mujoco.mjtSensor.mjSENS_FRAMEXAXIS}
-    for name, kind in kinds.items():
-        child.add_sensor(name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname="centre", **_sampled(sampler))
-
-
-def _add_beams(child: mujoco.MjSpec, beams: Beams, sampler: Sampler) -> None:
-    """Add the beams, all from the site of that name, put at their height. A beam leaves along its own site's z axis."""
-    origin = child.site("beams").pos
-    origin[2] = beams.height - child.body("robot").pos[2]
-    for k, angle in enumerate(beam_angles(beams).tolist()):
-        name = f"beam{k}"
-        child.body("robot").add_site(name=name, pos=origin, quat=_along(angle), size=[0.001] * 3, group=4)
-        child.add_sensor(
-            name=name,
-            type=mujoco.mjtSensor.mjSENS_RANGEFINDER,
-            objtype=mujoco.mjtObj.mjOBJ_SITE,
-            objname=name,
-            intprm=[1 << int(mujoco.mjtRayDataField.mjRAYDATA_DIST), 0, 0],
-            **_sampled(sampler),
-        )
-
-
-def _sampled(sampler: Sampler) -> dict:
-    period = {} if sampler.every_step else {"interval": [sampler.interval, 0.0]}
-    late = {"delay": sampler.native_delay} if sampler.delay else {}
-    return {"nsample": sampler.history, **period, **late} if period or late else {}
-
-
-def _along(angle: float) -> list[float]:
-    """Return the turn that takes z to the horizontal ray at `angle`: down to x first, then about z."""
-    c, s = np.sqrt(0.5) * np.cos(angle / 2), np.sqrt(0.5) * np.sin(angle / 2)
-    return [c, -s, c, s]
-
-
-def _about_z(angle: float) -> list[float]:
+def _quat_about_z(angle: float) -> list[float]:
     return [np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)]
 
 

@@ -1,4 +1,4 @@
-"""The paper's own plant (section 5.1): hand points that move exactly as told, dq/dt = u."""
+"""The paper's own plant (section 5.1): integrators, dq/dt = u."""
 
 from __future__ import annotations
 

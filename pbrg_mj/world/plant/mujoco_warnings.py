@@ -1,4 +1,4 @@
-"""MuJoCo's warnings, such as that of an unstable simulation, as log messages of Python's.
+"""MuJoCo's warnings, such as that of an unstable simulation, as Python log messages.
 
 Left alone, MuJoCo prints them and writes a MUJOCO_LOG.TXT wherever the program was started.
 """
@@ -16,7 +16,7 @@ _LOG = logging.getLogger(__name__)
 
 
 def log_first_warning() -> None:
-    """Tell the next warning of MuJoCo's in this process, and none after it: the others follow from the first."""
+    """Log MuJoCo's next warning in this process and none after it: the others follow from the first."""
     logged = False
 
     def log_once(warning: str) -> None:

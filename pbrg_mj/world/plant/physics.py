@@ -5,12 +5,11 @@
 
 from __future__ import annotations
 
-import math
+from functools import partial
 
 import mujoco
 import numpy as np
 
-from pbrg_mj.kernel import kernel
 from pbrg_mj.scenario.schema import Scenario, whole_number
 from pbrg_mj.world.actuation.disturbances import Disturbances
 from pbrg_mj.world.actuation.friction import WheelFriction
@@ -20,11 +19,12 @@ from pbrg_mj.world.actuation.speed_loop import speed_loop
 from pbrg_mj.world.plant.compose import compose, model_xml, start_pose
 from pbrg_mj.world.plant.interface import Observation, Truth
 from pbrg_mj.world.plant.mujoco_warnings import log_first_warning
-from pbrg_mj.world.scene.footprints import margin, wall_rectangles
+from pbrg_mj.world.plant.truth import body_poses, mujoco_arrays, truth_index, write_truth_of
+from pbrg_mj.world.scene.footprints import wall_rectangles
 from pbrg_mj.world.scene.model_index import index_model
 from pbrg_mj.world.scene.obstacles import box_centre
 from pbrg_mj.world.scene.robot import load_robot_model
-from pbrg_mj.world.sensors.camera import fill_camera_history
+from pbrg_mj.world.sensors.camera import camera_poses, fill_camera_history
 from pbrg_mj.world.sensors.sampling import Sampler
 
 
@@ -49,11 +49,10 @@ class MujocoPlant:
         self._index = index_model(self.model, scenario.robots, scenario.beam_robots, sensors.beams.count)
         self._camera = Sampler(sensors.camera.rate_hz, timing.physics_step, sensors.camera.delay)
         self._beams = Sampler(sensors.beams.rate_hz, timing.physics_step)
-        data, index, walls = self.data, self._index, wall_rectangles(scenario.world.obstacles)
-        self._state_views = (  # arrays of `data` are views of MuJoCo's memory, always the same
-            (data.xpos, data.xmat, data.site_xpos, data.qvel, data.sensordata, data.history),
-            (index.body, index.hand, index.wheel_speed, index.wall_contacts, index.earlier_contacts),
-            (walls.centre, walls.axis, walls.half_size),
+        self._truth_from = (
+            tuple(mujoco_arrays(partial(getattr, self.data))),
+            tuple(truth_index(self._index)),
+            tuple(wall_rectangles(scenario.world.obstacles)),
             self.robot.clearance,
         )
         self._moving_boxes = scenario.world.moving_boxes
@@ -61,7 +60,7 @@ class MujocoPlant:
         drive = scenario.drive
         looped = drive.kind == "speed_loop"
         self._speed_loop = speed_loop(self.robot, timing.physics_step, drive.pwm_levels) if looped else None
-        self._integral = np.zeros((scenario.robots, 2))  # the speed loops' integral parts [V]
+        self._integral_voltage = np.zeros((scenario.robots, 2))  # of the speed loops [V]
         self._radio = RadioLink(scenario)
         self._disturbances = Disturbances(scenario)
         kidnapped = bool(scenario.disturbances.carries)
@@ -91,9 +90,9 @@ class MujocoPlant:
     def truth(self) -> Truth:
         """Return poses, wheel speeds and wall contacts as they are."""
         n = len(self._index.body)
-        out = (np.empty((n, 3)), np.empty((n, 2)), np.empty((n, 2)), np.empty(n), np.empty(n, dtype=bool))
-        true_state(*self._state_views, out)
-        return Truth(*out)
+        truth = (np.empty((n, 3)), np.empty((n, 2)), np.empty((n, 2)), np.empty(n), np.empty(n, dtype=bool))
+        write_truth_of(*self._truth_from, truth)
+        return Truth(*truth)
 
     def advance(self, command: np.ndarray) -> None:
         """Send `command` (n, 2) left, right [V], or [rad/s] with the speed loop, and let one tick pass.
@@ -114,7 +113,7 @@ class MujocoPlant:
             self._begin_step()
 
     def _next_change(self) -> int:
-        """Return the first step after this one at which more than MuJoCo has to be asked."""
+        """Return the first step after this one at which an input changes: until then MuJoCo steps on its own."""
         if self._stepwise:
             return self._step + 1
         return min(self._radio.next_arrival, self._disturbances.next_change(self._step))
@@ -129,12 +128,12 @@ class MujocoPlant:
         return Observation(body_pose, pose_frame, ranges, scan_frame)
 
     def _begin_step(self) -> None:
-        """Move what does not move by forces, then work out positions, contacts and sensors."""
+        """Move what forces do not move, then compute positions, contacts and sensors."""
         for k, box in enumerate(self._moving_boxes):
             self.data.mocap_pos[k, :2] = box_centre(box, self.time)
         if self._kidnappings:
-            self._kidnappings.place(self.model, self.data, self._index, self._step)
-            self._integral[self._kidnappings.lifted(self._step)] = 0.0
+            self._kidnappings.apply(self.model, self.data, self._index, self._step)
+            self._integral_voltage[self._kidnappings.lifted(self._step)] = 0.0
         mujoco.mj_step1(self.model, self.data)
         if self._kidnappings and self._camera.step(self._camera.newest(self._step)) == self._step:
             self._kidnappings.record_frame(body_poses(self.data.xpos, self.data.xmat, self._index.body), self._step)
@@ -144,55 +143,10 @@ class MujocoPlant:
         voltage = self._radio.received(self._step)
         if self._speed_loop:
             speed = self.data.qvel[self._index.wheel_speed]
-            voltage, self._integral = self._speed_loop.voltage(voltage, speed, self._integral)
+            voltage, self._integral_voltage = self._speed_loop.voltage(voltage, speed, self._integral_voltage)
         voltage = self._disturbances.without_dead_motors(voltage, self._step)
         if voltage is not self._voltage:
             self.data.ctrl[self._index.motor] = self._voltage = voltage
         if self._disturbances.pushing:
             self.data.xfrc_applied[self._index.body, :2] = self._disturbances.force(self._step)
         mujoco.mj_step2(self.model, self.data)
-
-
-@kernel
-def true_state(state, at, walls, clearance, out):  # pragma: no cover - compiled
-    """Write poses, hand points, wheel speeds, margins and contacts of all robots, in the arrays of `Truth`.
-
-    The caller makes the arrays: numpy does that faster than compiled code hands new ones out.
-    """
-    xpos, xmat, site_xpos, qvel, sensordata, history = state
-    body, hand, wheel, contacts, earlier = at
-    poses, hand_world, wheel_speed, margins, touched = out
-    _write_poses(xpos, xmat, body, poses)
-    for j in range(len(body)):
-        hand_world[j, 0], hand_world[j, 1] = site_xpos[hand[j], 0], site_xpos[hand[j], 1]
-        wheel_speed[j, 0], wheel_speed[j, 1] = qvel[wheel[j, 0]], qvel[wheel[j, 1]]
-        margins[j] = margin(hand_world[j, 0], hand_world[j, 1], walls, clearance)
-        touched[j] = sensordata[contacts[j]] > 0.0  # at this step, or at those within the tick before
-        for k in range(earlier.shape[1]):
-            touched[j] |= history[earlier[j, k]] > 0.0
-
-
-@kernel
-def body_poses(xpos, xmat, body):  # pragma: no cover - compiled
-    """Return the poses (n, 3) x, y, heading of bodies (n,), from all bodies' places and matrices."""
-    poses = np.empty((len(body), 3))
-    _write_poses(xpos, xmat, body, poses)
-    return poses
-
-
-@kernel
-def _write_poses(xpos, xmat, body, poses):  # pragma: no cover - compiled
-    for j in range(len(body)):
-        k = body[j]
-        poses[j, 0], poses[j, 1] = xpos[k, 0], xpos[k, 1]
-        poses[j, 2] = math.atan2(xmat[k, 3], xmat[k, 0])  # of the body's x axis
-
-
-@kernel
-def camera_poses(sensordata, position, ahead):  # pragma: no cover - compiled
-    """Return the poses (n, 3) x, y, heading whose places and x axes stand at these (n, 2) in the readings."""
-    poses = np.empty((len(position), 3))
-    for j in range(len(position)):
-        poses[j, 0], poses[j, 1] = sensordata[position[j, 0]], sensordata[position[j, 1]]
-        poses[j, 2] = math.atan2(sensordata[ahead[j, 1]], sensordata[ahead[j, 0]])
-    return poses

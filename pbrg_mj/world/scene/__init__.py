@@ -1,1 +1,8 @@
-"""What stands in the world, and where."""
+"""What stands in the world, as MuJoCo geoms and as plain geometry.
+
+- `robot`: the robot's MJCF and its numbers
+- `obstacles`: walls, boxes and moving boxes as geoms
+- `footprints`: their rectangles on the floor, and distances from them
+- `floor`: friction and rolling resistance by working area
+- `model_index`: where each robot's numbers stand in the arrays of the composed model
+"""

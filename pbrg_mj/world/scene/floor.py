@@ -1,12 +1,18 @@
-"""What the floor is made of at a place: sliding friction and rolling resistance, by working areas. Pure."""
+"""The floor by working areas: its sliding friction and rolling resistance at a point, and its patches as geoms."""
+
+# MuJoCo ships no type stubs for its compiled modules.
+# pyright: reportAttributeAccessIssue=false
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+import mujoco
 import numpy as np
 
 from pbrg_mj.scenario.schema import World
+
+_THICKNESS = 2e-4  # of a patch's picture [m]; patches collide with nothing
 
 
 @dataclass(frozen=True)
@@ -35,3 +41,19 @@ def floor_of(world: World) -> Floor:
         friction=np.array([world.floor_friction, *(patch.friction for patch in world.patches)]),
         rolling_resistance=np.array([area.rolling_resistance for area in areas]),
     )
+
+
+def add_patches(spec: mujoco.MjSpec, world: World) -> None:
+    """Draw the patches on the floor, a later one above earlier ones; brownish where wheels roll harder, else bluish."""
+    floor = floor_of(world)
+    for k, (low, high) in enumerate(zip(floor.low, floor.high, strict=True)):
+        rougher = floor.rolling_resistance[k + 1] > floor.rolling_resistance[0]
+        spec.worldbody.add_geom(
+            name=f"patch{k}",
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            size=[*(high - low) / 2, _THICKNESS * (k + 1) / 2],
+            pos=[*(low + high) / 2, _THICKNESS * (k + 1) / 2],
+            rgba=[0.72, 0.60, 0.45, 1] if rougher else [0.62, 0.74, 0.86, 1],
+            contype=0,
+            conaffinity=0,
+        )

@@ -1,10 +1,10 @@
-"""Places in the plane, and distances from points to walls."""
+"""Footprints of walls in the plane, and distances of points from them; poses of bodies from their hand points."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,8 +12,7 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.scenario.schema import Wall
 
 
-@dataclass(frozen=True)
-class Rectangles:
+class Rectangles(NamedTuple):
     """Footprints of w walls: rectangles along their own axis."""
 
     centre: np.ndarray  # (w, 2) [m]
@@ -53,22 +52,23 @@ def signed_distance(points: np.ndarray, walls: Rectangles) -> np.ndarray:
 
 def wall_margin(hand_world: np.ndarray, walls: Rectangles, clearance: float) -> np.ndarray:
     """Return the distance (n,) of hand points (n, 2) from the nearest wall, less `clearance`; inf without walls."""
-    return wall_margins(hand_world, (walls.centre, walls.axis, walls.half_size), clearance)
+    return wall_margins(hand_world, tuple(walls), clearance)
 
 
 @kernel
 def wall_margins(points, walls, clearance):  # pragma: no cover - compiled
-    """Return what `wall_margin` does; `walls` are the arrays of Rectangles."""
+    """Compute what `wall_margin` returns; `walls` is Rectangles as a plain tuple, which costs less to hand over."""
+    rectangles = Rectangles(*walls)
     margins = np.empty(len(points))
     for k in range(len(points)):
-        margins[k] = margin(points[k, 0], points[k, 1], walls, clearance)
+        margins[k] = margin(points[k, 0], points[k, 1], rectangles, clearance)
     return margins
 
 
 @kernel
 def margin(point_x, point_y, walls, clearance):  # pragma: no cover - compiled
-    """Return the margin of one point."""
-    centre, axis, half_size = walls
+    """Return the margin of one point to the nearest of the Rectangles `walls`."""
+    centre, axis, half_size = walls.centre, walls.axis, walls.half_size
     nearest = np.inf
     for w in range(len(centre)):
         x, y = point_x - centre[w, 0], point_y - centre[w, 1]

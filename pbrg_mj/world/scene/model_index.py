@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-WHEELS = ("left", "right")
+from pbrg_mj.world.scene.robot import WHEELS
 
 
 @dataclass(frozen=True)

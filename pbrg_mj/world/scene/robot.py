@@ -1,5 +1,8 @@
 """The hand-written MJCF of robot and arena, and the robot's numbers, read from it so that they are stated once."""
 
+# MuJoCo ships no type stubs for its compiled modules.
+# pyright: reportAttributeAccessIssue=false
+
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -10,17 +13,12 @@ import mujoco
 
 from pbrg_mj.scenario.bundled import data_dir
 
-# MuJoCo ships no type stubs for its compiled modules.
-# pyright: reportAttributeAccessIssue=false
+WHEELS = ("left", "right")
 
 
 def load_spec(name: Literal["robot", "arena"]) -> mujoco.MjSpec:
     """Return a fresh, editable copy of a model."""
     return mujoco.MjSpec.from_file(str(data_dir("models") / f"{name}.xml"))
-
-
-# MuJoCo ships no type stubs for its compiled modules.
-# pyright: reportAttributeAccessIssue=false
 
 
 # Places in MuJoCo's dcmotor parameter arrays; the closed-form tests of the motor would see a shift.

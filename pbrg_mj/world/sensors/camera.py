@@ -1,14 +1,26 @@
-"""The camera's history before the start of the run."""
+"""The overhead camera: where each robot's body is, as sampled frames."""
 
 # MuJoCo ships no type stubs for its compiled modules.
 # pyright: reportAttributeAccessIssue=false
 
 from __future__ import annotations
 
+import math
+
 import mujoco
 import numpy as np
 
+from pbrg_mj.kernel import kernel
 from pbrg_mj.world.sensors.sampling import Sampler
+
+
+def add_camera_sensors(robot: mujoco.MjSpec, sampler: Sampler) -> None:
+    """Let the camera see a robot's centre and its x axis, from which its heading follows."""
+    kinds = {"position": mujoco.mjtSensor.mjSENS_FRAMEPOS, "ahead": mujoco.mjtSensor.mjSENS_FRAMEXAXIS}
+    for name, kind in kinds.items():
+        robot.add_sensor(
+            name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname="centre", **sampler.sensor_options
+        )
 
 
 def fill_camera_history(model: mujoco.MjModel, data: mujoco.MjData, robots: int, camera: Sampler) -> None:
@@ -22,3 +34,13 @@ def fill_camera_history(model: mujoco.MjModel, data: mujoco.MjData, robots: int,
             sensor = model.sensor(f"robot{j}/{name}").id
             # The last sample before the start was a whole period ago: the next one is due at 0.
             mujoco.mj_initSensorHistory(model, data, sensor, None, history, -camera.interval)
+
+
+@kernel
+def camera_poses(sensordata, position, ahead):  # pragma: no cover - compiled
+    """Return the poses (n, 3) x, y, heading whose places and x axes stand at these (n, 2) in the readings."""
+    poses = np.empty((len(position), 3))
+    for j in range(len(position)):
+        poses[j, 0], poses[j, 1] = sensordata[position[j, 0]], sensordata[position[j, 1]]
+        poses[j, 2] = math.atan2(sensordata[ahead[j, 1]], sensordata[ahead[j, 0]])
+    return poses

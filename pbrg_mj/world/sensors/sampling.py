@@ -1,12 +1,13 @@
-"""When sensors with a rate of their own take samples, and when things happen, in whole physics steps."""
+"""When sensors with a rate of their own take samples, in whole physics steps."""
 
 from __future__ import annotations
 
 import math
-import sys
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+
+from pbrg_mj.world.physics_steps import exact, steps_until
 
 # MuJoCo adds up periods and time steps in floating point, and a rounding error could make a sample one step late.
 # Periods this much short keep every sum on the early side, for hours of simulated time, and cost 1 ns per second.
@@ -52,6 +53,13 @@ class Sampler:
         samples = self.delay_steps * min(self._samples_per_step, Fraction(1))
         return math.ceil(samples) + 2 if samples else 1
 
+    @property
+    def sensor_options(self) -> dict:
+        """MuJoCo's options of a sensor that is sampled like this; none where every step brings a sample at once."""
+        period = {} if self.every_step else {"interval": [self.interval, 0.0]}
+        delay = {"delay": self.native_delay} if self.delay else {}
+        return {"nsample": self.history, **period, **delay} if period or delay else {}
+
     def frame(self, step: int) -> int:
         """Return the number of the sample that is held at physics step `step` (0 at the start)."""
         return self.newest(max(step - self.delay_steps, 0))
@@ -71,21 +79,4 @@ class Sampler:
 
     @cached_property
     def _samples_per_step(self) -> Fraction:
-        return _exact(self.rate_hz) * _exact(self.physics_step)
-
-
-def steps_until(time: float, physics_step: float) -> int:
-    """Return the first physics step at or after `time` [s]."""
-    return math.ceil(_exact(time) / _exact(physics_step))
-
-
-def steps_during(time: float, duration: float | None, physics_step: float) -> range:
-    """Return the physics steps from `time` on, before `time + duration` [s]; None: for good."""
-    first, step = _exact(time), _exact(physics_step)
-    end = sys.maxsize if duration is None else math.ceil((first + _exact(duration)) / step)
-    return range(math.ceil(first / step), end)
-
-
-def _exact(number: float) -> Fraction:
-    # By way of the shortest decimals: 0.002 s means two milliseconds, not the nearest binary fraction.
-    return Fraction(repr(float(number)))
+        return exact(self.rate_hz) * exact(self.physics_step)

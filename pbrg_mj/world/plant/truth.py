@@ -1,0 +1,88 @@
+"""The true state, read from MuJoCo's arrays."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from pbrg_mj.kernel import kernel
+from pbrg_mj.world.plant.interface import Truth
+from pbrg_mj.world.scene.footprints import Rectangles, margin
+from pbrg_mj.world.scene.model_index import ModelIndex
+
+
+class MujocoArrays(NamedTuple):
+    """Those arrays of MjData from which the truth is read; of a batch with one more axis in front."""
+
+    xpos: np.ndarray  # (bodies, 3)
+    xmat: np.ndarray  # (bodies, 9)
+    site_xpos: np.ndarray  # (sites, 3)
+    qvel: np.ndarray
+    sensordata: np.ndarray
+    history: np.ndarray
+
+
+class TruthIndex(NamedTuple):
+    """Where the n robots stand in these arrays: see ModelIndex."""
+
+    body: np.ndarray  # (n,) in xpos and xmat
+    hand: np.ndarray  # (n,) in site_xpos
+    wheel_speed: np.ndarray  # (n, 2) in qvel
+    wall_contacts: np.ndarray  # (n,) in sensordata
+    earlier_contacts: np.ndarray  # (n, s) in history
+
+
+def mujoco_arrays(get: Callable[[str], np.ndarray]) -> MujocoArrays:
+    """Return the arrays by their names: views of MuJoCo's memory, which stay the same."""
+    return MujocoArrays(*map(get, MujocoArrays._fields))
+
+
+def truth_index(index: ModelIndex) -> TruthIndex:
+    """Return the part of the index that the truth needs."""
+    return TruthIndex(*(getattr(index, name) for name in TruthIndex._fields))
+
+
+@kernel
+def write_truth_of(arrays, index, walls, clearance, truth):  # pragma: no cover - compiled
+    """Call `write_truth` with plain tuples: handing over named ones from Python costs 20 us more."""
+    write_truth(MujocoArrays(*arrays), TruthIndex(*index), Rectangles(*walls), clearance, Truth(*truth))
+
+
+@kernel
+def write_truth(arrays, index, walls, clearance, truth):  # pragma: no cover - compiled
+    """Write poses, hand points, wheel speeds, margins and contacts of all robots into the arrays of a `Truth`.
+
+    `arrays` are MujocoArrays, `index` is a TruthIndex, `walls` are Rectangles. The caller makes the arrays of `truth`:
+    numpy does that faster than compiled code hands new ones out.
+    """
+    _write_poses(arrays.xpos, arrays.xmat, index.body, truth.body_pose)
+    for j in range(len(index.body)):
+        x, y = arrays.site_xpos[index.hand[j], 0], arrays.site_xpos[index.hand[j], 1]
+        truth.hand_world[j, 0], truth.hand_world[j, 1] = x, y
+        for side in range(2):
+            truth.wheel_speed[j, side] = arrays.qvel[index.wheel_speed[j, side]]
+        truth.wall_margin[j] = margin(x, y, walls, clearance)
+        # at this step, or at those within the tick before
+        touched = arrays.sensordata[index.wall_contacts[j]] > 0.0
+        for k in range(index.earlier_contacts.shape[1]):
+            touched |= arrays.history[index.earlier_contacts[j, k]] > 0.0
+        truth.wall_contact[j] = touched
+
+
+@kernel
+def body_poses(xpos, xmat, body):  # pragma: no cover - compiled
+    """Return the poses (n, 3) x, y, heading of bodies (n,), from all bodies' places and matrices."""
+    poses = np.empty((len(body), 3))
+    _write_poses(xpos, xmat, body, poses)
+    return poses
+
+
+@kernel
+def _write_poses(xpos, xmat, body, poses):  # pragma: no cover - compiled
+    for j in range(len(body)):
+        k = body[j]
+        poses[j, 0], poses[j, 1] = xpos[k, 0], xpos[k, 1]
+        poses[j, 2] = math.atan2(xmat[k, 3], xmat[k, 0])  # of the body's x axis

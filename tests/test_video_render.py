@@ -72,7 +72,7 @@ def hue(picture, pixel):
 
 def assert_robots_where_the_log_says(made, time, picture):
     motion = motion_of(made.ticks)
-    camera = camera_path(render._job(made, render.Path("x.mp4"), BARE, made.ticks.time), motion)(time)
+    camera = camera_path(render._task(made, render.Path("x.mp4"), BARE, made.ticks.time), motion)(time)
     model = compose(made.scenario, load_robot_model()).compile()
     for robot, (x, y, heading) in enumerate(motion.at(time)[0]):
         # beside the white marks on its top
@@ -105,7 +105,7 @@ def test_a_still_shows_what_is_not_hidden(draws, tmp_path):
         path = tmp_path / f"{name}.png"
         render_still(made, path, replaced(BARE, layers=frozenset(layers)), 10.0)
         made_of[name] = pictures(path)[0].astype(int)
-    camera = camera_path(render._job(made, tmp_path / "x.png", BARE, made.ticks.time), motion_of(made.ticks))(10.0)
+    camera = camera_path(render._task(made, tmp_path / "x.png", BARE, made.ticks.time), motion_of(made.ticks))(10.0)
     ((x, y),) = np.round(camera.project(np.array([[1.0, 0.5, 0.0]]), SIZE)).astype(int)
     red, _, blue = made_of["marked"][y, x]
     assert red > 2 * blue

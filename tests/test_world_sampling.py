@@ -2,7 +2,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from pbrg_mj.world.sensors.sampling import Sampler, steps_during, steps_until
+from pbrg_mj.world.physics_steps import steps_during, steps_until
+from pbrg_mj.world.sensors.sampling import Sampler
 
 RATES = [(10, 0.002), (30, 0.002), (7, 0.002), (29.97, 0.002), (10, 0.001), (3, 0.005), (100, 0.002), (333, 0.002)]
 

@@ -17,7 +17,7 @@ EVENTS = {
 @pytest.mark.parametrize("name", EVENTS)
 def test_steps_in_one_go_are_steps_one_by_one_bit_for_bit(name, monkeypatch):
     at_once, one_by_one = MujocoPlant(scenario(2, **EVENTS[name])), MujocoPlant(scenario(2, **EVENTS[name]))
-    monkeypatch.setattr(one_by_one, "_asked_every_step", True)
+    monkeypatch.setattr(one_by_one, "_stepwise", True)
     rng = np.random.default_rng(1)
     for _ in range(40):
         command = rng.uniform(-6, 6, (2, 2))

@@ -1,1 +1,12 @@
-"""Logs as pictures: drawn offscreen by MuJoCo in a process of its own, encoded by PyAV. Only the log is read."""
+"""Logs as films and stills: drawn offscreen by MuJoCo in a process of its own, encoded by PyAV. Only the log is read.
+
+A run goes in, a `.mp4`, `.webm`, `.gif` or `.png` comes out.
+
+- `settings`: what to film: camera, size, layers, the frames' times
+- `playback`: where robots, wheels and boxes were at any time; the model in that pose
+- `camera`: cameras with a known projection, and their paths
+- `overlay`, `markers`, `caption`: what is drawn beyond the model: beams, half-spaces, references, trails, text
+- `gl`, `offscreen`, `worker`: a software GL that works here, the renderer, and the process it runs in
+- `encode`: pictures to a file
+- `render`: all of it in order; `viewer`: the same scene in MuJoCo's own window
+"""

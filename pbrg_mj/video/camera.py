@@ -1,5 +1,8 @@
 """Cameras with a known projection, and the path of each named camera over a run."""
 
+# MuJoCo ships no type stubs for its compiled modules.
+# pyright: reportAttributeAccessIssue=false
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -12,13 +15,19 @@ from pbrg_mj.log.read.run import Run
 from pbrg_mj.video.playback import Motion, between, held, smoothed
 from pbrg_mj.video.settings import ROBOT_CAMERA, RenderTask
 
-# MuJoCo ships no type stubs for its compiled modules.
-# pyright: reportAttributeAccessIssue=false
+FARTHEST = 30.0  # from the team's start, what is farther is not fitted [m]: a run may diverge
+LEAST_RADIUS = 0.8  # of what the chase camera fits [m]
+BORDER = 0.35  # around what the top camera fits [m]
+BESIDE = 0.8  # beyond the team's own area, how far the top camera looks for things [m]
+CHASE_SMOOTHING, ROBOT_SMOOTHING = 4.0, 0.8  # [s]
+CHASE_ELEVATION = np.deg2rad(42.0)
+CHASE_HALF_HEIGHT, ROBOT_HALF_HEIGHT = np.tan(np.deg2rad(20.0)), np.tan(np.deg2rad(30.0))
+BEHIND, ABOVE, AHEAD = 0.55, 0.34, 0.6  # the robot camera's eye and target from the body [m]
 
 
 @dataclass(frozen=True)
 class Camera:
-    """Where it stands and what it sees; `forward` and `up` are unit vectors at a right angle."""
+    """A camera's place and field of view; `forward` and `up` are unit vectors at a right angle."""
 
     eye: np.ndarray  # (3,) [m]
     forward: np.ndarray  # (3,)
@@ -40,7 +49,7 @@ class Camera:
         return np.column_stack([width / 2 + scale * right, height / 2 - scale * upward])
 
     def place(self, scene: mujoco.MjvScene, size: tuple[int, int]) -> None:
-        """Make the scene be seen from here."""
+        """Let the scene be drawn from here."""
         top = self.half_height * (1.0 if self.orthographic else self.near)
         for view in scene.camera:
             view.pos, view.forward, view.up = self.eye, self.forward, self.up
@@ -69,27 +78,18 @@ def top_camera(centre: np.ndarray, half_height: float, mark: float) -> Camera:
 
 CameraPath = Callable[[float], Camera]
 
-FARTHEST = 30.0  # from the team's start, what is farther is not fitted [m]: a run may diverge
-LEAST_RADIUS = 0.8  # of what the chase camera fits [m]
-BORDER = 0.35  # around what the top camera fits [m]
-BESIDE = 0.8  # beyond the team's own area, how far the top camera looks for things [m]
-CHASE_SMOOTHING, ROBOT_SMOOTHING = 4.0, 0.8  # [s]
-CHASE_ELEVATION = np.deg2rad(42.0)
-CHASE_HALF_HEIGHT, ROBOT_HALF_HEIGHT = np.tan(np.deg2rad(20.0)), np.tan(np.deg2rad(30.0))
-BEHIND, ABOVE, AHEAD = 0.55, 0.34, 0.6  # the robot camera's eye and target from the body [m]
 
-
-def camera_path(job: RenderTask, motion: Motion) -> CameraPath:
-    """Return the camera over time that the job names."""
-    if job.camera.startswith(ROBOT_CAMERA):
-        return _robot(motion, int(job.camera.removeprefix(ROBOT_CAMERA)) - 1)
-    if job.camera == "top":
-        camera = _top(job)
+def camera_path(task: RenderTask, motion: Motion) -> CameraPath:
+    """Return the camera over time that the task names."""
+    if task.camera.startswith(ROBOT_CAMERA):
+        return _robot(motion, int(task.camera.removeprefix(ROBOT_CAMERA)) - 1)
+    if task.camera == "top":
+        camera = _top(task)
         return lambda _time: camera
-    return _chase(job.run, job.size)
+    return _chase(task.run, task.size)
 
 
-def _seen(run: Run) -> np.ndarray:
+def _points_in_view(run: Run) -> np.ndarray:
     """Return what must be in view at every tick (T, k, 2) [m]: hand points, governed references, and r."""
     ticks = run.ticks
     points = held(np.concatenate([ticks.hand_true, ticks.m, ticks.reference[:, None]], axis=1))
@@ -97,30 +97,30 @@ def _seen(run: Run) -> np.ndarray:
     return np.clip(points, start - FARTHEST, start + FARTHEST)
 
 
-def _top(job: RenderTask) -> Camera:
-    world = job.run.scenario.world
-    goals = job.run.ticks.reference[-1] + np.array(job.run.scenario.team.formation)
-    team = np.vstack([_seen(job.run).reshape(-1, 2), goals])
+def _top(task: RenderTask) -> Camera:
+    world = task.run.scenario.world
+    goals = task.run.ticks.reference[-1] + np.array(task.run.scenario.team.formation)
+    team = np.vstack([_points_in_view(task.run).reshape(-1, 2), goals])
     stops = [stop.center for box in world.moving_boxes for stop in box.stops]
     things = np.reshape([*stops, *(box.center for box in world.boxes)], (-1, 2))
-    # Of what stands or drives around only what is near: far things must not make the team small.
+    # Obstacles count only where they are near: far ones must not make the team small.
     points = np.vstack([team, np.clip(things, team.min(axis=0) - BESIDE, team.max(axis=0) + BESIDE)])
     low, high = points.min(axis=0) - BORDER, points.max(axis=0) + BORDER
-    width, height = job.size
+    width, height = task.size
     half = float(max((high[1] - low[1]) / 2, (high[0] - low[0]) / 2 * height / width))
     return top_camera((low + high) / 2, half, mark=0.02 * half)
 
 
 def _chase(run: Run, size: tuple[int, int]) -> CameraPath:
     """From behind the team as it starts off, at a steady bearing: near enough for robots, far enough for all."""
-    ticks, points = run.ticks, _seen(run)
+    ticks, points = run.ticks, _points_in_view(run)
     window = round(CHASE_SMOOTHING / run.scenario.timing.tick)
     middle = (points.min(axis=1) + points.max(axis=1)) / 2
     radius = np.linalg.norm(points - middle[:, None], axis=2).max(axis=1)
     centre, radius = smoothed(middle, window), smoothed(np.maximum(radius, LEAST_RADIUS), window)
-    way = points[-1, -1] - points[0, : ticks.m.shape[1]].mean(axis=0)
-    way = way / np.linalg.norm(way) if np.linalg.norm(way) > 0.1 else np.array([0.0, 1.0])
-    backward = np.array([*(-np.cos(CHASE_ELEVATION) * way), np.sin(CHASE_ELEVATION)])
+    direction = points[-1, -1] - points[0, : ticks.m.shape[1]].mean(axis=0)
+    direction = direction / np.linalg.norm(direction) if np.linalg.norm(direction) > 0.1 else np.array([0.0, 1.0])
+    backward = np.array([*(-np.cos(CHASE_ELEVATION) * direction), np.sin(CHASE_ELEVATION)])
     fit = 0.9 * min(1.0, 0.75 * size[0] / size[1]) * CHASE_HALF_HEIGHT
 
     def at(time: float) -> Camera:

@@ -1,4 +1,4 @@
-"""The words in a picture: clock, margin, what the governor says, and what the marks mean."""
+"""The words in a picture: clock, margin, the governor's status, and what the marks mean."""
 
 from __future__ import annotations
 

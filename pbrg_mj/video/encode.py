@@ -15,7 +15,7 @@ from pbrg_mj.errors import InputError
 if TYPE_CHECKING:
     import av
 
-WHOLE_MILLIHERTZ = 1000  # frame rates are told to files as fractions over this
+WHOLE_MILLIHERTZ = 1000  # frame rates are written to files as fractions over this
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Format:
     pixels: str
     options: dict[str, str]
     even: bool  # only sizes that are even both ways
-    fps: float  # unless told otherwise
+    fps: float  # the default
     fastest: float  # [frames/s]
 
 
@@ -56,8 +56,8 @@ def need_av() -> None:
         raise InputError("pictures need PyAV: pip install 'pbrg-mj[video]'") from error
 
 
-def write_movie(pictures: Iterable[np.ndarray], path: Path, fps: float, each: Callable[[], None]) -> None:
-    """Encode pictures (height, width, 3) RGB into `path`, whose suffix names the format; `each` follows each one."""
+def write_movie(pictures: Iterable[np.ndarray], path: Path, fps: float, on_frame: Callable[[], None]) -> None:
+    """Encode pictures (height, width, 3) RGB into `path`, whose suffix names the format; call `on_frame` after each."""
     import av
 
     kind = FORMATS[path.suffix.lower()]
@@ -75,7 +75,7 @@ def write_movie(pictures: Iterable[np.ndarray], path: Path, fps: float, each: Ca
                 stream.width, stream.height = frame.width, frame.height
                 palette = _palette(frame, rate) if kind.pixels == "pal8" else None
             container.mux(stream.encode(palette(frame) if palette else frame))
-            each()
+            on_frame()
         container.mux(stream.encode(None))
 
 

@@ -17,7 +17,7 @@ _UPRIGHT = np.eye(3).ravel()
 
 
 class Markers:
-    """Draws into what is left of a scene's room; what does not fit is left out."""
+    """Adds geoms to a scene up to its largest number; what does not fit is left out."""
 
     def __init__(self, scene: mujoco.MjvScene, pixel: float):
         """`pixel` is the width of the thinnest line [pixels]."""

@@ -1,4 +1,4 @@
-"""The offscreen stage: a GL context, a scene, and pixels. Only for a process that was started with MUJOCO_GL set."""
+"""Offscreen rendering: a GL context, a scene, and pixels. Only for a process that was started with MUJOCO_GL set."""
 
 # MuJoCo ships no type stubs for its compiled modules.
 # pyright: reportAttributeAccessIssue=false
@@ -28,16 +28,16 @@ FONT_STEP, SMALLEST_FONT, LARGEST_FONT = 50, 100, 300  # the sizes that MuJoCo h
 
 
 class OffscreenRenderer:
-    """Draws a job's frames. A context manager; the context belongs to the thread that enters."""
+    """Draws a task's frames. A context manager; the context belongs to the thread that enters."""
 
-    def __init__(self, job: RenderTask):
+    def __init__(self, task: RenderTask):
         """Set the scene. Raises InputError when the log's model is of no use."""
-        self._job = job
-        motion = motion_of(job.run.ticks)
-        self._puppet = Playback(job.run, motion)
-        self._shot = camera_path(job, motion)
-        self._overlay = Overlay(job.run, job.scans, motion, self._puppet.colour)
-        model, (width, height) = self._puppet.model, job.size
+        self._task = task
+        motion = motion_of(task.run.ticks)
+        self._playback = Playback(task.run, motion)
+        self._camera = camera_path(task, motion)
+        self._overlay = Overlay(task.run, task.scans, motion, self._playback.colour)
+        model, (width, height) = self._playback.model, task.size
         model.vis.global_.offwidth, model.vis.global_.offheight = width, height
         model.vis.quality.offsamples = 0  # each sample costs a software renderer as much as the whole picture
         quality = model.vis.quality
@@ -55,9 +55,9 @@ class OffscreenRenderer:
 
     def __enter__(self) -> Self:
         """Make the GL context."""
-        self._gl = mujoco.GLContext(*self._job.size)
+        self._gl = mujoco.GLContext(*self._task.size)
         self._gl.make_current()
-        self._context = mujoco.MjrContext(self._puppet.model, _font_scale(self._job.size[1]))
+        self._context = mujoco.MjrContext(self._playback.model, _font_scale(self._task.size[1]))
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         return self
 
@@ -70,31 +70,31 @@ class OffscreenRenderer:
 
     def draw(self, time: float) -> np.ndarray:
         """Return the picture (height, width, 3) at `time` [s], its rows from the BOTTOM up; valid until the next."""
-        job, scene = self._job, self._scene
-        self._puppet.pose(time)
+        task, scene = self._task, self._scene
+        self._playback.pose(time)
         mujoco.mjv_updateScene(
-            self._puppet.model,
-            self._puppet.data,
+            self._playback.model,
+            self._playback.data,
             self._option,
             None,
             self._free,
             mujoco.mjtCatBit.mjCAT_ALL,
             scene,
         )
-        moment = FrameState(time, latest(job.run.ticks.time, time), self._shot(time))
-        self._overlay.draw(Markers(scene, job.size[1] / FULL_HEIGHT), moment, job.layers)
-        moment.camera.place(scene, job.size)
+        frame = FrameState(time, latest(task.run.ticks.time, time), self._camera(time))
+        self._overlay.draw(Markers(scene, task.size[1] / FULL_HEIGHT), frame, task.layers)
+        frame.camera.place(scene, task.size)
         mujoco.mjr_render(self._view, scene, self._context)
-        if "text" in job.layers:
+        if "text" in task.layers:
             self._write(time)
         mujoco.mjr_readPixels(self._pixels, None, self._view, self._context)
         return self._pixels
 
     def _write(self, time: float) -> None:
         font, places = mujoco.mjtFont.mjFONT_NORMAL, mujoco.mjtGridPos
-        mujoco.mjr_overlay(font, places.mjGRID_TOPLEFT, self._view, *caption(self._job.run, time), self._context)
-        if "references" in self._job.layers and self._job.size[1] >= LEGEND_HEIGHT:
-            mujoco.mjr_overlay(font, places.mjGRID_BOTTOMLEFT, self._view, legend(self._job.run), "", self._context)
+        mujoco.mjr_overlay(font, places.mjGRID_TOPLEFT, self._view, *caption(self._task.run, time), self._context)
+        if "references" in self._task.layers and self._task.size[1] >= LEGEND_HEIGHT:
+            mujoco.mjr_overlay(font, places.mjGRID_BOTTOMLEFT, self._view, legend(self._task.run), "", self._context)
 
 
 def _font_scale(height: int) -> int:

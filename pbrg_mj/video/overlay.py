@@ -50,9 +50,9 @@ class Overlay:
         self._formation = np.array(run.scenario.team.formation)
         self._trail = trail(run.ticks.time, self._hand)
 
-    def draw(self, pen: Markers, moment: FrameState, layers: frozenset[str]) -> None:
-        """Add the layers to the scene that `pen` draws into; shadows always."""
-        self._shadows(pen, moment)
+    def draw(self, markers: Markers, frame: FrameState, layers: frozenset[str]) -> None:
+        """Add the layers to the scene that `markers` draws into; shadows always."""
+        self._shadows(markers, frame)
         drawn: dict[str, Callable[[Markers, FrameState], None]] = {
             "half_spaces": self._half_spaces,
             "trails": self._trails,
@@ -62,18 +62,18 @@ class Overlay:
         }
         for name, draw in drawn.items():
             if name in layers:
-                draw(pen, moment)
+                draw(markers, frame)
 
-    def _shadows(self, pen: Markers, moment: FrameState) -> None:
+    def _shadows(self, markers: Markers, frame: FrameState) -> None:
         """Put a shade under every robot: it sets robots on the floor at a fraction of a shadow map's cost."""
-        for x, y, _ in self._motion.at(moment.time)[0].tolist():
-            pen.disc(np.array([x + 0.008, y + 0.012, SHADOW]), 0.068, SHADOW_COLOUR)
+        for x, y, _ in self._motion.at(frame.time)[0].tolist():
+            markers.disc(np.array([x + 0.008, y + 0.012, SHADOW]), 0.068, SHADOW_COLOUR)
 
-    def _half_spaces(self, pen: Markers, moment: FrameState) -> None:
+    def _half_spaces(self, markers: Markers, frame: FrameState) -> None:
         """Draw each sensed line G q = h for hand points in its robot's colour, shaded on the side that is forbidden."""
-        ticks, k = self._run.ticks, moment.tick
+        ticks, k = self._run.ticks, frame.tick
         middle = self._hand[k].mean(axis=0)
-        depth = 6 * moment.camera.mark
+        depth = 6 * frame.camera.mark
         for count, (robot, slot) in enumerate(np.argwhere(ticks.half_space_active[k])):
             G, h = ticks.half_space_G[k, robot, slot], ticks.half_space_h[k, robot, slot]
             distance = float(h - G @ middle)
@@ -82,50 +82,50 @@ class Overlay:
             foot, angle = middle + distance * G, float(np.arctan2(G[1], G[0])) + np.pi / 2
             colour, lift = self._colour[robot], count * APART
             side, edge = _above(foot + depth * G, SIDE + lift), _above(foot, BOUNDARY + lift)
-            pen.bar(side, (NEAR, depth), angle, (*colour[:3], 0.16))
-            pen.bar(edge, (NEAR, 0.16 * moment.camera.mark), angle, (*colour[:3], 0.95))
+            markers.bar(side, (NEAR, depth), angle, (*colour[:3], 0.16))
+            markers.bar(edge, (NEAR, 0.16 * frame.camera.mark), angle, (*colour[:3], 0.95))
 
-    def _trails(self, pen: Markers, moment: FrameState) -> None:
+    def _trails(self, markers: Markers, frame: FrameState) -> None:
         knots, places = self._trail
-        first, last = np.searchsorted(knots, [moment.time - TRAIL_SECONDS, moment.time])
-        now = _on_the_floor(between(self._run.ticks.time, self._hand, moment.time))
-        times = np.append(knots[first:last], moment.time)
+        first, last = np.searchsorted(knots, [frame.time - TRAIL_SECONDS, frame.time])
+        now = _on_the_floor(between(self._run.ticks.time, self._hand, frame.time))
+        times = np.append(knots[first:last], frame.time)
         paths = np.concatenate([places[first:last], now[None]])
-        fades = 0.85 * (1 - (moment.time - times) / TRAIL_SECONDS)
+        fades = 0.85 * (1 - (frame.time - times) / TRAIL_SECONDS)
         moved = np.linalg.norm(np.diff(paths, axis=0), axis=-1) > STILL
         for piece, robot in np.argwhere(moved).tolist():
-            pen.line(
+            markers.line(
                 paths[piece, robot], paths[piece + 1, robot], 3.0, (*self._colour[robot][:3], float(fades[piece + 1]))
             )
 
-    def _network(self, pen: Markers, moment: FrameState) -> None:
+    def _network(self, markers: Markers, frame: FrameState) -> None:
         """Join neighbours in the network: who talks to whom, and the formation's shape."""
-        q = between(self._run.ticks.time, self._hand, moment.time)
+        q = between(self._run.ticks.time, self._hand, frame.time)
         for i, j in self._edges:
-            pen.line(_above(q[i], EDGE), _above(q[j], EDGE), 1.5, EDGE_COLOUR)
+            markers.line(_above(q[i], EDGE), _above(q[j], EDGE), 1.5, EDGE_COLOUR)
 
-    def _references(self, pen: Markers, moment: FrameState) -> None:
+    def _references(self, markers: Markers, frame: FrameState) -> None:
         """Mark m_j (discs), where each sends its robot (shades), m* (a cross) and r (a star)."""
-        run, size = self._run, moment.camera.mark
-        m = between(run.ticks.time, self._m, moment.time)
+        run, size = self._run, frame.camera.mark
+        m = between(run.ticks.time, self._m, frame.time)
         n = len(m)
-        base = ON_TOP if moment.camera.orthographic else MARK  # from above nothing slides; robots hide nothing then
+        base = ON_TOP if frame.camera.orthographic else MARK  # from above nothing slides; robots hide nothing then
         for j, colour in enumerate(self._colour):
             ring = size * (1 - 0.7 * j / n) if n <= FEW else 0.6 * size
-            pen.disc(_above(m[j], base + j * APART), ring, (*colour[:3], 1.0))
-            pen.disc(_above(m[j] + self._formation[j], GOAL), 0.05, (*colour[:3], 0.3))
+            markers.disc(_above(m[j], base + j * APART), ring, (*colour[:3], 1.0))
+            markers.disc(_above(m[j] + self._formation[j], GOAL), 0.05, (*colour[:3], 0.3))
         top = base + n * APART
-        solved = latest(run.optima.time, moment.time)
+        solved = latest(run.optima.time, frame.time)
         if solved >= 0 and np.isfinite(run.optima.m[solved]).all():
             star = _above(run.optima.m[solved], top + APART)
-            pen.star(star, 1.5 * size, np.pi * np.array([0.25, 0.75]), OPTIMUM_COLOUR)
-        reference = _above(run.ticks.reference[moment.tick], top + 2 * APART)
-        pen.star(reference, 1.5 * size, np.pi * np.array([0.5, 5 / 6, 7 / 6]), REFERENCE_COLOUR)
+            markers.star(star, 1.5 * size, np.pi * np.array([0.25, 0.75]), OPTIMUM_COLOUR)
+        reference = _above(run.ticks.reference[frame.tick], top + 2 * APART)
+        markers.star(reference, 1.5 * size, np.pi * np.array([0.5, 5 / 6, 7 / 6]), REFERENCE_COLOUR)
 
-    def _beams(self, pen: Markers, moment: FrameState) -> None:
+    def _beams(self, markers: Markers, frame: FrameState) -> None:
         """Draw each robot's latest scan from where it was taken; a beam that returned nothing is left out."""
         for robot, scans in self._scans.items():
-            k = latest(scans.time, moment.time)
+            k = latest(scans.time, frame.time)
             if k < 0:
                 continue
             x, y, heading = between(self._motion.time, self._motion.pose[:, robot], float(scans.time[k]))
@@ -134,8 +134,8 @@ class Overlay:
             ends = start + ranges[:, None] * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(len(angles))])
             colour = self._colour[robot]
             for end in ends[np.isfinite(ranges)]:
-                pen.line(start, end, 1.0, (*colour[:3], 0.35))
-                pen.dot(end, HIT_SIZE * moment.camera.mark, (*colour[:3], 1.0))
+                markers.line(start, end, 1.0, (*colour[:3], 0.35))
+                markers.dot(end, HIT_SIZE * frame.camera.mark, (*colour[:3], 1.0))
 
 
 def trail(time: np.ndarray, hand: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

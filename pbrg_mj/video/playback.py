@@ -1,5 +1,8 @@
 """Kinematic playback: the run's model, put where the log says. Nothing is simulated."""
 
+# MuJoCo ships no type stubs for its compiled modules.
+# pyright: reportAttributeAccessIssue=false
+
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -10,9 +13,10 @@ import numpy as np
 from pbrg_mj.errors import InputError
 from pbrg_mj.log.read.run import Run, TickSeries
 from pbrg_mj.world.plant.compose import compose
-from pbrg_mj.world.scene.model_index import WHEELS
 from pbrg_mj.world.scene.obstacles import box_centre
-from pbrg_mj.world.scene.robot import load_robot_model
+from pbrg_mj.world.scene.robot import WHEELS, load_robot_model
+
+LIFTED = 0.3  # a kidnapped robot is shown this high [m]
 
 
 @dataclass(frozen=True)
@@ -72,13 +76,6 @@ def smoothed(values: np.ndarray, ticks: int) -> np.ndarray:
     return (total[2 * half + 1 :] - total[: -2 * half - 1]) / (2 * half + 1)
 
 
-# MuJoCo ships no type stubs for its compiled modules.
-# pyright: reportAttributeAccessIssue=false
-
-
-LIFTED = 0.3  # a carried robot is shown this high [m]
-
-
 class Playback:
     """MuJoCo's model and data of a run. The ideal plant, which has none, is shown with the usual robots."""
 
@@ -102,7 +99,7 @@ class Playback:
         pose, wheel = self._motion.at(time)
         qpos, free = self.data.qpos, self._free
         qpos[free], qpos[free + 1] = pose[:, 0], pose[:, 1]
-        qpos[free + 2] = self.model.qpos0[free + 2] + LIFTED * self._aloft(time)
+        qpos[free + 2] = self.model.qpos0[free + 2] + LIFTED * self._lifted(time)
         qpos[free + 3], qpos[free + 6] = np.cos(pose[:, 2] / 2), np.sin(pose[:, 2] / 2)
         qpos[free + 4] = qpos[free + 5] = 0.0
         qpos[self._wheels] = wheel
@@ -112,12 +109,12 @@ class Playback:
         mujoco.mj_comPos(self.model, self.data)
         mujoco.mj_camlight(self.model, self.data)
 
-    def _aloft(self, time: float) -> np.ndarray:
-        """Return which robots (n,) are being carried."""
-        carried = np.zeros(len(self._free), dtype=bool)
+    def _lifted(self, time: float) -> np.ndarray:
+        """Return which robots (n,) are lifted off the floor."""
+        lifted = np.zeros(len(self._free), dtype=bool)
         for carry in self._run.scenario.disturbances.carries:
-            carried[carry.robot - 1] |= carry.time <= time < carry.time + carry.duration
-        return carried
+            lifted[carry.robot - 1] |= carry.time <= time < carry.time + carry.duration
+        return lifted
 
 
 def _model(run: Run) -> mujoco.MjModel:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,35 +14,26 @@ from pbrg_mj.log.read.run import Run
 from pbrg_mj.log.read.scans import read_scans
 from pbrg_mj.video.encode import FORMATS, STILL, SUFFIXES, need_av, write_movie, write_still
 from pbrg_mj.video.gl import working_backend
-from pbrg_mj.video.settings import LAYERS, Clip, RenderTask, check_camera, check_size, frame_times, still_time
+from pbrg_mj.video.settings import Clip, RenderTask, ViewSettings, check_camera, check_size, frame_times, still_time
 from pbrg_mj.video.worker import frames
 
 
-@dataclass(frozen=True)
-class ViewSettings:
-    """How to look at a run."""
-
-    camera: str = "chase"  # chase, top, robot:<k>
-    size: tuple[int, int] = (1280, 720)  # [pixels]
-    layers: frozenset[str] = frozenset(LAYERS)
-
-
-def render_movie(run: Run, path: Path, view: ViewSettings, cut: Clip, each: Callable[[], None]) -> None:
-    """Film `cut` of a run into .mp4, .webm or .gif; `each` is called after every frame.
+def render_movie(run: Run, path: Path, view: ViewSettings, clip: Clip, on_frame: Callable[[], None]) -> None:
+    """Film `clip` of a run into .mp4, .webm or .gif; `on_frame` is called after every frame.
 
     Raises InputError when something asked for cannot be, PbrgError when drawing fails; then no file is left.
     """
     check_output(path, view.size)
-    times = frame_times(run.ticks.time, cut, FORMATS[path.suffix.lower()].fastest)
-    job = _job(run, path, view, times)
-    with _drawn(job) as pictures:
-        write_atomically(path, lambda whole: write_movie(pictures, whole, cut.fps, each))
+    times = frame_times(run.ticks.time, clip, FORMATS[path.suffix.lower()].fastest)
+    task = _task(run, path, view, times)
+    with _drawn(task) as pictures:
+        write_atomically(path, lambda whole: write_movie(pictures, whole, clip.fps, on_frame))
 
 
 def render_still(run: Run, path: Path, view: ViewSettings, at: float | None) -> None:
     """Draw the run at a time [s] (None: at its end) as .png. Raises as `render_movie` does."""
-    job = _job(run, path, view, still_time(run.ticks.time, at))
-    with _drawn(job) as pictures:
+    task = _task(run, path, view, still_time(run.ticks.time, at))
+    with _drawn(task) as pictures:
         write_atomically(path, lambda whole: write_still(next(pictures), whole))
 
 
@@ -57,7 +47,7 @@ def check_output(path: Path, size: tuple[int, int]) -> None:
         raise InputError(f"the size is {size[0]}x{size[1]}; {suffix} needs even numbers", file=str(path))
 
 
-def _job(run: Run, path: Path, view: ViewSettings, times: np.ndarray) -> RenderTask:
+def _task(run: Run, path: Path, view: ViewSettings, times: np.ndarray) -> RenderTask:
     check_output(path, view.size)
     check_camera(view.camera, run.scenario.robots)
     need_av()
@@ -66,6 +56,6 @@ def _job(run: Run, path: Path, view: ViewSettings, times: np.ndarray) -> RenderT
 
 
 @contextmanager
-def _drawn(job: RenderTask) -> Iterator[Iterator[np.ndarray]]:
-    with frames(job, working_backend()) as pictures:
+def _drawn(task: RenderTask) -> Iterator[Iterator[np.ndarray]]:
+    with frames(task, working_backend()) as pictures:
         yield pictures

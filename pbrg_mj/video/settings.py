@@ -20,8 +20,17 @@ ROUNDING = 1e-9  # share of a frame
 
 
 @dataclass(frozen=True)
+class ViewSettings:
+    """The camera, the size and the layers of a picture."""
+
+    camera: str = "chase"  # chase, top, robot:<k>
+    size: tuple[int, int] = (1280, 720)  # [pixels]
+    layers: frozenset[str] = frozenset(LAYERS)
+
+
+@dataclass(frozen=True)
 class Clip:
-    """Which part of the run, how fast. None: from the first tick, to the last one."""
+    """The part of a run to film, and how fast. None: from the first tick, to the last one."""
 
     fps: float = 30.0  # [frames/s]
     speed: float = 1.0  # simulated seconds per second of video

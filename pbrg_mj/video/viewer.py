@@ -34,26 +34,26 @@ def view(run: Run, speed: float = 1.0) -> None:
     import mujoco.viewer
 
     ticks, motion = run.ticks, motion_of(run.ticks)
-    puppet = Playback(run, motion)
-    overlay = Overlay(run, read_scans(run.path, run.scenario.robots), motion, puppet.colour)
-    shot = camera_path(RenderTask(run, {}, "chase", SIZE, frozenset(LAYERS), ticks.time), motion)
+    playback = Playback(run, motion)
+    overlay = Overlay(run, read_scans(run.path, run.scenario.robots), motion, playback.colour)
+    camera = camera_path(RenderTask(run, {}, "chase", SIZE, frozenset(LAYERS), ticks.time), motion)
     first, last = float(ticks.time[0]), float(ticks.time[-1])
     shown = frozenset(LAYERS) - {"text"}
-    with mujoco.viewer.launch_passive(puppet.model, puppet.data, show_left_ui=False, show_right_ui=False) as window:
+    with mujoco.viewer.launch_passive(playback.model, playback.data, show_left_ui=False, show_right_ui=False) as window:
         # The viewer's own beams are those of the model as it stands now, ours those of the log's latest scan.
         window.opt.flags[mujoco.mjtVisFlag.mjVIS_RANGEFINDER] = False
         began = time.monotonic()
         while window.is_running():
             now = first + (time.monotonic() - began) * speed % max(last - first, PAUSE)
-            _show(window, puppet, overlay, FrameState(now, latest(ticks.time, now), shot(now)), shown)
+            _show(window, playback, overlay, FrameState(now, latest(ticks.time, now), camera(now)), shown)
             time.sleep(PAUSE)
 
 
-def _show(window: Any, puppet: Playback, overlay: Overlay, moment: FrameState, layers: frozenset[str]) -> None:
+def _show(window: Any, playback: Playback, overlay: Overlay, frame: FrameState, layers: frozenset[str]) -> None:
     with window.lock():
-        puppet.pose(moment.time)
+        playback.pose(frame.time)
         window.user_scn.ngeom = 0
-        overlay.draw(Markers(window.user_scn, 1.0), moment, layers)
+        overlay.draw(Markers(window.user_scn, 1.0), frame, layers)
     window.sync()
 
 

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from queue import Empty, Queue
 from threading import Thread
-from typing import IO, TYPE_CHECKING, BinaryIO
+from typing import IO, BinaryIO
 
 import numpy as np
 
@@ -19,42 +19,43 @@ from pbrg_mj.errors import InputError, PbrgError
 from pbrg_mj.video.gl import environment
 from pbrg_mj.video.settings import RenderTask
 
-AHEAD = 4  # pictures drawn ahead of those encoded
+PREFETCHED = 4  # pictures drawn ahead of those encoded
+WRONG_INPUT = 2  # exit code of the drawing process
 
 
 @contextmanager
-def frames(job: RenderTask, backend: str) -> Iterator[Iterator[np.ndarray]]:
-    """Give the job's pictures (height, width, 3) RGB, rows from the top down; a thread fetches them ahead.
+def frames(task: RenderTask, backend: str) -> Iterator[Iterator[np.ndarray]]:
+    """Give the task's pictures (height, width, 3) RGB, rows from the top down; a thread fetches them ahead.
 
-    Raises InputError when the drawing process refuses the job, PbrgError when it fails.
+    Raises InputError when the drawing process refuses the task, PbrgError when it fails.
     """
-    with tempfile.TemporaryFile() as words:
+    with tempfile.TemporaryFile() as errors:
         process = subprocess.Popen(
             [sys.executable, "-P", "-m", "pbrg_mj.video.worker"],
             env=environment(backend),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            stderr=words,
+            stderr=errors,
         )
         assert process.stdin is not None and process.stdout is not None
-        ahead = _Ahead(process.stdout, job)
+        fetcher = _Prefetcher(process.stdout, task)
         try:
-            _hand_over(job, process.stdin)
-            ahead.start()
-            yield _pictures(job, process, ahead, words)
+            _send_task(task, process.stdin)
+            fetcher.start()
+            yield _pictures(task, process, fetcher, errors)
         finally:
             process.kill()
             process.wait()
-            ahead.close()
+            fetcher.close()
 
 
-class _Ahead:
+class _Prefetcher:
     """A thread that fetches pictures while others are encoded."""
 
-    def __init__(self, source: IO[bytes], job: RenderTask):
-        self._source, self._count = source, len(job.times)
-        self._size = 3 * job.size[0] * job.size[1]
-        self._queue: Queue[bytes] = Queue(AHEAD)
+    def __init__(self, source: IO[bytes], task: RenderTask):
+        self._source, self._count = source, len(task.times)
+        self._size = 3 * task.size[0] * task.size[1]
+        self._queue: Queue[bytes] = Queue(PREFETCHED)
         self._thread = Thread(target=self._fetch, daemon=True)
         self.start = self._thread.start
 
@@ -78,63 +79,57 @@ class _Ahead:
                 return
 
 
-def _hand_over(job: RenderTask, stdin: IO[bytes]) -> None:
+def _send_task(task: RenderTask, stdin: IO[bytes]) -> None:
     try:
         with stdin:
-            pickle.dump(job, stdin)
+            pickle.dump(task, stdin)
     except BrokenPipeError:
-        pass  # it died; what it said comes with the missing first picture
+        pass  # it died; its error comes with the missing first picture
 
 
 def _pictures(
-    job: RenderTask, process: subprocess.Popen[bytes], ahead: _Ahead, words: BinaryIO
+    task: RenderTask, process: subprocess.Popen[bytes], fetcher: _Prefetcher, errors: BinaryIO
 ) -> Iterator[np.ndarray]:
-    width, height = job.size
-    for _ in job.times:
-        picture = ahead.next()
+    width, height = task.size
+    for _ in task.times:
+        picture = fetcher.next()
         if picture is None:
-            raise _failure(process, words)
+            raise _failure(process, errors)
         yield np.frombuffer(picture, dtype=np.uint8).reshape(height, width, 3)[::-1]
 
 
-def _failure(process: subprocess.Popen[bytes], words: BinaryIO) -> PbrgError:
+def _failure(process: subprocess.Popen[bytes], errors: BinaryIO) -> PbrgError:
     code = process.wait()
-    words.seek(0)
-    lines = words.read().decode(errors="replace").strip().splitlines()
+    errors.seek(0)
+    lines = errors.read().decode(errors="replace").strip().splitlines()
     if code == WRONG_INPUT and lines:
         return InputError(lines[-1])
     return PbrgError(f"drawing failed: {lines[-1] if lines else f'the process ended with {code}'}")
 
 
-if TYPE_CHECKING:
-    from pbrg_mj.video.settings import RenderTask
-
-WRONG_INPUT = 2
-
-
-def draw_all(job: RenderTask, out: BinaryIO) -> None:
-    """Draw the job's frames, one after the other, rows from the bottom up, RGB."""
+def draw_all(task: RenderTask, out: BinaryIO) -> None:
+    """Draw the task's frames, one after the other, rows from the bottom up, RGB."""
     from pbrg_mj.video.offscreen import OffscreenRenderer
 
-    with OffscreenRenderer(job) as stage:
-        for time in job.times.tolist():
-            out.write(stage.draw(time).data)
+    with OffscreenRenderer(task) as renderer:
+        for time in task.times.tolist():
+            out.write(renderer.draw(time).data)
         out.flush()
 
 
 def main() -> int:
-    """Do the one job; started by `pbrg_mj.video.worker` with MUJOCO_GL set."""
+    """Draw the task on stdin; `frames` starts this as a process of its own, with MUJOCO_GL set."""
     # Nothing that a library prints may come between the pictures.
     out = os.fdopen(os.dup(1), "wb", buffering=0)
     os.dup2(2, 1)
-    job = pickle.load(sys.stdin.buffer)
+    task = pickle.load(sys.stdin.buffer)
     try:
-        draw_all(job, out)
+        draw_all(task, out)
     except InputError as error:
         print(error, file=sys.stderr)
         return WRONG_INPUT
     except BrokenPipeError:
-        pass  # whoever wanted pictures has gone away
+        pass  # the client has gone away
     return 0
 
 

@@ -178,7 +178,7 @@ def test_own_scope_binds_a_given_half_space_to_its_robot_alone():
 
 
 def test_boxes_that_move_do_not_count():
-    moving = {"size": (0.4, 0.4), "stops": ({"time": 0.0, "center": (2.0, 0.0)},)}
+    moving = {"size": (0.4, 0.4), "waypoints": ({"time": 0.0, "center": (2.0, 0.0)},)}
     plan = scenario(plant="physics", world={"moving_boxes": (moving,)}, estimator={})
     np.testing.assert_array_equal(best(plan, 2.0, 0.0).point, [2.0, 0.0])
     assert distance_to_obstacles(plan, np.array([[2.0, 0.0]])) == np.inf

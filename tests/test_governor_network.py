@@ -149,8 +149,8 @@ def test_bytes_count_what_is_sent_though_it_be_lost_and_nothing_of_the_silent():
 
 
 NETWORK = """{exchange: scattering, impedance: 3, delay_rounds: 4, links: [{robots: [3, 2], delay_rounds: 9}],
-  loss: 0.2, loss_burst: 4, silent_after: 0.3,
-  silences: [{robot: 2, time: 1.5, duration: 0.25}, {robot: 1, time: 7}]}"""
+  loss: 0.2, loss_burst: 4, neighbour_timeout: 0.3,
+  outages: [{robot: 2, time: 1.5, duration: 0.25}, {robot: 1, time: 7}]}"""
 
 
 def test_a_scenarios_network_becomes_rounds():
@@ -165,6 +165,6 @@ def test_a_scenarios_network_becomes_rounds():
 
 
 def test_a_scenario_that_says_nothing_has_the_immediate_exchange():
-    assert channel_of(parse_scenario(three(network="{silent_after: 2, impedance: 5}"))) is None
-    for one in ("{delay_rounds: 1}", "{loss: 0.1}", "{silences: [{robot: 1, time: 0}]}"):
+    assert channel_of(parse_scenario(three(network="{neighbour_timeout: 2, impedance: 5}"))) is None
+    for one in ("{delay_rounds: 1}", "{loss: 0.1}", "{outages: [{robot: 1, time: 0}]}"):
         assert channel_of(parse_scenario(three(network=one))) is not None

@@ -41,8 +41,8 @@ WRONG = {
         "loss: is 0.8; allowed: at most 0.75 in runs of loss_burst, 3 rounds",
     ),
     "silence of nobody": (
-        "{silences: [{robot: 7, time: 1}]}",
-        "silences.0.robot: is robot 7; allowed: 1 to 3, the number of robots in team.start",
+        "{outages: [{robot: 7, time: 1}]}",
+        "outages.0.robot: is robot 7; allowed: 1 to 3, the number of robots in team.start",
     ),
 }
 

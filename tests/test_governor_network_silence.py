@@ -106,8 +106,8 @@ def test_when_it_speaks_again_the_network_finds_the_optimum(robot, impedance):
 
 def closed_loop(robot, graph_kind, duration):
     """The paper's first run with one robot silent from 3 s on, as records."""
-    silences = f"network.silences=[{{robot: {robot}, time: 3, duration: {duration}}}]"
-    changes = [f"graph.kind={graph_kind}", silences, "network.silent_after=0.2", "timing.duration=12"]
+    silences = f"network.outages=[{{robot: {robot}, time: 3, duration: {duration}}}]"
+    changes = [f"graph.kind={graph_kind}", silences, "network.neighbour_timeout=0.2", "timing.duration=12"]
     scenario = load_scenario("paper/simulation_near", changes).scenario
     return list(Simulation.build(scenario).records())
 

@@ -18,7 +18,7 @@ AROUND = {
     "boxes": [{"center": (2.0, 1.0), "size": (1.0, 0.5), "angle_deg": 30.0, "height": 0.3}],
     "patches": [{"from": (1.0, 4.0), "to": (-1.0, 3.0)}],
     "moving_boxes": [
-        {"size": (0.4, 0.2), "stops": [{"time": 0, "center": (-3.0, 0.0)}, {"time": 1, "center": (-3.0, -2.0)}]}
+        {"size": (0.4, 0.2), "waypoints": [{"time": 0, "center": (-3.0, 0.0)}, {"time": 1, "center": (-3.0, -2.0)}]}
     ],
 }
 
@@ -47,7 +47,7 @@ def test_boxes_patches_and_stops_are_drawn_where_they_are() -> None:
 
 def test_the_floor_reaches_a_metre_beyond_everything() -> None:
     carries = [{"robot": 1, "time": 1, "to": (0.0, -7.0)}]
-    floor = numbers(drawn(world=AROUND, disturbances={"carries": carries})["floor"][0])
+    floor = numbers(drawn(world=AROUND, disturbances={"kidnappings": carries})["floor"][0])
     low, high = (np.array(floor[:2]) + sign * np.array(floor[3:5]) / 2 for sign in (-1, 1))
     assert low[1] == pytest.approx(-8.0)
     assert high[1] == pytest.approx(4.5, abs=0.51)  # the patch's far end, and its half width at most

@@ -20,7 +20,11 @@ from tests.records import records
 
 BOXES = tuple(
     MovingBox.model_validate(
-        {"size": size, "height": 0.3, "stops": [{"time": 0, "center": (-1.0, 0.0)}, {"time": 1, "center": (1.0, 2.0)}]}
+        {
+            "size": size,
+            "height": 0.3,
+            "waypoints": [{"time": 0, "center": (-1.0, 0.0)}, {"time": 1, "center": (1.0, 2.0)}],
+        }
     )
     for size in ((0.4, 0.2), (0.1, 0.3))
 )

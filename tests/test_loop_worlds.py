@@ -61,7 +61,7 @@ def test_threads_change_nothing_and_the_listener_hears_every_tick():
         (("governor.guard=true",), "governor"),
         (("governor.kind=centralized",), "governor"),
         (("network.delay_rounds=5",), "governor"),
-        (("disturbances.carries=[{time: 1, duration: 1, robot: 1, to: [0, 0]}]",), "disturbances.carries"),
+        (("disturbances.kidnappings=[{time: 1, duration: 1, robot: 1, to: [0, 0]}]",), "disturbances.kidnappings"),
     ],
 )
 def test_what_worlds_do_not_offer_is_refused_by_name(changes, key):

@@ -160,7 +160,7 @@ def test_a_box_that_moves_and_the_optimum_move_too(opened):
     stops = ({"time": 2.0, "center": (0.0, 1.0)}, {"time": 8.0, "center": (1.5, 1.0)})
     plan = walled()
     world = plan.world.model_validate(
-        {"walls": plan.world.walls, "moving_boxes": ({"size": (0.4, 0.2), "stops": stops},)}
+        {"walls": plan.world.walls, "moving_boxes": ({"size": (0.4, 0.2), "waypoints": stops},)}
     )
     seen = circling()
     optima = seen.optima

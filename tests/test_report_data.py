@@ -132,7 +132,7 @@ def test_half_spaces_that_stay_are_told_once():
 def test_moving_boxes_are_where_the_stops_say():
     stops = ({"time": 2.0, "center": (0.0, 3.0)}, {"time": 4.0, "center": (2.0, 3.0)})
     plan = walled()
-    world = plan.world.model_validate({"walls": (), "moving_boxes": ({"size": (0.4, 0.2), "stops": stops},)})
+    world = plan.world.model_validate({"walls": (), "moving_boxes": ({"size": (0.4, 0.2), "waypoints": stops},)})
     sizes, centres = scene.moving(run(plan.model_copy(update={"world": world})), np.array([0.0, 2.5, 9.0]))
     assert sizes == [(0.4, 0.2)]
     np.testing.assert_allclose(centres[:, 0], [[0, 3], [0.5, 3], [2, 3]])

@@ -33,12 +33,12 @@ WRONG = {
         "disturbances.dead_motors.1.robot: is robot 5; allowed: 1 to 3, the number of robots in team.start",
     ),
     "carry of nobody": (
-        happen("carries", "robot: 9, time: 1, to: [5, 5]"),
-        "disturbances.carries.0.robot: is robot 9; allowed: 1 to 3, the number of robots in team.start",
+        happen("kidnappings", "robot: 9, time: 1, to: [5, 5]"),
+        "disturbances.kidnappings.0.robot: is robot 9; allowed: 1 to 3, the number of robots in team.start",
     ),
     "silence of nobody": (
-        three(network="{silences: [{robot: 4, time: 1}]}"),
-        "network.silences.0.robot: is robot 4; allowed: 1 to 3, the number of robots in team.start",
+        three(network="{outages: [{robot: 4, time: 1}]}"),
+        "network.outages.0.robot: is robot 4; allowed: 1 to 3, the number of robots in team.start",
     ),
     "link to nobody": (
         three(network="{links: [{robots: [1, 4], delay_rounds: 1}]}"),
@@ -53,33 +53,35 @@ WRONG = {
         "disturbances.pushes.0.duration: is 0.001 s; allowed: at least timing.physics_step, 0.002 s",
     ),
     "lifted in the air": (
-        happen("carries", f"{CARRY}, duration: 2", "robot: 2, time: 2, to: [7, 7]", "robot: 1, time: 2.5, to: [6, 6]"),
-        "disturbances.carries.2.time: is 2.5 s, with robot 1 still in the air; allowed: 3.0 s or later",
+        happen(
+            "kidnappings", f"{CARRY}, duration: 2", "robot: 2, time: 2, to: [7, 7]", "robot: 1, time: 2.5, to: [6, 6]"
+        ),
+        "disturbances.kidnappings.2.time: is 2.5 s, with robot 1 still in the air; allowed: 3.0 s or later",
     ),
     "carried onto a wall": (
         three(
             world="{walls: [{from: [9, 9], to: [8, 9]}, {from: [4, 5.1], to: [6, 5.1]}]}",
-            disturbances="{carries: [{" + CARRY + "}]}",
+            disturbances="{kidnappings: [{" + CARRY + "}]}",
         ),
         (
-            "x.yaml:11: disturbances.carries.0.to: puts robot 1 onto wall 1; "
+            "x.yaml:11: disturbances.kidnappings.0.to: puts robot 1 onto wall 1; "
             "allowed: 0.06 m or more between wall and body's centre, not 0.05 m"
         ),
     ),
     "carried onto a box": (
         three(
             world="{boxes: [{center: [5, 5.2], size: [0.3, 0.3]}]}",
-            disturbances="{carries: [{" + CARRY + "}]}",
+            disturbances="{kidnappings: [{" + CARRY + "}]}",
         ),
         (
-            "x.yaml:11: disturbances.carries.0.to: puts robot 1 onto box 0; "
+            "x.yaml:11: disturbances.kidnappings.0.to: puts robot 1 onto box 0; "
             "allowed: 0.06 m or more between box and body's centre, not 0.05 m"
         ),
     ),
     "carried onto another": (
-        happen("carries", "robot: 1, time: 1, to: [1, 0], heading_deg: 90", "robot: 1, time: 5, to: [0, 0]"),
+        happen("kidnappings", "robot: 1, time: 1, to: [1, 0], heading_deg: 90", "robot: 1, time: 5, to: [0, 0]"),
         (
-            "disturbances.carries.0.to: puts robot 1 onto robot 2's start, their bodies' centres 0 m apart; "
+            "disturbances.kidnappings.0.to: puts robot 1 onto robot 2's start, their bodies' centres 0 m apart; "
             "allowed: 0.12 m or more"
         ),
     ),
@@ -95,7 +97,7 @@ WRONG = {
         "x.yaml:12: world.boxes.0: stands in robot 2 at its start; allowed: hand points off the boxes",
     ),
     "moving box in a robot": (
-        three(world="{moving_boxes: [{size: [0.4, 0.4], stops: [{time: 3, center: [2, 0]}]}]}"),
+        three(world="{moving_boxes: [{size: [0.4, 0.4], waypoints: [{time: 3, center: [2, 0]}]}]}"),
         (
             "world.moving_boxes.0: stands in robot 3 at its start; "
             "allowed: 0.06 m or more between box and body's centre, not 0 m"
@@ -106,8 +108,10 @@ WRONG = {
         "world.boxes.0.size: is [1e-09, 1.0]; allowed: at least 1e-06 m either way",
     ),
     "stops out of order": (
-        three(world="{moving_boxes: [{size: [1, 1], stops: [{time: 3, center: [5, 5]}, {time: 3, center: [6, 6]}]}]}"),
-        "world.moving_boxes.0.stops.1.time: is 3.0 s; allowed: later than the one before, 3.0 s",
+        three(
+            world="{moving_boxes: [{size: [1, 1], waypoints: [{time: 3, center: [5, 5]}, {time: 3, center: [6, 6]}]}]}"
+        ),
+        "world.moving_boxes.0.waypoints.1.time: is 3.0 s; allowed: later than the one before, 3.0 s",
     ),
     "patch without area": (
         three(world="{patches: [{from: [0, 0], to: [1, 1]}, {from: [0, 3], to: [4, 3]}]}"),
@@ -163,7 +167,7 @@ def test_what_cannot_be_is_told(case: str) -> None:
 
 
 IGNORED = {
-    "world.moving_boxes": "{moving_boxes: [{size: [1, 1], stops: [{time: 0, center: [1, 0]}]}]}",
+    "world.moving_boxes": "{moving_boxes: [{size: [1, 1], waypoints: [{time: 0, center: [1, 0]}]}]}",
     "world.floor_friction": "{floor_friction: 0.5}",
     "world.rolling_resistance": "{rolling_resistance: 0.1}",
     "world.patches": "{patches: [{from: [0, 0], to: [1, 1]}]}",
@@ -175,7 +179,7 @@ IGNORED = {
     "radio.jitter": "{jitter: 0.1}",
     "disturbances.pushes": "{pushes: [{robot: 1, time: 0, duration: 1, force: [1, 0]}]}",
     "disturbances.dead_motors": "{dead_motors: [{robot: 1, side: left, time: 0}]}",
-    "disturbances.carries": "{carries: [{robot: 1, time: 0, to: [1, 0]}]}",
+    "disturbances.kidnappings": "{kidnappings: [{robot: 1, time: 0, to: [1, 0]}]}",
 }
 
 
@@ -207,14 +211,14 @@ def test_defaults_may_be_spelt_out_in_the_ideal_plant() -> None:
 
 
 FITTING = {
-    "put down where it was": happen("carries", "robot: 2, time: 1, to: [1, 0], heading_deg: 90"),
-    "again as soon as it is down": happen("carries", f"{CARRY}, duration: 2", "robot: 1, time: 3, to: [6, 6]"),
+    "put down where it was": happen("kidnappings", "robot: 2, time: 1, to: [1, 0], heading_deg: 90"),
+    "again as soon as it is down": happen("kidnappings", f"{CARRY}, duration: 2", "robot: 1, time: 3, to: [6, 6]"),
     "box just off the body": three(world="{boxes: [{center: [1, 0.2001], size: [1, 0.2]}]}").replace("90", "270"),
     "beams as low as axles": three(sensors="{beams: {height: 0.02}}"),
     "beams as high as wheels": three(sensors="{beams: {height: 0.04, range_min: 0}}"),
     "one beam and a sweep": three(sensors="{beams: {count: 1, sweep_deg: 10}}"),
     "a moving box that will come": three(
-        world="{moving_boxes: [{size: [1, 1], stops: [{time: 1, center: [9, 9]}, {time: 2, center: [1, 0]}]}]}"
+        world="{moving_boxes: [{size: [1, 1], waypoints: [{time: 1, center: [9, 9]}, {time: 2, center: [1, 0]}]}]}"
     ),
 }
 

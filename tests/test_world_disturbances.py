@@ -89,7 +89,7 @@ def kidnapped(**changes) -> MujocoPlant:
             2,
             beams={"count": 8},
             walls=(wall((0.3, 1.0), (0.6, 1.0)),),
-            disturbances={"carries": [KIDNAPPING | changes]},
+            disturbances={"kidnappings": [KIDNAPPING | changes]},
             sensors={"camera": {"rate_hz": 30.0}},
         )
     )
@@ -112,7 +112,7 @@ def test_a_carried_robot_is_put_down_at_rest_in_place():
 
 
 def test_the_speed_loops_do_not_wind_up_in_the_air():
-    world = MujocoPlant(scenario(2, drive={"kind": "speed_loop"}, disturbances={"carries": [KIDNAPPING]}))
+    world = MujocoPlant(scenario(2, drive={"kind": "speed_loop"}, disturbances={"kidnappings": [KIDNAPPING]}))
     run(world, 0.7, (0.3, 0.3))  # rad/s, told in vain for 0.4 s; slow enough for the integral to go on
     run(world, 1.0)
     np.testing.assert_allclose(world.truth().hand_world[1], (3.0, 1.0), atol=1e-3)
@@ -151,7 +151,7 @@ def test_the_camera_keeps_the_last_frame_before_and_beams_miss_the_robot():
 
 def test_a_late_camera_loses_the_robot_late():
     world = MujocoPlant(
-        scenario(2, disturbances={"carries": [KIDNAPPING]}, sensors={"camera": {"rate_hz": 100.0, "delay": 0.1}})
+        scenario(2, disturbances={"kidnappings": [KIDNAPPING]}, sensors={"camera": {"rate_hz": 100.0, "delay": 0.1}})
     )
     seen, truth = [], []
     for _ in range(100):
@@ -168,7 +168,7 @@ def test_carried_at_the_start_and_twice_in_a_row():
         {"robot": 1, "time": 0.0, "duration": 0.1, "to": (1.0, 0.0)},
         {"robot": 1, "time": 0.1, "duration": 0.1, "to": (2.0, 0.0)},
     ]
-    world = MujocoPlant(scenario(disturbances={"carries": carries[::-1]}))
+    world = MujocoPlant(scenario(disturbances={"kidnappings": carries[::-1]}))
     places = []
     for _ in range(25):
         places.append((world.truth().hand_world[0, 0], world.observe().body_pose[0, 0]))
@@ -183,9 +183,9 @@ def test_all_of_it_together_runs_the_same_twice():
     happen = {
         "pushes": [{"robot": 1, "time": 0.2, "duration": 0.3, "force": (1.0, -1.0)}],
         "dead_motors": [{"robot": 2, "side": "right", "time": 0.8}],
-        "carries": [KIDNAPPING],
+        "kidnappings": [KIDNAPPING],
     }
-    around = {"moving_boxes": [{"size": (0.2, 0.2), "stops": [{"time": 0, "center": (-0.5, 0)}]}]}
+    around = {"moving_boxes": [{"size": (0.2, 0.2), "waypoints": [{"time": 0, "center": (-0.5, 0)}]}]}
     runs = []
     for _ in range(2):
         plan = scenario(2, beams="all", world=around, disturbances=happen, radio={"delay": 0.01, "jitter": 0.03})

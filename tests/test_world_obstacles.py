@@ -63,7 +63,7 @@ def drive_into(around: dict) -> tuple[MujocoPlant, list[bool]]:
 
 def test_touching_a_box_counts_and_touching_a_moving_box_does_not():
     still, touched = drive_into({"boxes": [{"center": (0.4, 0.0), "size": (0.2, 0.2)}]})
-    moving = {"size": (0.2, 0.2), "stops": [{"time": 0.0, "center": (0.4, 0.0)}]}
+    moving = {"size": (0.2, 0.2), "waypoints": [{"time": 0.0, "center": (0.4, 0.0)}]}
     passing, bumped = drive_into({"moving_boxes": [moving]})
     assert any(touched)
     assert not any(bumped)
@@ -80,16 +80,16 @@ STOPS = [{"time": 0.5, "center": (1.0, 0.0)}, {"time": 1.5, "center": (2.0, 0.0)
     [(0, (1, 0)), (0.5, (1, 0)), (0.75, (1.25, 0)), (1.5, (2, 0)), (1.75, (2, -1.5)), (2, (2, -3)), (9, (2, -3))],
 )
 def test_a_moving_box_rests_and_moves_between_its_stops(time, centre):
-    box = MovingBox.model_validate({"size": (0.2, 0.4), "stops": STOPS})
+    box = MovingBox.model_validate({"size": (0.2, 0.4), "waypoints": STOPS})
     np.testing.assert_allclose(box_centre(box, time), centre, atol=1e-12)
 
 
 def test_beams_see_a_moving_box_at_the_range_of_its_face():
     """Robot 1's first beam looks along +x, and a scan at every physics step shows the box of that very step."""
-    around = {"moving_boxes": [{"size": (0.2, 0.4), "stops": STOPS}]}
+    around = {"moving_boxes": [{"size": (0.2, 0.4), "waypoints": STOPS}]}
     world = MujocoPlant(scenario(beams={"count": 1, "rate_hz": 500.0}, world=around))
     for tick in range(200):
-        x, y = box_centre(MovingBox.model_validate({"size": (0.2, 0.4), "stops": STOPS}), tick * 0.01)
+        x, y = box_centre(MovingBox.model_validate({"size": (0.2, 0.4), "waypoints": STOPS}), tick * 0.01)
         face = x - 0.1 + ROBOT.hand_offset if abs(y) < 0.2 else -1.0
         got = world.observe().ranges[0, 0]
         assert (got if got < 10 else -1.0) == pytest.approx(face, abs=1e-3), tick  # 10 m and more: the floor
@@ -98,7 +98,7 @@ def test_beams_see_a_moving_box_at_the_range_of_its_face():
 
 def test_a_moving_box_pushes_a_robot_out_of_its_way():
     stops = [{"time": 0.0, "center": (-0.5, 0.0)}, {"time": 2.0, "center": (0.1, 0.0)}]
-    world = MujocoPlant(scenario(world={"moving_boxes": [{"size": (0.2, 0.2), "stops": stops}]}))
+    world = MujocoPlant(scenario(world={"moving_boxes": [{"size": (0.2, 0.2), "waypoints": stops}]}))
     for _ in range(220):
         world.advance(np.zeros((1, 2)))
     gap = world.truth().body_pose[0, 0] - (0.2 + ROBOT.body_radius)

@@ -101,7 +101,7 @@ def _top(task: RenderTask) -> Camera:
     world = task.run.scenario.world
     goals = task.run.ticks.reference[-1] + np.array(task.run.scenario.team.formation)
     team = np.vstack([_points_in_view(task.run).reshape(-1, 2), goals])
-    stops = [stop.center for box in world.moving_boxes for stop in box.stops]
+    stops = [stop.center for box in world.moving_boxes for stop in box.waypoints]
     things = np.reshape([*stops, *(box.center for box in world.boxes)], (-1, 2))
     # Obstacles count only where they are near: far ones must not make the team small.
     points = np.vstack([team, np.clip(things, team.min(axis=0) - BESIDE, team.max(axis=0) + BESIDE)])

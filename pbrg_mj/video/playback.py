@@ -112,7 +112,7 @@ class Playback:
     def _lifted(self, time: float) -> np.ndarray:
         """Return which robots (n,) are lifted off the floor."""
         lifted = np.zeros(len(self._free), dtype=bool)
-        for carry in self._run.scenario.disturbances.carries:
+        for carry in self._run.scenario.disturbances.kidnappings:
             lifted[carry.robot - 1] |= carry.time <= time < carry.time + carry.duration
         return lifted
 

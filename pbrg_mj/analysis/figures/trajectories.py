@@ -53,7 +53,7 @@ def _floor(axes: Axes, run: Run) -> None:
     for patch in world.patches:
         (x0, y0), (x1, y1) = patch.start, patch.end
         axes.fill([x0, x1, x1, x0], [y0, y0, y1, y1], facecolor="#F2E6D0", edgecolor="none", zorder=0)
-    stops = [box.at(stop).as_wall() for box in world.moving_boxes for stop in box.stops]
+    stops = [box.at(stop).as_wall() for box in world.moving_boxes for stop in box.waypoints]
     for corners in _corners(wall_rectangles(stops)):
         axes.fill(*corners.T, fill=False, edgecolor="0.4", linewidth=0.6, linestyle="--")
 

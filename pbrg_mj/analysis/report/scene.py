@@ -77,7 +77,7 @@ def _edges(run: Run, time: np.ndarray) -> np.ndarray:
 
 
 def _driven(box: MovingBox, time: np.ndarray) -> np.ndarray:
-    when, where = [stop.time for stop in box.stops], np.array([stop.center for stop in box.stops])
+    when, where = [stop.time for stop in box.waypoints], np.array([stop.center for stop in box.waypoints])
     return np.column_stack([np.interp(time, when, where[:, axis]) for axis in (0, 1)])
 
 

@@ -80,7 +80,7 @@ def channel(scenario: Scenario) -> Channel | None:
     settings, team = scenario.network, network(scenario)
     waves = settings.exchange == "scattering"
     delayed = settings.delay_rounds > 0 or any(link.delay_rounds > 0 for link in settings.links)
-    if not (waves or delayed or settings.loss > 0 or settings.silences):
+    if not (waves or delayed or settings.loss > 0 or settings.outages):
         return None
     per_second = scenario.governor.rounds / scenario.timing.tick
     burst = settings.loss_burst
@@ -90,7 +90,7 @@ def channel(scenario: Scenario) -> Channel | None:
         loss=Loss.independent(settings.loss) if burst is None else Loss.bursty(settings.loss, burst),
         seed=scenario.seed,
         silences=_silences(scenario, per_second),
-        silent_after=max(1, _first_round(settings.silent_after * per_second)),
+        silent_after=max(1, _first_round(settings.neighbour_timeout * per_second)),
     )
 
 
@@ -104,7 +104,7 @@ def _delays(scenario: Scenario, team: Network) -> np.ndarray:
 
 def _silences(scenario: Scenario, per_second: float) -> np.ndarray:
     rows = []
-    for silence in scenario.network.silences:
+    for silence in scenario.network.outages:
         start = _first_round(silence.time * per_second)
         end = NEVER if silence.duration is None else _first_round((silence.time + silence.duration) * per_second)
         rows.append((silence.robot - 1, start, end))

@@ -45,7 +45,7 @@ def _extent(scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
     world = scenario.world
     things = (*world.obstacles, *_patches(world), *_stops(world))
     ends = [end for thing in things for end in (thing.start, thing.end)]
-    corners = [*scenario.team.start, *ends, *(carry.to for carry in scenario.disturbances.carries)]
+    corners = [*scenario.team.start, *ends, *(carry.to for carry in scenario.disturbances.kidnappings)]
     return np.min(corners, axis=0) - FLOOR_MARGIN, np.max(corners, axis=0) + FLOOR_MARGIN
 
 
@@ -60,7 +60,7 @@ def _patches(world: World) -> list[Wall]:
 
 def _stops(world: World) -> list[Wall]:
     flat = {"height": FLAT_HEIGHT}
-    return [box.at(stop).as_wall().model_copy(update=flat) for box in world.moving_boxes for stop in box.stops]
+    return [box.at(stop).as_wall().model_copy(update=flat) for box in world.moving_boxes for stop in box.waypoints]
 
 
 def _add_walls(entity: Any, walls: Sequence[Wall], color: primitives.Color) -> None:

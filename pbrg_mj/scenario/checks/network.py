@@ -42,7 +42,7 @@ def messages(scenario: Scenario) -> Iterator[Diagnostic]:
 def _guarded(scenario: Scenario) -> Iterator[Diagnostic]:
     network = scenario.network
     late = network.delay_rounds > 0 or any(link.delay_rounds > 0 for link in network.links)
-    if scenario.governor.guard and (late or network.loss > 0 or network.silences or network.exchange != "plain"):
+    if scenario.governor.guard and (late or network.loss > 0 or network.outages or network.exchange != "plain"):
         yield Diagnostic(
             ("governor", "guard"),
             "is true with messages that are late, lost or silent, which its own messages would not be; "

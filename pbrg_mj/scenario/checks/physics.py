@@ -22,7 +22,7 @@ PHYSICS_ONLY: tuple[tuple[str, ...], ...] = (
     ("radio", "jitter"),
     ("disturbances", "pushes"),
     ("disturbances", "dead_motors"),
-    ("disturbances", "carries"),
+    ("disturbances", "kidnappings"),
 )
 
 
@@ -33,7 +33,7 @@ def physics(scenario: Scenario) -> Iterator[Diagnostic]:
         return
     yield from _delays(scenario)
     yield from _durations(scenario)
-    yield from _carries(scenario)
+    yield from _kidnappings(scenario)
 
 
 def _ignored(scenario: Scenario) -> Iterator[Diagnostic]:
@@ -60,7 +60,11 @@ def _delays(scenario: Scenario) -> Iterator[Diagnostic]:
 
 def _durations(scenario: Scenario) -> Iterator[Diagnostic]:
     happen, step = scenario.disturbances, scenario.timing.physics_step
-    for name, entries in (("pushes", happen.pushes), ("dead_motors", happen.dead_motors), ("carries", happen.carries)):
+    for name, entries in (
+        ("pushes", happen.pushes),
+        ("dead_motors", happen.dead_motors),
+        ("kidnappings", happen.kidnappings),
+    ):
         for k, entry in enumerate(entries):
             if entry.duration is not None and entry.duration < step:
                 yield Diagnostic(
@@ -69,13 +73,13 @@ def _durations(scenario: Scenario) -> Iterator[Diagnostic]:
                 )
 
 
-def _carries(scenario: Scenario) -> Iterator[Diagnostic]:
+def _kidnappings(scenario: Scenario) -> Iterator[Diagnostic]:
     """Yield carries that lift a robot which is still in the air."""
-    in_time = sorted(enumerate(scenario.disturbances.carries), key=lambda entry: (entry[1].robot, entry[1].time))
+    in_time = sorted(enumerate(scenario.disturbances.kidnappings), key=lambda entry: (entry[1].robot, entry[1].time))
     for (_, before), (k, after) in pairwise(in_time):
         down = before.time + before.duration
         if before.robot == after.robot and after.time < down:
             yield Diagnostic(
-                ("disturbances", "carries", k, "time"),
+                ("disturbances", "kidnappings", k, "time"),
                 f"is {after.time} s, with robot {after.robot} still in the air; allowed: {down} s or later",
             )

@@ -32,8 +32,8 @@ def _single(scenario: Scenario) -> Iterator[tuple[KeyPath, int]]:
         ("estimator", "given"): scenario.estimator.given,
         ("disturbances", "pushes"): happen.pushes,
         ("disturbances", "dead_motors"): happen.dead_motors,
-        ("disturbances", "carries"): happen.carries,
-        ("network", "silences"): scenario.network.silences,
+        ("disturbances", "kidnappings"): happen.kidnappings,
+        ("network", "outages"): scenario.network.outages,
     }
     for path, several in entries.items():
         for k, entry in enumerate(several):

@@ -27,7 +27,7 @@ class Obstacle:
 
 
 def extents(scenario: Scenario) -> Iterator[Diagnostic]:
-    """Yield walls without length, boxes and patches without area, and stops out of order."""
+    """Yield walls without length, boxes and patches without area, and waypoints out of order."""
     world = scenario.world
     for k, wall in enumerate(world.walls):
         if math.dist(wall.start, wall.end) < SHORTEST:
@@ -39,7 +39,7 @@ def extents(scenario: Scenario) -> Iterator[Diagnostic]:
                 path = ("world", name, k, "size")
                 yield Diagnostic(path, f"is {yaml_text(box.size)}; allowed: at least {SHORTEST} m either way")
     for k, box in enumerate(world.moving_boxes):
-        yield from _stops(("world", "moving_boxes", k, "stops"), box)
+        yield from _waypoints(("world", "moving_boxes", k, "waypoints"), box)
     for k, patch in enumerate(world.patches):
         if min(abs(a - b) for a, b in zip(patch.start, patch.end, strict=True)) < SHORTEST:
             span = f"{yaml_text(patch.start)} to {yaml_text(patch.end)}"
@@ -56,7 +56,7 @@ def placement(scenario: Scenario) -> Iterator[Diagnostic]:
     physics = scenario.plant == "physics"
     places = body_centres(scenario) if physics else scenario.team.start
     still = _still(scenario)
-    for obstacle in (*still, *(_first_stops(scenario) if physics else ())):
+    for obstacle in (*still, *(_first_waypoints(scenario) if physics else ())):
         yield from _in_robots(obstacle, places, BODY_RADIUS if physics else 0.0)
     if physics:
         yield from _overlaps(places)
@@ -95,10 +95,10 @@ def _still(scenario: Scenario) -> tuple[Obstacle, ...]:
     return (*walls, *boxes)
 
 
-def _first_stops(scenario: Scenario) -> Iterator[Obstacle]:
+def _first_waypoints(scenario: Scenario) -> Iterator[Obstacle]:
     """Yield the moving boxes where they rest at the start."""
     for k, box in enumerate(scenario.world.moving_boxes):
-        yield Obstacle(("world", "moving_boxes", k), box.at(box.stops[0]).as_wall(), "stands in")
+        yield Obstacle(("world", "moving_boxes", k), box.at(box.waypoints[0]).as_wall(), "stands in")
 
 
 def _in_robots(obstacle: Obstacle, places: Sequence[Vector], radius: float) -> Iterator[Diagnostic]:
@@ -131,27 +131,28 @@ def _overlaps(places: Sequence[Vector]) -> Iterator[Diagnostic]:
 
 
 def _put_down(scenario: Scenario, still: Sequence[Obstacle], places: Sequence[Vector]) -> Iterator[Diagnostic]:
-    for k, carry in enumerate(scenario.disturbances.carries):
-        path, centre = ("disturbances", "carries", k, "to"), body_centre(carry.to, carry.heading_deg)
+    for k, kidnapping in enumerate(scenario.disturbances.kidnappings):
+        path, centre = ("disturbances", "kidnappings", k, "to"), body_centre(kidnapping.to, kidnapping.heading_deg)
         for obstacle in still:
             distance = distance_to_wall(obstacle.wall, centre)
             if distance < BODY_RADIUS:
                 name = f"{_kind(obstacle)} {obstacle.path[2]}"
                 yield Diagnostic(
-                    path, f"puts robot {carry.robot} onto {name}; allowed: {_room(obstacle, BODY_RADIUS, distance)}"
+                    path,
+                    f"puts robot {kidnapping.robot} onto {name}; allowed: {_room(obstacle, BODY_RADIUS, distance)}",
                 )
         for other, place in enumerate(places, start=1):
             distance = math.dist(centre, place)
-            if other != carry.robot and distance < 2 * BODY_RADIUS - ROUNDING:
+            if other != kidnapping.robot and distance < 2 * BODY_RADIUS - ROUNDING:
                 yield Diagnostic(
                     path,
-                    f"puts robot {carry.robot} onto robot {other}'s start, their bodies' centres {distance:.3g} m "
+                    f"puts robot {kidnapping.robot} onto robot {other}'s start, their bodies' centres {distance:.3g} m "
                     f"apart; allowed: {2 * BODY_RADIUS} m or more",
                 )
 
 
-def _stops(path: KeyPath, box: MovingBox) -> Iterator[Diagnostic]:
-    for k, (before, after) in enumerate(pairwise(box.stops), start=1):
+def _waypoints(path: KeyPath, box: MovingBox) -> Iterator[Diagnostic]:
+    for k, (before, after) in enumerate(pairwise(box.waypoints), start=1):
         if after.time <= before.time:
             message = f"is {after.time} s; allowed: later than the one before, {before.time} s"
             yield Diagnostic((*path, k, "time"), message)

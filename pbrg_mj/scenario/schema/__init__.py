@@ -13,24 +13,24 @@ json_schema       the schema for editors
 
 from pbrg_mj.scenario.schema.actuation import Drive, Radio
 from pbrg_mj.scenario.schema.base import Section, Vector
-from pbrg_mj.scenario.schema.disturbances import Carry, DeadMotor, Disturbances, Push
+from pbrg_mj.scenario.schema.disturbances import DeadMotor, Disturbances, Kidnapping, Push
 from pbrg_mj.scenario.schema.estimator import Estimator, GivenHalfSpace
 from pbrg_mj.scenario.schema.governor import Control, Governor, Reference
 from pbrg_mj.scenario.schema.graph import Edge, Graph, edge_list, unreachable
-from pbrg_mj.scenario.schema.network import Link, Network, Silence
+from pbrg_mj.scenario.schema.network import Link, Network, Outage
 from pbrg_mj.scenario.schema.operator import Operator, Waypoint, operator_reference
 from pbrg_mj.scenario.schema.scenario import Log, Outcome, Scenario
 from pbrg_mj.scenario.schema.sensors import PRESETS, Beams, Camera, Sensors, beam_angles
 from pbrg_mj.scenario.schema.team import Team
 from pbrg_mj.scenario.schema.timing import Timing, whole_multiple, whole_number
-from pbrg_mj.scenario.schema.world import Box, MovingBox, Patch, Stop, Wall, World
+from pbrg_mj.scenario.schema.world import Box, BoxWaypoint, MovingBox, Patch, Wall, World
 
 __all__ = [
     "PRESETS",
     "Beams",
     "Box",
     "Camera",
-    "Carry",
+    "Kidnapping",
     "Control",
     "DeadMotor",
     "Disturbances",
@@ -53,8 +53,8 @@ __all__ = [
     "Scenario",
     "Section",
     "Sensors",
-    "Silence",
-    "Stop",
+    "Outage",
+    "BoxWaypoint",
     "Team",
     "Timing",
     "Vector",

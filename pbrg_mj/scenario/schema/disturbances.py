@@ -27,7 +27,7 @@ class DeadMotor(Section):
     duration: Positive | None = Field(default=None, description="for how long [s]; null: for good")
 
 
-class Carry(Section):
+class Kidnapping(Section):
     """A robot that is lifted straight up and, later, put down at rest elsewhere.
 
     While it is off the floor neither beams nor robots meet it, its own beams return nothing, its wheels stand still,
@@ -47,4 +47,4 @@ class Disturbances(Section):
 
     pushes: tuple[Push, ...] = Field(default=(), description="forces on robots")
     dead_motors: tuple[DeadMotor, ...] = Field(default=(), description="motors that fail")
-    carries: tuple[Carry, ...] = Field(default=(), description="robots that are carried away and put back")
+    kidnappings: tuple[Kidnapping, ...] = Field(default=(), description="robots that are carried away and put back")

@@ -18,7 +18,7 @@ class Link(Section):
     delay_rounds: Rounds = Field(description="rounds from sending to use, both ways")
 
 
-class Silence(Section):
+class Outage(Section):
     """A robot that neither sends nor hears for a while."""
 
     robot: RobotNumber = Field(description="the robot concerned")
@@ -39,7 +39,7 @@ class Network(Section):
     loss_burst: Annotated[float, Field(ge=1)] | None = Field(
         default=None, description="mean length of a run of lost messages, in rounds [-]; null: losses are independent"
     )
-    silences: tuple[Silence, ...] = Field(default=(), description="robots that fall silent")
-    silent_after: Positive = Field(
+    outages: tuple[Outage, ...] = Field(default=(), description="robots that fall silent")
+    neighbour_timeout: Positive = Field(
         default=0.5, description="a neighbour that has not been heard for this long counts as lost [s]"
     )

@@ -34,7 +34,7 @@ class Box(Section):
         return Wall.model_validate({**ends, "thickness": width, "height": self.height})
 
 
-class Stop(Section):
+class BoxWaypoint(Section):
     """Where a moving box is at a time."""
 
     time: NonNegative = Field(description="when [s]")
@@ -42,20 +42,20 @@ class Stop(Section):
 
 
 class MovingBox(Section):
-    """A box along the axes that is driven on straight lines between stops, whatever stands in its way.
+    """A box along the axes that is driven on straight lines between waypoints, whatever stands in its way.
 
     Beams see it and robots bump into it. It is no wall: the margin to walls and contacts with walls leave it out.
     """
 
     size: tuple[Positive, Positive] = Field(description="along x and along y [m]")
-    stops: tuple[Stop, ...] = Field(
+    waypoints: tuple[BoxWaypoint, ...] = Field(
         description="where it is when; it rests before the first and after the last", min_length=1
     )
     height: Positive = Field(default=0.2, description="above the floor [m]")
 
-    def at(self, stop: Stop) -> Box:
-        """Return the box as it stands at a stop."""
-        return Box(center=stop.center, size=self.size, height=self.height)
+    def at(self, waypoint: BoxWaypoint) -> Box:
+        """Return the box as it stands at a waypoint."""
+        return Box(center=waypoint.center, size=self.size, height=self.height)
 
 
 class Patch(Section):

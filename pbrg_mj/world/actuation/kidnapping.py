@@ -50,7 +50,7 @@ class Kidnappings:
                 steps=steps_during(carry.time, carry.duration, step),
                 destination=body_pose(np.array(carry.to), np.deg2rad(carry.heading_deg), robot.hand_offset),
             )
-            for carry in sorted(scenario.disturbances.carries, key=lambda carry: carry.time)
+            for carry in sorted(scenario.disturbances.kidnappings, key=lambda carry: carry.time)
         ]
         self._hover = ABOVE + max((thing.height for thing in (*around.obstacles, *around.moving_boxes)), default=0.0)
         self._seen = start.copy()  # by the camera's newest frame

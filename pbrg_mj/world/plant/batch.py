@@ -93,7 +93,7 @@ def check_batchable(scenario: Scenario) -> None:
         "radio": bool(scenario.radio.delay or scenario.radio.jitter),
         "world.patches": bool(scenario.world.patches),
         "world.moving_boxes": bool(scenario.world.moving_boxes),
-        "disturbances.carries": bool(scenario.disturbances.carries),
+        "disturbances.kidnappings": bool(scenario.disturbances.kidnappings),
     }
     for key, given in unsupported.items():
         if given:

@@ -63,7 +63,7 @@ class MujocoPlant:
         self._integral_voltage = np.zeros((scenario.robots, 2))  # of the speed loops [V]
         self._radio = RadioLink(scenario)
         self._disturbances = Disturbances(scenario)
-        kidnapped = bool(scenario.disturbances.carries)
+        kidnapped = bool(scenario.disturbances.kidnappings)
         self._kidnappings = Kidnappings(scenario, self.robot, start_pose(scenario, self.robot)) if kidnapped else None
         self._stepwise = bool(looped or self._moving_boxes or self._kidnappings)
         self._step = 0

@@ -26,8 +26,8 @@ def add_obstacles(spec: mujoco.MjSpec, surroundings: World) -> None:
 
 def box_centre(box: MovingBox, time: float) -> np.ndarray:
     """Return where the middle of a moving box's footprint (2,) [m] is at `time` [s]."""
-    times = [stop.time for stop in box.stops]
-    return np.array([np.interp(time, times, [stop.center[axis] for stop in box.stops]) for axis in range(2)])
+    times = [stop.time for stop in box.waypoints]
+    return np.array([np.interp(time, times, [stop.center[axis] for stop in box.waypoints]) for axis in range(2)])
 
 
 def _add_wall(spec: mujoco.MjSpec, name: str, wall: Wall) -> None:
@@ -46,7 +46,7 @@ def _add_wall(spec: mujoco.MjSpec, name: str, wall: Wall) -> None:
 
 
 def _add_moving_box(spec: mujoco.MjSpec, name: str, box: MovingBox) -> None:
-    body = spec.worldbody.add_body(name=name, mocap=True, pos=[*box.stops[0].center, box.height / 2])
+    body = spec.worldbody.add_body(name=name, mocap=True, pos=[*box.waypoints[0].center, box.height / 2])
     body.add_geom(
         name=name,
         type=mujoco.mjtGeom.mjGEOM_BOX,

@@ -36,7 +36,7 @@ MISTAKES = {
         swapped("  leaders: [3]\n", ""),
         (
             "x.yaml:3: team.leaders: is missing; required: a list of 1 or more whole numbers at least 1 "
-            "(robots that hear the operator, counted from 1)"
+            "(robots that receive the reference, counted from 1)"
         ),
     ),
     "quoted number": (
@@ -84,7 +84,7 @@ MISTAKES = {
         swapped("[3]", "[]"),
         (
             "x.yaml:7: team.leaders: is empty; allowed: a list of 1 or more whole numbers at least 1 "
-            "(robots that hear the operator, counted from 1)"
+            "(robots that receive the reference, counted from 1)"
         ),
     ),
     "empty section": (

@@ -21,7 +21,7 @@ def happen(kind: str, *entries: str) -> str:
 
 
 HEIGHTS = "a number at least 0.02 and at most 0.04 or a number at least 0.045 and at most 0.053"
-NOTHING = "which the ideal plant knows nothing of; allowed: with `plant: physics`"
+NOTHING = "which the ideal plant ignores; allowed: with `plant: physics`"
 # Robots 1 to 3 look along 0, 90 and 180 degrees: their bodies stand at (-0.04, 0), (1, -0.04), (2.04, 0).
 WRONG = {
     "push of nobody": (

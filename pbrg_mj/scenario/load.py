@@ -12,6 +12,7 @@ from pbrg_mj.scenario.bundled import bundled_scenarios
 from pbrg_mj.scenario.diagnostics import yaml_text
 from pbrg_mj.scenario.parse.document import MOST_BYTES, TOO_LARGE, Document, read_document, write_document
 from pbrg_mj.scenario.parse.overrides import apply_overrides
+from pbrg_mj.scenario.parse.renamed_keys import rename_keys
 from pbrg_mj.scenario.parse.validation import build
 from pbrg_mj.scenario.schema import Scenario
 
@@ -39,7 +40,8 @@ def load_text(text: str, name: str, overrides: Sequence[str] = (), *, file: str)
     document = _document(text, file)
     if not overrides:
         return Loaded(build(document, file), name, text)
-    document = apply_overrides(document, overrides)
+    # An override's value may hold earlier names too.
+    document = rename_keys(apply_overrides(document, overrides), file)
     return Loaded(build(document, file), name, write_document(document.data))
 
 
@@ -58,7 +60,7 @@ def _document(text: str, file: str) -> Document:
             file=file,
             line=1,
         )
-    return document
+    return rename_keys(document, file)
 
 
 def _find(source: str | Path) -> tuple[Path, str]:

@@ -45,7 +45,7 @@ def _ignored(scenario: Scenario) -> Iterator[Diagnostic]:
         value = getattr(section, key)
         if value != type(section).model_fields[key].default:
             what = "given" if isinstance(value, tuple) else yaml_text(value)
-            yield Diagnostic(path, f"is {what}, which the ideal plant knows nothing of; allowed: with `plant: physics`")
+            yield Diagnostic(path, f"is {what}, which the ideal plant ignores; allowed: with `plant: physics`")
 
 
 def _delays(scenario: Scenario) -> Iterator[Diagnostic]:
@@ -74,7 +74,7 @@ def _durations(scenario: Scenario) -> Iterator[Diagnostic]:
 
 
 def _kidnappings(scenario: Scenario) -> Iterator[Diagnostic]:
-    """Yield carries that lift a robot which is still in the air."""
+    """Yield kidnappings that lift a robot which is still in the air."""
     in_time = sorted(enumerate(scenario.disturbances.kidnappings), key=lambda entry: (entry[1].robot, entry[1].time))
     for (_, before), (k, after) in pairwise(in_time):
         down = before.time + before.duration

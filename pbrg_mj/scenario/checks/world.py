@@ -49,7 +49,7 @@ def extents(scenario: Scenario) -> Iterator[Diagnostic]:
 
 
 def placement(scenario: Scenario) -> Iterator[Diagnostic]:
-    """Yield obstacles that stand in a robot, robots that stand in each other, and carries onto any of them.
+    """Yield obstacles that stand in a robot, robots that overlap, and kidnapped robots put down onto any of them.
 
     Robots of the ideal plant are points: they hold no place against each other, only against obstacles.
     """

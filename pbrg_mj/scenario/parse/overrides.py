@@ -8,6 +8,7 @@ from typing import Any
 from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.diagnostics import KeyPath, dotted_key, yaml_text
 from pbrg_mj.scenario.parse.document import Document, read_document
+from pbrg_mj.scenario.parse.renamed_keys import renamed_path
 
 
 def apply_overrides(document: Document, overrides: Sequence[str]) -> Document:
@@ -23,6 +24,7 @@ def apply_overrides(document: Document, overrides: Sequence[str]) -> Document:
 
 def _apply(document: Document, text: str) -> Document:
     path, value = _parse(text)
+    path = [str(part) for part in renamed_path(tuple(path))]
     data, path = _replaced(document.data, path, (), value, text)
     origins = {known: origin for known, origin in document.origins.items() if known[: len(path)] != path}
     made = {path[:length]: text for length in range(1, len(path) + 1) if path[:length] not in origins}

@@ -28,7 +28,7 @@ class DeadMotor(Section):
 
 
 class Kidnapping(Section):
-    """A robot that is lifted straight up and, later, put down at rest elsewhere.
+    """A kidnapped robot: lifted straight up and, later, put down at rest elsewhere.
 
     While it is off the floor neither beams nor robots meet it, its own beams return nothing, its wheels stand still,
     and the camera does not see it: its pose reading stays that of the last frame before. Its true place in the plane is
@@ -47,4 +47,4 @@ class Disturbances(Section):
 
     pushes: tuple[Push, ...] = Field(default=(), description="forces on robots")
     dead_motors: tuple[DeadMotor, ...] = Field(default=(), description="motors that fail")
-    kidnappings: tuple[Kidnapping, ...] = Field(default=(), description="robots that are carried away and put back")
+    kidnappings: tuple[Kidnapping, ...] = Field(default=(), description="robots that are lifted and put down elsewhere")

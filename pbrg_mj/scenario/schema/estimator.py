@@ -38,7 +38,8 @@ class Estimator(Section):
         default=3.0, description="half-spaces move inward by this many standard deviations of the wall's place [-]"
     )
     scope: Literal["team", "own"] = Field(
-        default="team", description="whom a half-space binds: every robot, as in the paper, or the one that sees it"
+        default="team",
+        description="which robots a half-space binds: every robot, as in the paper, or the one that sees it",
     )
     memory: NonNegative = Field(default=10.0, description="how long a wall out of sight is kept [s]")
     drift_std: NonNegative = Field(

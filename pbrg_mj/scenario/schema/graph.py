@@ -13,7 +13,7 @@ Edge = tuple[int, int]
 
 
 class Graph(Section):
-    """Who talks to whom: fixed, undirected, connected."""
+    """Which robots exchange messages: fixed, undirected, connected."""
 
     kind: Literal["ring", "path", "complete", "edges"] = Field(default="ring", description="shape of the network")
     edges: tuple[tuple[RobotNumber, RobotNumber], ...] = Field(

@@ -19,7 +19,7 @@ class Link(Section):
 
 
 class Outage(Section):
-    """A robot that neither sends nor hears for a while."""
+    """A time during which a robot neither sends nor receives."""
 
     robot: RobotNumber = Field(description="the robot concerned")
     time: NonNegative = Field(description="from when on [s]")
@@ -39,7 +39,7 @@ class Network(Section):
     loss_burst: Annotated[float, Field(ge=1)] | None = Field(
         default=None, description="mean length of a run of lost messages, in rounds [-]; null: losses are independent"
     )
-    outages: tuple[Outage, ...] = Field(default=(), description="robots that fall silent")
+    outages: tuple[Outage, ...] = Field(default=(), description="robots that neither send nor receive for a while")
     neighbour_timeout: Positive = Field(
-        default=0.5, description="a neighbour that has not been heard for this long counts as lost [s]"
+        default=0.5, description="a neighbour from which nothing came for this long counts as lost [s]"
     )

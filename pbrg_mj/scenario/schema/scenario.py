@@ -76,6 +76,6 @@ class Scenario(Section):
 
     @property
     def beam_robots(self) -> tuple[int, ...]:
-        """Robots that kidnapping beams, counted from 0, ascending: the rows of every array of ranges."""
+        """Robots that carry beams, counted from 0, ascending: the rows of every array of ranges."""
         listed = self.sensors.beams.robots
         return tuple(range(self.robots)) if listed == "all" else tuple(sorted(number - 1 for number in listed))

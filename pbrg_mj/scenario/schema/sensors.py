@@ -57,7 +57,7 @@ class Beams(Section):
     preset: Literal["none", "ideal", "robotarium", "tof_ring", "lidar"] = Field(
         default="none", description="a known sensor, whose numbers stand in for this page's defaults"
     )
-    robots: Literal["all"] | tuple[RobotNumber, ...] = Field(default="all", description="robots that kidnapping beams")
+    robots: Literal["all"] | tuple[RobotNumber, ...] = Field(default="all", description="robots that carry beams")
     count: Annotated[int, Field(ge=1, le=1080)] = Field(default=72, description="beams per robot")
     height: Low | High = Field(
         default=0.049, description="above the floor [m]; up to 0.04 they see tubs and wheels, the own too, above plates"

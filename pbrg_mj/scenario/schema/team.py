@@ -17,4 +17,6 @@ class Team(Section):
         default=0.0, description="start headings [deg], one for all or one per robot, counter-clockwise from +x"
     )
     formation: tuple[Vector, ...] = Field(description="bias b_j of each robot from the reference [m]")
-    leaders: tuple[RobotNumber, ...] = Field(description="robots that hear the operator, counted from 1", min_length=1)
+    leaders: tuple[RobotNumber, ...] = Field(
+        description="robots that receive the reference, counted from 1", min_length=1
+    )

@@ -4,6 +4,7 @@ from dataclasses import fields
 from io import BytesIO
 from pathlib import Path
 
+import lz4.frame
 import numpy as np
 import pytest
 import zstandard
@@ -212,15 +213,51 @@ def test_what_is_no_log_is_refused_in_one_line(tmp_path: Path) -> None:
 def test_a_decompression_bomb_is_not_opened(claimed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(mcap_records, "LARGEST_CHUNK", 2**20)
     monkeypatch.setattr(mcap_records.zstandard, "decompress", lambda data: pytest.fail("decompressed"))
+    data = chunk("zstd", zstandard.compress(bytes(2**20 + 1)), claimed)
+    with pytest.raises(mcap_records.DamageError, match="impossible size"):
+        read(data)
+
+
+@pytest.mark.parametrize("claimed", [2**20 + 1, 10, 2**20 - 1])
+def test_no_more_of_a_bomb_is_unpacked_than_it_claims(claimed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(mcap_records, "LARGEST_CHUNK", 2**20)
+    limits = []
+
+    class Decompressor(lz4.frame.LZ4FrameDecompressor):
+        def decompress(self, data: bytes, max_length: int = -1) -> bytes:
+            limits.append(max_length)
+            return super().decompress(data, max_length)
+
+    monkeypatch.setattr(mcap_records.lz4.frame, "LZ4FrameDecompressor", Decompressor)
+    data = chunk("lz4", lz4.frame.compress(bytes(2**20 + 1), store_size=False), claimed)
+    with pytest.raises(mcap_records.DamageError, match="impossible size"):
+        read(data)
+    assert limits == ([] if claimed > 2**20 else [claimed + 1])
+
+
+@pytest.mark.parametrize("compression", ["zstd", "lz4"])
+def test_what_is_no_frame_is_damage(compression: str) -> None:
+    with pytest.raises(mcap_records.DamageError, match=r"impossible size|cannot be decompressed"):
+        read(chunk(compression, b"no frame", 10))
+
+
+def test_another_compression_is_named() -> None:
+    with pytest.raises(mcap_records.DamageError, match="compressed with 'bz2'; allowed: lz4, zstd"):
+        read(chunk("bz2", b"", 0))
+
+
+def chunk(compression: str, data: bytes, claimed: int) -> bytes:
     builder = RecordBuilder()
     Chunk(
-        compression="zstd",
-        data=zstandard.compress(bytes(2**20 + 1)),
+        compression=compression,
+        data=data,
         message_end_time=0,
         message_start_time=0,
         uncompressed_crc=0,
         uncompressed_size=claimed,
     ).write(builder)
-    data = builder.end()
-    with pytest.raises(mcap_records.DamageError, match="impossible size"):
-        list(mcap_records.read_records(BytesIO(data), len(mcap_records.MAGIC) + len(data)))
+    return builder.end()
+
+
+def read(data: bytes) -> None:
+    list(mcap_records.read_records(BytesIO(data), len(mcap_records.MAGIC) + len(data)))

@@ -55,7 +55,7 @@ def rewritten(
             if channel.topic not in numbers:
                 number = writer.register_schema(schema.name, schema.encoding, schema.data)
                 numbers[channel.topic] = writer.register_channel(channel.topic, "protobuf", number)
-            data = change(channel.topic, message.sequence, message.data)
+            data = change(channel.topic, round(message.log_time / 1e7), message.data)
             if data is not None:
                 times = (message.log_time, message.publish_time)
                 writer.add_message(numbers[channel.topic], times[0], data, times[1], message.sequence)

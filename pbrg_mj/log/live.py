@@ -9,6 +9,7 @@ import threading
 from types import TracebackType
 from typing import Any, Self
 
+import foxglove
 from mcap_protobuf.schema import build_file_descriptor_set
 
 from pbrg_mj.errors import InputError
@@ -25,17 +26,12 @@ BACKLOG = 2**14  # messages that wait for a slow viewer; older ones are dropped,
 class LiveServer:
     """A context manager and a sink: call it with every TickRecord, in order.
 
-    Raises InputError when the SDK is not installed or the port cannot be had. Port 0 takes any free one.
+    Raises InputError when the port cannot be had. Port 0 takes any free one.
     """
 
     def __init__(self, scenario: Scenario, port: int):
-        try:
-            import foxglove  # pyright: ignore[reportMissingImports]
-        except ImportError as error:
-            raise InputError("--live needs foxglove-sdk: pip install 'pbrg-mj[live]'") from error
         if not 0 <= port <= 65535:
             raise InputError(f"--port is {port}; allowed: 0 to 65535, 0 for any free one")
-        self._sdk = foxglove
         self._scenario, self._port = scenario, port
         self._context = foxglove.Context()
         self._stream: MessageStream | None = None
@@ -47,11 +43,11 @@ class LiveServer:
         """Start to listen."""
         listener: Any = _Listener(self._subscribed)  # the SDK calls the methods that are there
         try:
-            self._server = self._sdk.start_server(
+            self._server = foxglove.start_server(
                 name="pbrg",
                 host=HOST,
                 port=self._port,
-                capabilities=[self._sdk.Capability.Time],
+                capabilities=[foxglove.Capability.Time],
                 server_listener=listener,
                 context=self._context,
                 message_backlog_size=BACKLOG,
@@ -95,8 +91,8 @@ class LiveServer:
 
     def _channel(self, topic: str, kind: Any) -> Any:
         data = build_file_descriptor_set(kind).SerializeToString()
-        schema = self._sdk.Schema(name=kind.DESCRIPTOR.full_name, encoding="protobuf", data=data)
-        return self._sdk.Channel(topic, schema=schema, message_encoding="protobuf", context=self._context)
+        schema = foxglove.Schema(name=kind.DESCRIPTOR.full_name, encoding="protobuf", data=data)
+        return foxglove.Channel(topic, schema=schema, message_encoding="protobuf", context=self._context)
 
 
 class _Listener:

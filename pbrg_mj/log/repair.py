@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
-from typing import BinaryIO
+from shutil import copyfileobj
+from typing import BinaryIO, NamedTuple
 
+from google.protobuf.message import DecodeError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, DataEnd, Footer, Metadata, Schema
 
@@ -28,6 +30,7 @@ from pbrg_mj.log.read.mcap_records import (
 )
 from pbrg_mj.log.schema import channels
 from pbrg_mj.log.schema.message import LogMessage
+from pbrg_mj.log.schema.protobuf import CLASSES
 from pbrg_mj.log.write.mcap_writer import McapWriter
 
 FOOTER_SIZE = RECORD_PREFIX.size + 20  # two offsets and the checksum
@@ -49,7 +52,7 @@ class RepairReport:
 
 
 def repair(path: Path, target: Path) -> RepairReport:
-    """Write to `target` what is whole in the log at `path`, chunk by chunk; a whole log becomes its own copy.
+    """Write to `target` what is whole in the log at `path`, chunk by chunk; a whole log is copied byte for byte.
 
     Nothing is guessed: a chunk whose checksum fails is left out as a whole. Raises InputError when the file is not a
     log of this package, when what it embeds is lost, or when it holds no whole chunk.
@@ -64,8 +67,22 @@ def repair(path: Path, target: Path) -> RepairReport:
             raise InputError(
                 f"holds no whole tick ({'; '.join(found.damage) or 'the run never began'})", file=str(path)
             )
-        copy.writer.finish()
+        if found.damage:
+            copy.writer.finish()
+        else:
+            copy.writer.abandon()
+            for one in (file, output):
+                one.seek(0)
+            output.truncate()
+            copyfileobj(file, output)
     return found
+
+
+class _Channel(NamedTuple):
+    """A channel of the new log."""
+
+    topic: str
+    add_message: Callable[..., None]
 
 
 @dataclass
@@ -76,9 +93,9 @@ class _Copy:
     index: list[Schema | Channel]  # from the file's end: the only place left where the first chunk is lost
     embedded: Embedded
     found: RepairReport = field(default_factory=RepairReport)
-    schemas: dict[int, int] = field(default_factory=dict)  # numbers in the old log -> in the new one
-    channels: dict[int, tuple[int, str]] = field(default_factory=dict)  # likewise, with the topic
-    reached: int = -1  # last tick kept
+    schemas: dict[int, Schema] = field(default_factory=dict)  # by number in the old log
+    channels: dict[int, _Channel] = field(default_factory=dict)  # likewise
+    reached: int = -1  # time of the last tick kept [ns]
 
     def copy_records(self, file: BinaryIO, size: int) -> None:
         """Copy all that is whole, to the file's end or to where its records can no longer be separated."""
@@ -121,44 +138,37 @@ class _Copy:
         self.writer.add_metadata(one.name, one.metadata)
 
     def _chunk(self, body: bytes) -> None:
-        """Copy a chunk, all of it or nothing."""
-        named, messages = self._contents(decompress_chunk(parse_record(Chunk, body)))
-        if any(message.tick <= self.reached for _, message in messages):
+        """Copy a chunk, unless it cannot be trusted or repeats earlier ticks."""
+        data = decompress_chunk(parse_record(Chunk, body))
+        found = [(opcode, body) for opcode, _, body in split_records(BytesIO(data), len(data))]
+        declared = _declared(found)
+        messages = [_numbered(body) for opcode, body in found if opcode == Opcode.MESSAGE]
+        if any(message.log_time <= self.reached for _, message in messages):
             raise DamageError("a chunk repeats earlier ticks")
-        self._register([*named, *self.index] if not self.channels else named)
-        for channel, one in messages:
-            number, _ = self.channels[channel]
-            self.writer.add_message(number, one.log_time, one.data, one.publish_time, one.tick)
-            if one.topic == channels.TICK:
-                self._tick(one.tick)
-        self.reached = max((message.tick for _, message in messages), default=self.reached)
+        self._declare([*declared, *self.index])
+        known = [(self.channels[number], message) for number, message in messages if number in self.channels]
+        ticks = [_tick_index(message.data) for channel, message in known if channel.topic == channels.TICK]
+        if messages and not known:
+            raise DamageError("a message belongs to no channel")
+        for channel, message in known:
+            channel.add_message(message.data, log_time=message.log_time)
         self.writer.flush()
+        for index in ticks:
+            self._tick(index)
+        self.reached = max((message.log_time for _, message in known), default=self.reached)
         self.found.chunks += 1
+        if len(known) < len(messages):
+            self.found.damage.append(f"{len(messages) - len(known)} messages belong to no channel")
 
-    def _contents(self, data: bytes) -> tuple[list[Schema | Channel], list[tuple[int, LogMessage]]]:
-        """Return a chunk's schemas and channels, and its messages with their channels' numbers in the old log."""
-        bodies = [(opcode, body) for opcode, _, body in split_records(BytesIO(data), len(data))]
-        named = _named(bodies)
-        topics = {one.id: one.topic for one in (*self.index, *named) if isinstance(one, Channel)}
-        topics |= {number: topic for number, (_, topic) in self.channels.items()}
-        messages = []
-        for opcode, body in bodies:
-            if opcode == Opcode.MESSAGE:
-                channel = MESSAGE_PREFIX.unpack_from(body)[0] if len(body) >= MESSAGE_PREFIX.size else -1
-                if channel not in topics:
-                    raise DamageError("a message belongs to no channel")
-                messages.append((channel, parse_message(topics[channel], body)))
-        return named, messages
-
-    def _register(self, named: Iterable[Schema | Channel]) -> None:
-        for one in named:
+    def _declare(self, records: Iterable[Schema | Channel]) -> None:
+        """Add to the new log what the old one declares, unless it is known."""
+        for one in records:
             if isinstance(one, Schema):
-                if one.id not in self.schemas:
-                    self.schemas[one.id] = self.writer.register_schema(one.name, one.encoding, one.data)
-            elif one.id not in self.channels:
-                schema = self.schemas.get(one.schema_id, 0)
-                number = self.writer.register_channel(one.topic, one.message_encoding, schema, one.metadata)
-                self.channels[one.id] = (number, one.topic)
+                self.schemas.setdefault(one.id, one)
+            elif one.id not in self.channels and one.schema_id in self.schemas:
+                schema = self.schemas[one.schema_id]
+                add_message = self.writer.add_channel(one.topic, schema.name, schema.data)
+                self.channels[one.id] = _Channel(one.topic, add_message)
 
     def _tick(self, index: int) -> None:
         runs = self.found.ticks
@@ -168,9 +178,24 @@ class _Copy:
             runs.append((index, index))
 
 
-def _named(bodies: Iterable[tuple[int, bytes]]) -> list[Schema | Channel]:
+def _numbered(body: bytes) -> tuple[int, LogMessage]:
+    """Return a message, whose topic is not known yet, and its channel's number."""
+    if len(body) < MESSAGE_PREFIX.size:
+        raise DamageError("a message is cut")
+    return MESSAGE_PREFIX.unpack_from(body)[0], parse_message("", body)
+
+
+def _tick_index(data: bytes) -> int:
+    try:
+        return CLASSES["Tick"].FromString(data).index  # pyright: ignore[reportAttributeAccessIssue]
+    except DecodeError as error:
+        raise DamageError("a message on /tick cannot be read") from error
+
+
+def _declared(records: Iterable[tuple[int, bytes]]) -> list[Schema | Channel]:
+    """Return the schemas and channels among records, given by opcode and body."""
     found: list[Schema | Channel] = []
-    for opcode, body in bodies:
+    for opcode, body in records:
         if opcode == Opcode.SCHEMA:
             found.append(parse_record(Schema, body))
         elif opcode == Opcode.CHANNEL:
@@ -181,7 +206,7 @@ def _named(bodies: Iterable[tuple[int, bytes]]) -> list[Schema | Channel]:
 def _index_channels(file: BinaryIO, size: int) -> list[Schema | Channel]:
     """Return schemas and channels from the index at the file's end; none when it is not whole."""
     try:
-        return _named(_index_records(file, size))
+        return _declared(_index_records(file, size))
     except DamageError:
         return []
 

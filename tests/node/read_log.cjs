@@ -2,7 +2,7 @@
 // Prints JSON: per channel the schema's name, how many messages there are, and the first and the last one decoded.
 const fs = require("node:fs/promises");
 const { McapIndexedReader } = require("@mcap/core");
-const { decompress } = require("fzstd");
+const { decompress } = require("lz4js");
 const protobuf = require("protobufjs");
 const descriptor = require("protobufjs/ext/descriptor");
 
@@ -31,7 +31,7 @@ function plain(type, message) {
 
 async function main(path) {
   const handle = await fs.open(path);
-  const decompressHandlers = { zstd: (data, size) => decompress(data, new Uint8Array(Number(size))) };
+  const decompressHandlers = { lz4: (data, size) => decompress(data, Number(size)) };
   const reader = await McapIndexedReader.Initialize({ readable: new File(handle), decompressHandlers });
   const types = new Map();
   const found = {};

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from io import BytesIO
 from typing import BinaryIO, TypeVar
 
+import lz4.frame
 import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
@@ -86,18 +87,36 @@ def parse_attachment(body: bytes) -> Attachment:
 
 def decompress_chunk(chunk: Chunk) -> bytes:
     """Return a chunk's records; raise DamageError unless its checksum holds."""
-    size = chunk.uncompressed_size
-    if chunk.compression != "zstd":
-        raise DamageError(f"a chunk is compressed with {chunk.compression!r:.20}, not with zstd")
+    decompress = DECOMPRESS.get(chunk.compression)
+    if decompress is None:
+        raise DamageError(f"a chunk is compressed with {chunk.compression!r:.20}; allowed: {', '.join(DECOMPRESS)}")
+    if chunk.uncompressed_size > LARGEST_CHUNK:
+        raise DamageError("a chunk has an impossible size")
     try:
-        if size > LARGEST_CHUNK or zstandard.frame_content_size(chunk.data) != size:
-            raise DamageError("a chunk has an impossible size")
-        data = zstandard.decompress(chunk.data)
-    except (zstandard.ZstdError, MemoryError) as error:
+        data = decompress(chunk.data, chunk.uncompressed_size)
+    except (zstandard.ZstdError, RuntimeError, MemoryError) as error:
         raise DamageError("a chunk cannot be decompressed") from error
     if zlib.crc32(data) != chunk.uncompressed_crc:
         raise DamageError("the checksum of a chunk does not match")
     return data
+
+
+def _decompress_lz4(data: bytes, size: int) -> bytes:
+    """Return what an LZ4 frame of `size` bytes holds, and no more than one byte beyond."""
+    found = lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1)
+    if len(found) != size:
+        raise DamageError("a chunk has an impossible size")
+    return found
+
+
+def _decompress_zstd(data: bytes, size: int) -> bytes:
+    """Return what a zstd frame of `size` bytes holds. Earlier logs have them, with the size in the frame."""
+    if zstandard.frame_content_size(data) != size:
+        raise DamageError("a chunk has an impossible size")
+    return zstandard.decompress(data)
+
+
+DECOMPRESS = {"lz4": _decompress_lz4, "zstd": _decompress_zstd}
 
 
 def _messages(data: bytes, topics: dict[int, str]) -> Iterator[LogMessage]:
@@ -115,8 +134,8 @@ def _messages(data: bytes, topics: dict[int, str]) -> Iterator[LogMessage]:
 
 def parse_message(topic: str, body: bytes) -> LogMessage:
     """Return the message in a record's body, which is not shorter than MESSAGE_PREFIX."""
-    _, index, log_time, publish_time = MESSAGE_PREFIX.unpack_from(body)
-    return LogMessage(topic, body[MESSAGE_PREFIX.size :], index, log_time, publish_time)
+    _, _, log_time, publish_time = MESSAGE_PREFIX.unpack_from(body)
+    return LogMessage(topic, body[MESSAGE_PREFIX.size :], log_time, publish_time)
 
 
 def check_end(file: BinaryIO, data_end: bytes) -> None:

@@ -28,7 +28,7 @@ class LoggedTicks:
         self.header: LogHeader = self._embedded.header(self.damage)
         self.run_metadata = self._embedded.metadata[channels.RUN_METADATA]
         rest = chain([first] if first else [], messages)
-        self._groups = groupby(rest, key=lambda message: message.tick)
+        self._groups = groupby(rest, key=lambda message: message.log_time)
 
     def __iter__(self) -> Iterator[list[LogMessage]]:
         """Return the iterator itself: the messages pass by once."""

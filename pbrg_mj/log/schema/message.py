@@ -11,11 +11,10 @@ NANOSECONDS = 1_000_000_000  # in a second
 
 
 class LogMessage(NamedTuple):
-    """Serialized data on a channel. Both times are simulated time."""
+    """Serialized data on a channel. Both times are simulated time; messages of one tick share theirs."""
 
     topic: str
     data: bytes
-    tick: int  # its number: MCAP's sequence number
     log_time: int  # [ns]
     publish_time: int  # [ns]
 

@@ -159,8 +159,8 @@ def _compare_tick(
 
 def _differences(kind: type[Message], logged: LogMessage, replayed: LogMessage) -> list[Difference]:
     found = list(differences(kind, logged.data, replayed.data))
-    for name, unit in (("tick", 1), ("log_time", NANOSECONDS), ("publish_time", NANOSECONDS)):
+    for name in ("log_time", "publish_time"):
         ours, theirs = getattr(logged, name), getattr(replayed, name)
         if ours != theirs:
-            found.append(Difference(f"the message's {name}", str(ours), str(theirs), abs(ours - theirs) / unit))
+            found.append(Difference(f"the message's {name}", str(ours), str(theirs), abs(ours - theirs) / NANOSECONDS))
     return found

@@ -1,107 +1,110 @@
-"""Writing MCAP files: byte for byte what mcap's own Writer writes, but compressed less, and faster.
-
-mcap's own records write all but chunks and their index. https://mcap.dev/spec
-"""
+"""Writing MCAP files: foxglove-sdk's compiled writer, with chunks that end where the log wants them to."""
 
 from __future__ import annotations
 
-import zlib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from io import SEEK_CUR
 from typing import BinaryIO
 
-import zstandard
-from mcap.records import (
-    Attachment,
-    AttachmentIndex,
-    Channel,
-    DataEnd,
-    Header,
-    Metadata,
-    MetadataIndex,
-    Schema,
-)
-from mcap.writer import MCAP0_MAGIC
-
-from pbrg_mj.log.write.mcap_chunk import ChunkBuilder
-from pbrg_mj.log.write.mcap_summary import McapSummary, encoded
-
-LEVEL = -3  # of compression: two fifths of the time of zstd's own choice, for a file 9 % larger
+import foxglove
+from foxglove.mcap import MCAPCompression, MCAPWriteOptions
 
 
 class McapWriter:
     """Writes an MCAP file, with every checksum and index, to `file`, which is empty and which the caller closes.
 
-    The methods are those of mcap's Writer, and one for many messages at once. A chunk ends only where `flush` is
-    called; a kill costs what came since.
+    A chunk ends only where `flush` is called, and is written whole: a kill costs what came since. The same calls make
+    the same bytes. Messages are numbered by channel, from 1. All methods raise what `file` raises.
     """
 
     def __init__(self, file: BinaryIO):
-        self._file = file
-        self._size = self._crc = 0  # of all that is written so far
-        self._compressor = zstandard.ZstdCompressor(level=LEVEL)
-        self._chunk = ChunkBuilder()
-        self._summary = McapSummary()
-        self._write(MCAP0_MAGIC)
-        self._write(encoded(Header(profile="", library="pbrg_mj")))
+        self._output = _Output(file)
+        self._context = foxglove.Context()  # its channels are this file's alone
+        options = MCAPWriteOptions(
+            compression=MCAPCompression.Lz4, chunk_size=None, disable_seeking=True, compression_threads=0
+        )
+        with self._errors_of_file():
+            self._writer = foxglove.open_mcap(self._output, context=self._context, writer_options=options)
 
     def add_attachment(self, create_time: int, log_time: int, name: str, media_type: str, data: bytes) -> None:
         """Write an attachment, outside of chunks; times in ns."""
-        about = {"log_time": log_time, "create_time": create_time, "name": name, "media_type": media_type}
-        offset, length = self._write(encoded(Attachment(data=data, **about)))
-        self._summary.attachments.append(AttachmentIndex(offset, length, data_size=len(data), **about))
+        with self._errors_of_file():
+            self._writer.attach(create_time=create_time, log_time=log_time, name=name, media_type=media_type, data=data)
 
     def add_metadata(self, name: str, data: dict[str, str]) -> None:
         """Write metadata, outside of chunks."""
-        offset, length = self._write(encoded(Metadata(name, data)))
-        self._summary.metadata.append(MetadataIndex(offset, length, name))
+        with self._errors_of_file():
+            self._writer.write_metadata(name, data)
 
-    def register_schema(self, name: str, encoding: str, data: bytes) -> int:
-        """Add a schema to the open chunk; return its number, from 1."""
-        schema = Schema(id=len(self._summary.schemas) + 1, name=name, encoding=encoding, data=data)
-        self._summary.schemas.append(schema)
-        self._chunk.add_record(encoded(schema))
-        return schema.id
+    def add_channel(self, topic: str, schema_name: str, schema_data: bytes) -> Callable[..., None]:
+        """Return what adds a message to the open chunk: call it with the data and `log_time` [ns].
 
-    def register_channel(self, topic: str, message_encoding: str, schema_id: int, metadata: dict[str, str]) -> int:
-        """Add a channel to the open chunk; return its number, from 1."""
-        channel = Channel(len(self._summary.channels) + 1, topic, message_encoding, metadata, schema_id)
-        self._summary.channels.append(channel)
-        self._chunk.add_record(encoded(channel))
-        return channel.id
-
-    def add_message(self, channel_id: int, log_time: int, data: bytes, publish_time: int, sequence: int) -> None:
-        """Add a message to the open chunk; times in ns."""
-        self.add_messages([(channel_id, data)], log_time, publish_time, sequence)
-
-    def add_messages(
-        self, messages: Iterable[tuple[int, bytes]], log_time: int, publish_time: int, sequence: int
-    ) -> None:
-        """Add channel and data of messages of one moment to the open chunk; times in ns."""
-        self._chunk.add_messages(messages, log_time, publish_time, sequence)
+        `schema_data` is the serialized FileDescriptorSet of the protobuf class `schema_name`. Channel and schema are
+        written with the first message.
+        """
+        schema = foxglove.Schema(name=schema_name, encoding="protobuf", data=schema_data)
+        return foxglove.Channel(topic, schema=schema, message_encoding="protobuf", context=self._context).log
 
     def flush(self) -> None:
-        """End the open chunk, unless it has no messages, and hand all that is written to the system."""
-        self._end_chunk()
-        self._file.flush()
+        """End the open chunk, unless it is empty, and hand all that is written to the file."""
+        with self._errors_of_file():
+            self._writer.flush()
 
     def finish(self) -> None:
         """End the open chunk and write the summary; nothing may follow."""
-        self._end_chunk()
-        self._write(encoded(DataEnd(self._crc)))
-        self._file.write(self._summary.encoded(self._size) + MCAP0_MAGIC)
+        with self._errors_of_file():
+            self._writer.close()
 
-    def _end_chunk(self) -> None:
-        chunk = self._chunk.finish(self._compressor, self._size)
-        if chunk is None:
-            return
-        self._write(chunk.records)
-        self._summary.add_chunk(chunk)
-        self._chunk = ChunkBuilder()
+    def abandon(self) -> None:
+        """Leave the file as it is, without the open chunk and the summary; nothing may follow."""
+        self._output.close()
+        with suppress(RuntimeError):  # after an error
+            self._writer.close()
 
-    def _write(self, data: bytes) -> tuple[int, int]:
-        """Append what the data's checksum covers; return where it is in the file, and its length."""
-        offset = self._size
-        self._file.write(data)
-        self._crc = zlib.crc32(data, self._crc)
+    @contextmanager
+    def _errors_of_file(self) -> Iterator[None]:
+        """Raise what the file raised: the compiled writer turns it into a RuntimeError without the system's words."""
+        try:
+            yield
+        except RuntimeError:
+            if self._output.error is None:
+                raise
+            raise self._output.error from None
+
+
+class _Output:
+    """What the compiled writer writes to: appends, and keeps the file's first error, of whatever kind."""
+
+    def __init__(self, file: BinaryIO):
+        self._file: BinaryIO | None = file
+        self._size = 0
+        self.error: BaseException | None = None
+
+    def write(self, data: bytes | bytearray) -> int:
+        try:
+            if self._file is not None:
+                self._file.write(data)
+        except BaseException as error:
+            self.error = self.error or error
+            raise
         self._size += len(data)
-        return offset, len(data)
+        return len(data)
+
+    def seek(self, offset: int, whence: int = 0) -> int:
+        """Return the position; the writer asks where it is, and never goes elsewhere."""
+        if (offset, whence) not in ((0, SEEK_CUR), (self._size, 0)):
+            raise OSError(f"cannot seek to {offset} from {whence}")
+        return self._size
+
+    def flush(self) -> None:
+        try:
+            if self._file is not None:
+                self._file.flush()
+        except BaseException as error:
+            self.error = self.error or error
+            raise
+
+    def close(self) -> None:
+        """Ignore what is written from now on."""
+        self._file = None

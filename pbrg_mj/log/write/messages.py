@@ -79,12 +79,10 @@ class MessageStream:
     def messages(self, record: TickRecord) -> list[LogMessage]:
         """Return a tick's messages, the one on /timing last. Call it or `serialize` once for every record."""
         time_ns = time_of(record)
-        return [
-            LogMessage(topic, data, record.index, time_ns, time_ns) for topic, data in self.serialize(record, time_ns)
-        ]
+        return [LogMessage(topic, data, time_ns, time_ns) for topic, data in self.serialize(record, time_ns)]
 
     def serialize(self, record: TickRecord, time_ns: int) -> list[tuple[str, bytes]]:
-        """Return channel and data of a tick's messages, all of which have the record's number and time."""
+        """Return channel and data of a tick's messages, all of which have the record's time."""
         found = self._reproducible(record, time_ns)
         if self._timing is not None:
             found.append((channels.TIMING, self._timing(record)))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import platform
 import re
+from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -27,6 +28,8 @@ PACKAGES = (
     "pydantic",
     "ruamel.yaml",
     "mcap",
+    "foxglove-sdk",
+    "lz4",
     "zstandard",
     "protobuf",
     "foxglove-schemas-protobuf",
@@ -83,12 +86,7 @@ def run_metadata(name: str, seed: int, dims: Dims) -> dict[str, str]:
     return {"name": name} | {key: str(value) for key, value in numbers.items()}
 
 
-def register_channels(writer: McapWriter, types: dict[str, type[Message]]) -> dict[str, int]:
-    """Register a channel for each topic, and each class's schema once; return topic -> channel number."""
-    schemas = {
-        kind: writer.register_schema(
-            kind.DESCRIPTOR.full_name, "protobuf", build_file_descriptor_set(kind).SerializeToString()
-        )
-        for kind in dict.fromkeys(types.values())
-    }
-    return {topic: writer.register_channel(topic, "protobuf", schemas[kind], {}) for topic, kind in types.items()}
+def add_channels(writer: McapWriter, types: dict[str, type[Message]]) -> dict[str, Callable[..., None]]:
+    """Add a channel for each topic; return topic -> what adds a message, called with its data and `log_time` [ns]."""
+    schemas = {kind: build_file_descriptor_set(kind).SerializeToString() for kind in set(types.values())}
+    return {topic: writer.add_channel(topic, kind.DESCRIPTOR.full_name, schemas[kind]) for topic, kind in types.items()}

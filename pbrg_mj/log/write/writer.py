@@ -12,7 +12,7 @@ from pbrg_mj.errors import InputError, PbrgError
 from pbrg_mj.log.schema import channels
 from pbrg_mj.log.write.mcap_writer import McapWriter
 from pbrg_mj.log.write.messages import MessageStream, dims_of, time_of
-from pbrg_mj.log.write.provenance import embed_provenance, register_channels
+from pbrg_mj.log.write.provenance import add_channels, embed_provenance
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.scenario.load import Loaded
 
@@ -64,11 +64,12 @@ class LogWriter:
         if self._file is None:
             return
         try:
-            # cut short inside a record, the open chunk may be inconsistent: leave the log as a kill would
             with self._file:
                 if self._between_records:
                     self._write_buffer()
                     self._writer.finish()
+                else:  # interrupted inside a tick: leave the log as a kill would
+                    self._writer.abandon()
         except OSError as failure:
             raise self._failed(failure) from failure
 
@@ -81,8 +82,8 @@ class LogWriter:
             self._writer = McapWriter(self._file)
             embed_provenance(self._writer, self._loaded, self._model_xml, dims_of(first))
             self._stream = MessageStream(self._loaded.scenario, first)
-            self._channels = register_channels(self._writer, self._stream.types)
-            self._file.flush()
+            self._channels = add_channels(self._writer, self._stream.types)
+            self._writer.flush()
         except OSError as error:
             raise self._failed(error) from error
 
@@ -102,14 +103,14 @@ class LogWriter:
         """Write one record; return the reproducible bytes it took before compression."""
         time_ns = time_of(record)
         messages = self._stream.serialize(record, time_ns)
-        self._writer.add_messages(
-            [(self._channels[topic], data) for topic, data in messages], time_ns, time_ns, record.index
-        )
+        for topic, data in messages:
+            self._channels[topic](data, log_time=time_ns)
         return sum([len(data) for topic, data in messages if topic != channels.TIMING])
 
     def _failed(self, error: OSError) -> PbrgError:
         """Close what is left of the file; `__exit__` then has nothing more to do."""
         if self._file is not None:
+            self._writer.abandon()
             with suppress(OSError):
                 self._file.close()
             self._file = None

@@ -49,7 +49,6 @@ def collect(socket: Any, topics: dict[int, str], count: int) -> list[tuple[str, 
 
 
 def test_a_plain_client_gets_the_same_bytes_as_the_log(tmp_path: Path) -> None:
-    need_module("foxglove")
     client = need_module("websockets.sync.client")
     path, plan = tmp_path / "log.mcap", loaded(timings=True)
     first, *rest = records(TICKS)
@@ -82,7 +81,6 @@ def messages(path: Path) -> list[tuple[str, int, bytes]]:
 
 
 def test_a_run_makes_the_same_log_with_and_without(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    need_module("foxglove")
     arguments = ["run", "paper/simulation_near", "--duration", "0.5", "--set", "log.timings=false", "--quiet"]
     assert main([*arguments, "-o", str(tmp_path / "plain.mcap")]) == 0
     assert main([*arguments, "-o", str(tmp_path / "live.mcap"), "--live", "--port", "0", "--pace", "5"]) == 0
@@ -91,7 +89,6 @@ def test_a_run_makes_the_same_log_with_and_without(tmp_path: Path, capsys: pytes
 
 
 def test_a_port_that_is_taken_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    need_module("foxglove")
     with LiveServer(loaded(timings=True).scenario, 0) as serve:
         port = serve.address.rsplit(":", 1)[1]
         assert main(["run", "paper/simulation_near", "-o", str(tmp_path / "a.mcap"), "--live", "--port", port]) == 2

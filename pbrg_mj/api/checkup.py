@@ -20,18 +20,19 @@ REQUIRED = (
     "mcap",
     "mcap-protobuf-support",
     "foxglove-schemas-protobuf",
+    "foxglove-sdk",
     "protobuf",
     "numba",
     "pydantic",
     "ruamel.yaml",
     "typer",
     "rich",
+    "lz4",
     "zstandard",
 )
 OPTIONAL = {
     "matplotlib": ("pbrg plot", "pip install 'pbrg-mj[plot]'"),
     "av": ("pbrg render", "pip install 'pbrg-mj[video]'"),
-    "foxglove-sdk": ("pbrg run --live", "pip install 'pbrg-mj[live]'"),
     "xarray": ("Run.to_xarray", "pip install 'pbrg-mj[xarray]'"),
 }
 

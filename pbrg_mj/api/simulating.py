@@ -72,7 +72,7 @@ def simulate(scenario: Scenario | str | Path, governor: Governor | None = None) 
 def serve(scenario: Scenario | str | Path, port: int = 8765) -> LiveServer:
     """Return a live server for Foxglove on this machine, a context manager to hand to `run` among those who watch.
 
-    It has its `address`; port 0 takes any free one. Raises InputError without foxglove-sdk, or when the port is taken.
+    It has its `address`; port 0 takes any free one. Raises InputError when the port is taken.
     """
     from pbrg_mj.log.live import LiveServer
 

@@ -59,7 +59,7 @@ def test_whatever_the_optimizer_says_nothing_forbidden_is_applied(name):
         _, memory = governor.step(static, memory)
     z = memory.inner.estimates.z.copy()
     z[:, :2] = [5.0, 7.0]
-    thrown = dataclasses.replace(memory.inner.estimates, z=z)
+    thrown = memory.inner.estimates._replace(z=z)
     memory = dataclasses.replace(memory, inner=memory.inner._replace(estimates=thrown))
     solution, _ = governor.step(static, memory)
     for m in solution.m:

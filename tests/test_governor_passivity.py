@@ -22,7 +22,7 @@ from pbrg_mj.governor.problem.rows import rho, row_values
 from tests.channels import channel
 from tests.problems import FORMATION, GRAPHS, graph, half_spaces, problem, random_problem
 
-FIELDS = [field.name for field in dataclasses.fields(Estimates)]
+FIELDS = Estimates._fields
 STEP = 1e-3
 
 
@@ -119,7 +119,7 @@ def test_a_wrong_update_shows_in_the_sign():
     flow = Flow(2.0, STEP)
     estimates = Estimates(rng.normal(size=(5, 22)), np.zeros((5, 22)), np.zeros((5, 15)), np.zeros((5, 4)))
     rates = change(static, estimates, flow)
-    backwards = dataclasses.replace(rates, z=rates.z + 2 * static.network.laplacian @ estimates.z)
+    backwards = rates._replace(z=rates.z + 2 * static.network.laplacian @ estimates.z)
     assert passivity(static, optimum, flow.alpha, estimates, rates).primal_dissipation > 0
     assert passivity(static, optimum, flow.alpha, estimates, backwards).primal_dissipation < 0
 

@@ -41,7 +41,7 @@ def team(size_and_edges, rng):
 
 def plain_robot(problem, e, i):
     """Robot i's rows after one round: eqs. 25-30, gradients in closed form, sums over neighbours in order."""
-    net, n, (alpha, step, cap) = problem.network, problem.network.robots, dataclasses.astuple(FLOW)
+    net, n, (alpha, step, cap) = problem.network, problem.network.robots, FLOW
     z, m = e.z[i], e.z[i, :2]
     lead = lead_zeta = np.zeros(4 * n + 2)
     for k in net.neighbours[net.first[i] : net.first[i + 1]]:
@@ -75,7 +75,7 @@ def test_every_robot_takes_its_own_step(name):
         problem, before = team(TEAMS[name], rng)
         after = run_rounds(problem, before, FLOW, 1)
         for i in range(problem.network.robots):
-            for got, want in zip(vars(after).values(), plain_robot(problem, before, i), strict=True):
+            for got, want in zip(after, plain_robot(problem, before, i), strict=True):
                 tolerance = 1e-13 if problem.rows.active[i].any() else 0.0
                 np.testing.assert_allclose(got[i], want, rtol=0, atol=tolerance)
 
@@ -83,6 +83,6 @@ def test_every_robot_takes_its_own_step(name):
 def test_rows_that_vanish_leave_no_multiplier_however_many_rounds():
     rng = np.random.default_rng(9)
     problem, before = team(TEAMS["ring of 5"], rng)
-    gone = dataclasses.replace(problem, rows=dataclasses.replace(problem.rows, active=np.zeros((5, 4), dtype=bool)))
+    gone = dataclasses.replace(problem, rows=problem.rows._replace(active=np.zeros((5, 4), dtype=bool)))
     for rounds in (1, 2, 3):
         assert not run_rounds(gone, before, FLOW, rounds).lam.any()

@@ -60,8 +60,8 @@ def test_one_round_is_one_euler_step_of_the_papers_equations(seed):
     before = random_estimates(rng, problem.rows)
     got = run_rounds(problem, before, FLOW, 1)
     want = naive_round(problem, before, alpha=2.0, step=1e-2)
-    for field in dataclasses.fields(Estimates):
-        np.testing.assert_allclose(getattr(got, field.name), getattr(want, field.name), atol=1e-9, rtol=0)
+    for one, other in zip(got, want, strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-9, rtol=0)
 
 
 def test_many_rounds_are_rounds_one_after_the_other_and_leave_their_input_alone():
@@ -73,8 +73,8 @@ def test_many_rounds_are_rounds_one_after_the_other_and_leave_their_input_alone(
     for _ in range(7):
         one_by_one = run_rounds(problem, one_by_one, FLOW, 1)
     at_once = run_rounds(problem, start, FLOW, 7)
-    for field in dataclasses.fields(Estimates):
-        np.testing.assert_array_equal(getattr(at_once, field.name), getattr(one_by_one, field.name))
+    for one, other in zip(at_once, one_by_one, strict=True):
+        np.testing.assert_array_equal(one, other)
     np.testing.assert_array_equal(start.z, kept)
 
 
@@ -93,8 +93,8 @@ def hops(network):
 PRIVATE = {
     "position": lambda p, k: dataclasses.replace(p, p=bumped(p.p, k)),
     "integral": lambda p, k: dataclasses.replace(p, xi=bumped(p.xi, k)),
-    "half-space": lambda p, k: dataclasses.replace(p, rows=dataclasses.replace(p.rows, d=bumped(p.rows.d, k, -5.0))),
-    "normal": lambda p, k: dataclasses.replace(p, rows=dataclasses.replace(p.rows, C=bumped(p.rows.C, k))),
+    "half-space": lambda p, k: dataclasses.replace(p, rows=p.rows._replace(d=bumped(p.rows.d, k, -5.0))),
+    "normal": lambda p, k: dataclasses.replace(p, rows=p.rows._replace(C=bumped(p.rows.C, k))),
 }
 
 
@@ -114,10 +114,10 @@ def test_private_data_travel_one_hop_a_round(name, private):
     network = graph(GRAPHS[name])
     rng = np.random.default_rng(7)
     walls_everywhere = random_problem(rng, network)
-    rows = dataclasses.replace(walls_everywhere.rows, active=np.ones_like(walls_everywhere.rows.active))
+    rows = walls_everywhere.rows._replace(active=np.ones_like(walls_everywhere.rows.active))
     problem = dataclasses.replace(walls_everywhere, rows=rows)
     start = random_estimates(rng, rows)
-    start = dataclasses.replace(start, lam=np.full_like(start.lam, 0.5))
+    start = start._replace(lam=np.full_like(start.lam, 0.5))
     distance = hops(network)
     for k in range(5):
         other = PRIVATE[private](problem, k)
@@ -125,10 +125,7 @@ def test_private_data_travel_one_hop_a_round(name, private):
             same = run_rounds(problem, start, FLOW, rounds)
             changed = run_rounds(other, start, FLOW, rounds)
             for i in range(5):
-                equal = all(
-                    np.array_equal(getattr(same, f.name)[i], getattr(changed, f.name)[i])
-                    for f in dataclasses.fields(Estimates)
-                )
+                equal = all(np.array_equal(one[i], other[i]) for one, other in zip(same, changed, strict=True))
                 if rounds <= distance[i, k]:
                     assert equal, (i, k, rounds)
                 if rounds >= distance[i, k] + 2:

@@ -53,6 +53,7 @@ def _distributed(scenario: Scenario) -> Governor:
         initial=settings.initial,
         channel=channel(scenario),
         diverged_beyond=scenario.outcome.diverged_beyond,
+        backend=settings.backend,
     )
     return GuardedGovernor(optimizer) if settings.guard else optimizer
 

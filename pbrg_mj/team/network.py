@@ -4,15 +4,25 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
+
+
+class GraphArrays(NamedTuple):
+    """What kernels take of a network, by its names there."""
+
+    first: np.ndarray  # (n + 1,) int64
+    neighbours: np.ndarray  # (2 * edges,) int64
+    leader: np.ndarray  # (n,)
 
 
 @dataclass(frozen=True)
 class Network:
     """An undirected, connected graph over n robots, and the leaders.
 
-    Neighbours of robot i are `neighbours[first[i]:first[i + 1]]`, ascending.
+    Neighbours of robot i are `neighbours[first[i]:first[i + 1]]`, ascending. Counted in this order, the directed link e
+    brings messages from robot `neighbours[e]` to robot `receiver[e]`.
     """
 
     laplacian: np.ndarray  # (n, n) L
@@ -34,6 +44,20 @@ class Network:
     def degree(self) -> np.ndarray:
         """Number of neighbours of each robot, (n,)."""
         return np.diff(self.first)
+
+    @cached_property
+    def receiver(self) -> np.ndarray:
+        """The robot at the end of each directed link, (2 * edges,)."""
+        return np.repeat(np.arange(self.robots), self.degree)
+
+    def links_to(self, i: int) -> range:
+        """Return the directed links that bring messages to robot i."""
+        return range(self.first[i], self.first[i + 1])
+
+    @cached_property
+    def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """`GraphArrays` as a plain tuple."""
+        return self.first, self.neighbours, self.leader
 
     @cached_property
     def laplacian_pinv(self) -> np.ndarray:

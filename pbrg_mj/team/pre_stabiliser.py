@@ -9,10 +9,10 @@ from pbrg_mj.scenario.schema import Control
 from pbrg_mj.team.network import Network
 
 
-def pre_stabilise(
+def pre_stabilised(
     network: Network, control: Control, p: np.ndarray, xi: np.ndarray, m: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the velocities u and the rates dxi/dt, both (n, 2) [m/s].
+    """Return the velocities u and the rates dxi/dt, both (n, 2) [m/s], in plain NumPy: the specification.
 
     u_j = -sum_k L_jk (p_k - xi_k) + alpha_r delta_j (m_j - p_j),  dxi_j/dt = -sum_k L_jk (p_k + leak xi_k)
 
@@ -23,15 +23,23 @@ def pre_stabilise(
     nothing away: it keeps the sum of xi since 1'L = 0, it adds -leak xi'L xi <= 0 to dV/dt so that the certificate
     stays valid, and it vanishes where L xi = 0, as in the formation at m with u = 0.
     """
-    graph = (network.first, network.neighbours, network.leader)
+    L, delta = network.laplacian, network.leader[:, None]
+    u = -L @ (p - xi) + control.alpha_r * delta * (m - p)  # eq. 2
+    return u, -L @ (p + control.leak * xi)
+
+
+def pre_stabilise(
+    network: Network, control: Control, p: np.ndarray, xi: np.ndarray, m: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return what `pre_stabilised` does, compiled."""
     u, rate = np.empty(p.shape), np.empty(p.shape)
-    write_pre_stabilised(graph, (p, xi, m), control.alpha_r, control.leak, u, rate)
+    write_pre_stabilised(network.arrays, (p, xi, m), control.alpha_r, control.leak, u, rate)
     return u, rate
 
 
 @kernel
 def write_pre_stabilised(graph, state, alpha_r, leak, u, rate):  # pragma: no cover - compiled
-    """Write what `pre_stabilise` returns."""
+    """Write u and dxi/dt, both (n, 2), of first, neighbours, leader of `GraphArrays` and p, xi, m, each (n, 2)."""
     first, neighbours, leader = graph
     p, xi, m = state
     for j in range(len(p)):

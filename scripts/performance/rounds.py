@@ -53,7 +53,7 @@ def _round_time(n: int) -> Round:
     problem, estimates = ring_problem(n)
     arguments = round_arguments(problem, estimates, FLOW)
     rounds = max(20, 200_000 // n**2)
-    state = np.concatenate([array.ravel() for array in vars(estimates).values()])
+    state = np.concatenate([array.ravel() for array in estimates])
     twin = np.empty_like(state)
     short, long, copying = each_in_turn(
         (

@@ -1,7 +1,8 @@
 """The paper's algorithm: rounds of messages between neighbours (eqs. 16-30).
 
-- `rounds`: the flow, its estimates, and rounds in which every message arrives
+- `estimates`: what the robots remember between rounds, and the flow's parameters
+- `equations`: one round in plain NumPy, as the paper writes it; `rounds`: the same compiled
 - `channel`: delay, loss and silence of messages, and what the links hold between rounds
-- `network_rounds`: rounds over such a channel, of estimates or of wave variables
+- `network_equations`: rounds over such a channel in plain NumPy; `network_rounds`: the same compiled
 - `governor`: a tick's rounds, and what each robot takes from them
 """

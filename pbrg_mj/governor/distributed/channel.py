@@ -97,8 +97,7 @@ def channel(scenario: Scenario) -> Channel | None:
 def _delays(scenario: Scenario, team: Network) -> np.ndarray:
     """Return the delay of every directed link, (E,): the team's, or the one stated for both directions of a link."""
     own = {frozenset(k - 1 for k in link.robots): link.delay_rounds for link in scenario.network.links}
-    receiver = np.repeat(np.arange(team.robots), team.degree)
-    pairs = zip(receiver.tolist(), team.neighbours.tolist(), strict=True)
+    pairs = zip(team.receiver.tolist(), team.neighbours.tolist(), strict=True)
     return np.array([own.get(frozenset(pair), scenario.network.delay_rounds) for pair in pairs], dtype=np.int64)
 
 
@@ -178,5 +177,4 @@ class LinkStates:
 
 def reverse_links(network: Network) -> np.ndarray:
     """Return the link in the other direction of every directed link, (E,)."""
-    receiver = np.repeat(np.arange(network.robots), network.degree)
-    return np.lexsort((receiver, network.neighbours))
+    return np.lexsort((network.receiver, network.neighbours))

@@ -8,9 +8,11 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from pbrg_mj.governor.distributed import equations, network_equations, network_rounds
+from pbrg_mj.governor.distributed import rounds as compiled
 from pbrg_mj.governor.distributed.channel import Channel, LinkStates
-from pbrg_mj.governor.distributed.network_rounds import run_network_rounds
-from pbrg_mj.governor.distributed.rounds import Estimates, Flow, check_limits, run_rounds
+from pbrg_mj.governor.distributed.estimates import Estimates, Flow
+from pbrg_mj.governor.distributed.rounds import check_limits
 from pbrg_mj.governor.problem.interface import Problem, Solution, Status
 
 DOUBLE = 8  # bytes of one number on the wire
@@ -22,7 +24,7 @@ class DistributedMemory(NamedTuple):
 
     estimates: Estimates
     m: np.ndarray  # (n, 2)
-    exchange: LinkStates | None = None  # None when every message arrives within its round
+    links: LinkStates | None = None  # None when every message arrives within its round
     diverged: bool = False  # the estimates have left all bounds
 
 
@@ -35,6 +37,7 @@ class DistributedGovernor:
     initial: Literal["zero", "start"]
     channel: Channel | None = None  # None: every message arrives within its round
     diverged_beyond: float = math.inf  # [m]
+    backend: Literal["compiled", "numpy"] = "compiled"  # fast, or the readable equations
 
     def init(self, problem: Problem) -> DistributedMemory:
         """Return first estimates: all zero (paper, simulations), or from the start positions (experiments).
@@ -47,8 +50,8 @@ class DistributedGovernor:
             z[:, :2] = problem.p
             z[:, 2 : 2 + 2 * n] = problem.p.reshape(-1)
         estimates = Estimates(z, np.zeros_like(z), np.zeros_like(problem.rows.d), np.zeros((n, 4)))
-        exchange = None if self.channel is None else LinkStates.empty(self.channel, n)
-        return DistributedMemory(estimates, z[:, :2].copy(), exchange, diverged=not self.check(estimates)[0])
+        links = None if self.channel is None else LinkStates.empty(self.channel, n)
+        return DistributedMemory(estimates, z[:, :2].copy(), links, diverged=not self.check(estimates)[0])
 
     def step(self, problem: Problem, memory: DistributedMemory) -> tuple[Solution, DistributedMemory]:
         """Run one tick's rounds.
@@ -76,14 +79,16 @@ class DistributedGovernor:
     ) -> tuple[Estimates, LinkStates | None, np.ndarray]:
         """Return the estimates and links after some rounds, and the bytes sent by each robot, (n,)."""
         numbers = 2 * (4 * problem.network.robots + 2)  # (z_i, zeta_i) or a wave, to every neighbour, every round
-        if self.channel is None or memory.exchange is None:
+        if self.channel is None or memory.links is None:
             sent = rounds * numbers * DOUBLE * problem.network.degree
-            return run_rounds(problem, memory.estimates, self.flow, rounds), None, sent
-        links = (memory.estimates, memory.exchange)
-        estimates, exchange, messages = run_network_rounds(problem, links, self.channel, self.flow, rounds)
+            plain = equations if self.backend == "numpy" else compiled
+            return plain.run_rounds(problem, memory.estimates, self.flow, rounds), None, sent
+        links = (memory.estimates, memory.links)
+        late = network_equations if self.backend == "numpy" else network_rounds
+        estimates, exchange, messages = late.run_network_rounds(problem, links, self.channel, self.flow, rounds)
         return estimates, exchange, messages * (numbers * DOUBLE + HOPS)
 
-    def _status(self, estimates: Estimates, exchange: LinkStates | None) -> Status:
+    def _status(self, estimates: Estimates, links: LinkStates | None) -> Status:
         bounded, capped = self.check(estimates)
         if not bounded:
             return "diverged"
@@ -91,13 +96,12 @@ class DistributedGovernor:
             return "holding"
         return "infeasible" if capped else "ok"
 
-    def _lost(self, problem: Problem, exchange: LinkStates | None) -> np.ndarray:
+    def _lost(self, problem: Problem, links: LinkStates | None) -> np.ndarray:
         """Return how many neighbours each robot counts as lost, (n,)."""
         n = problem.network.robots
         if self.channel is None or exchange is None:
             return np.zeros(n, dtype=np.int64)
-        receiver = np.repeat(np.arange(n), problem.network.degree)
-        return np.bincount(receiver[exchange.lost_links(self.channel)], minlength=n)
+        return np.bincount(problem.network.receiver[exchange.lost_links(self.channel)], minlength=n)
 
     def check(self, estimates: Estimates) -> tuple[bool, bool]:
         """Return whether the estimates are within bounds, and whether some multiplier is at its cap."""

@@ -1,22 +1,42 @@
-"""Rounds over a network with delay, loss and silent robots; messages are estimates or wave variables.
+"""Rounds over a network with delay, loss and silent robots, compiled: what `network_equations` specifies.
 
-Scattering (wave variables): on every link and for every component, y_i = (z_i, zeta_i) is moved by 2 M (r_i - y_i),
-M = [[1, -1], [1, 0]], where r_i is robot i's end of a lossless line of impedance eta. The robot sends
-a_i = (eta r_i + phi_i) / sqrt(2 eta) and hears b_i = (eta r_i - phi_i) / sqrt(2 eta), phi_i = 2 M (y_i - r_i), so that
-
-    r_i = (eta I + 2 M)^-1 (sqrt(2 eta) b_i + 2 M y_i),    a_i = sqrt(2 eta) r_i - b_i
-
-and the update sees 2 r_i - y_i in place of y_k. docs/network.md derives it and says what it guarantees.
+Python calls `_run` alone, with plain tuples; inside, everything has its name (see `rounds`).
 """
 
 from __future__ import annotations
 
+import dataclasses
+from typing import NamedTuple
+
 import numpy as np
 
 from pbrg_mj.governor.distributed.channel import NO_MESSAGE, Channel, LinkStates, reverse_links
-from pbrg_mj.governor.distributed.rounds import Estimates, Flow, active_rows, update_robots
+from pbrg_mj.governor.distributed.estimates import Estimates, Flow
+from pbrg_mj.governor.distributed.rounds import Heard, private_data, round_arguments, update_robots
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.kernel import kernel
+
+
+class LinkArrays(NamedTuple):
+    """Arrays of `LinkStates`, which say their shapes; kernels write them."""
+
+    flight: np.ndarray
+    flight_hops: np.ndarray
+    held: np.ndarray
+    held_hops: np.ndarray
+    age: np.ndarray
+    up: np.ndarray
+    hops: np.ndarray
+
+
+class LinkParameters(NamedTuple):
+    """The graph's links and how messages travel on them."""
+
+    first: np.ndarray  # (n + 1,) int64, of `Network`
+    reverse: np.ndarray  # (E,) int64, the link in the other direction
+    delay: np.ndarray  # (E,) int64 rounds
+    silent_after: int  # rounds
+    impedance: float  # 0.0: estimates are sent as they are
 
 
 def run_network_rounds(
@@ -26,98 +46,94 @@ def run_network_rounds(
 
     A robot that counts a neighbour as lost, or hears of such a robot, holds its estimates; it goes on sending.
     """
-    estimates, exchange = memory
-    net, rows = problem.network, problem.rows
-    bad = channel.lost(exchange.bad, exchange.round, rounds)
-    silent = channel.silent(exchange.round, rounds, net.robots)
-    links = exchange.copied()
+    estimates, before = memory
+    net = problem.network
+    bad = channel.lost(before.bad, before.round, rounds)
+    silent = channel.silent(before.round, rounds, net.robots)
+    links = before.copied()
     arrays = _run(
-        (estimates.z, estimates.zeta, estimates.lam, estimates.nu),
-        (links.flight, links.flight_hops, links.held, links.held_hops, links.age, links.up, links.hops),
-        (net.first, net.leader, reverse_links(net), channel.delay, channel.silent_after, channel.impedance),
-        (exchange.round, bad, silent),
-        (problem.p, problem.xi, problem.reference, rows.a, rows.C, rows.d, rows.active),
-        (flow.alpha, flow.step, flow.multiplier_cap),
+        round_arguments(problem, estimates, flow),
+        tuple(getattr(links, name) for name in LinkArrays._fields),
+        (net.first, reverse_links(net), channel.delay, channel.silent_after, channel.impedance),
+        (before.round, bad, silent),
     )
-    after = LinkStates(
-        exchange.round + rounds,
-        *(links.flight, links.flight_hops, links.held, links.held_hops, links.age, links.up),
-        bad=bad[-1].copy() if rounds else exchange.bad,
-        hops=links.hops,
-    )
+    after = dataclasses.replace(links, round=before.round + rounds, bad=bad[-1].copy() if rounds else before.bad)
     return Estimates(*arrays), after, np.sum(~silent, axis=0) * net.degree
 
 
 @kernel
-def _run(estimates, links, network, events, private, gains):  # pragma: no cover - compiled
-    """Run len(bad) rounds; `links` change in place."""
-    old = (estimates[0].copy(), estimates[1].copy(), estimates[2].copy(), estimates[3].copy())
-    new = (estimates[0].copy(), estimates[1].copy(), estimates[2].copy(), estimates[3].copy())
-    first, leader = network[0], network[1]
+def _run(arguments, link_arrays, link_parameters, events):  # pragma: no cover - compiled
+    """Run len(bad) rounds and return z, zeta, lam, nu; `link_arrays` change in place.
+
+    `arguments` are the first five of `rounds.write_rounds`, `link_arrays` and `link_parameters` plain tuples of the
+    members of their types, `events` the number of the first round, and for every round which links lose their messages,
+    bad (rounds, E), and which robots are silent (rounds, n).
+    """
+    estimates, graph, states, rows, flow = arguments
+    links, parameters, gains = LinkArrays(*link_arrays), LinkParameters(*link_parameters), Flow(*flow)
     start, bad, silent = events
-    p, xi, r, a, C, d, active = private
-    own = (leader, (p, xi, r), (a, C, d, active), active_rows(active))
-    waves = network[5] > 0.0
-    hops = links[6]
-    seen = np.zeros_like(links[2]) if waves else links[2]
-    heard_first, heard = np.zeros_like(first), np.zeros(len(bad[0]), dtype=np.int64)
+    private = private_data(graph, states, rows)
+    old = Estimates(estimates[0].copy(), estimates[1].copy(), estimates[2].copy(), estimates[3].copy())
+    new = Estimates(estimates[0].copy(), estimates[1].copy(), estimates[2].copy(), estimates[3].copy())
+    waves = parameters.impedance > 0.0
+    seen = np.zeros_like(links.held) if waves else links.held
+    heard = Heard(np.zeros_like(parameters.first), np.zeros(len(parameters.delay), dtype=np.int64), seen[0], seen[1])
     for t in range(len(bad)):
         if not waves:
-            _send_estimates(old, links, network, start + t, (bad[t], silent[t]))
-        _receive(links, network, start + t, silent[t])
+            _send_estimates(old, links, parameters, start + t, bad[t], silent[t])
+        _receive(links, parameters, start + t, silent[t])
         if waves:
-            _send_waves(old, seen, links, network, start + t, (bad[t], silent[t]))
-        _count_hops(links, network)
-        _list_heard(first, links[5], heard_first, heard)
-        new[2][:] = 0.0  # robots that held their estimates held multipliers of rows that are no more
-        update_robots(old, new, (heard_first, heard, seen[0], seen[1]), own, gains)
-        for i in range(len(leader)):
-            if hops[i] < len(leader):
+            _send_waves(old, seen, links, parameters, start + t, bad[t], silent[t])
+        _count_hops(links, parameters)
+        _list_heard(parameters.first, links.up, heard)
+        new.lam[:] = 0.0  # robots that held their estimates held multipliers of rows that are no more
+        update_robots(old, new, heard, private, gains)
+        for i in range(len(links.hops)):
+            if links.hops[i] < len(links.hops):
                 _copy_row(old, new, i)
-        links[4][:] += 1
+        links.age[:] += 1
         old, new = new, old
-    return old
+    return old.z, old.zeta, old.lam, old.nu
 
 
 @kernel
 def _copy_row(old, new, i):  # pragma: no cover - compiled
-    new[0][i] = old[0][i]
-    new[1][i] = old[1][i]
-    new[2][i] = old[2][i]
-    new[3][i] = old[3][i]
+    new.z[i] = old.z[i]
+    new.zeta[i] = old.zeta[i]
+    new.lam[i] = old.lam[i]
+    new.nu[i] = old.nu[i]
 
 
 @kernel
-def _list_heard(first, up, heard_first, heard):  # pragma: no cover - compiled
-    """List the links that are up, robot after robot: those of robot i in heard[heard_first[i]:heard_first[i + 1]]."""
+def _list_heard(first, up, heard):  # pragma: no cover - compiled
+    """List the links that are up, robot after robot: as `Heard` wants them."""
     count = 0
     for i in range(len(first) - 1):
         for e in range(first[i], first[i + 1]):
             if up[e]:
-                heard[count] = e
+                heard.which[count] = e
                 count += 1
-        heard_first[i + 1] = count
+        heard.first[i + 1] = count
 
 
 @kernel
-def _send_estimates(old, links, network, now, events):  # pragma: no cover - compiled
-    flight, flight_hops, hops = links[0], links[1], links[6]
-    first, reverse = network[0], network[2]
-    bad, silent = events
+def _send_estimates(old, links, parameters, now, bad, silent):  # pragma: no cover - compiled
+    flight, flight_hops, hops = links.flight, links.flight_hops, links.hops
+    first, reverse = parameters.first, parameters.reverse
     slot = now % flight.shape[2]
     for i in range(len(hops)):
         for e in range(first[i], first[i + 1]):
             out = reverse[e]
-            flight[0, out, slot] = old[0][i]
-            flight[1, out, slot] = old[1][i]
+            flight[0, out, slot] = old.z[i]
+            flight[1, out, slot] = old.zeta[i]
             flight_hops[out, slot] = NO_MESSAGE if silent[i] or bad[out] else hops[i]
 
 
 @kernel
-def _receive(links, network, now, silent):  # pragma: no cover - compiled
+def _receive(links, parameters, now, silent):  # pragma: no cover - compiled
     """Hold on every link the message that comes in this round, if one comes; cut links that are silent for long."""
-    flight, flight_hops, held, held_hops, age, up, _ = links
-    first, delay, patience = network[0], network[3], network[4]
+    flight, flight_hops, held, held_hops = links.flight, links.flight_hops, links.held, links.held_hops
+    first, delay, age, up = parameters.first, parameters.delay, links.age, links.up
     for i in range(len(first) - 1):
         for e in range(first[i], first[i + 1]):
             slot = (now - delay[e]) % flight.shape[2]
@@ -127,20 +143,19 @@ def _receive(links, network, now, silent):  # pragma: no cover - compiled
                 held_hops[e] = flight_hops[e, slot]
                 age[e] = delay[e]
                 up[e] = True
-            elif age[e] - delay[e] >= patience:
+            elif age[e] - delay[e] >= parameters.silent_after:
                 up[e] = False
 
 
 @kernel
-def _send_waves(old, seen, links, network, now, events):  # pragma: no cover - compiled
+def _send_waves(old, seen, links, parameters, now, bad, silent):  # pragma: no cover - compiled
     """Solve every robot's end of every link: what the update sees, and the wave that is sent."""
-    flight, flight_hops, held, up, hops = links[0], links[1], links[2], links[5], links[6]
-    first, reverse, eta = network[0], network[2], network[5]
-    bad, silent = events
+    flight, flight_hops, held, up, hops = links.flight, links.flight_hops, links.held, links.up, links.hops
+    first, reverse, eta = parameters.first, parameters.reverse, parameters.impedance
     slot = now % flight.shape[2]
     root, det = np.sqrt(2.0 * eta), eta * eta + 2.0 * eta + 4.0  # det of eta I + 2 M
     for i in range(len(hops)):
-        z, zeta = old[0][i], old[1][i]
+        z, zeta = old.z[i], old.zeta[i]
         for e in range(first[i], first[i + 1]):
             out = reverse[e]
             flight_hops[out, slot] = NO_MESSAGE if silent[i] or bad[out] else hops[i]
@@ -161,16 +176,16 @@ def _send_waves(old, seen, links, network, now, events):  # pragma: no cover - c
 
 
 @kernel
-def _count_hops(links, network):  # pragma: no cover - compiled
+def _count_hops(links, parameters):  # pragma: no cover - compiled
     """Count how many links ago some robot lost a neighbour; counts beyond n - 1 are echoes and die out."""
-    held_hops, age, up, hops = links[3], links[4], links[5], links[6]
-    first, delay, patience = network[0], network[3], network[4]
+    held_hops, age, up, hops = links.held_hops, links.age, links.up, links.hops
+    first, delay = parameters.first, parameters.delay
     n = len(hops)
     for i in range(n):
         nearest = n
         for e in range(first[i], first[i + 1]):
             if up[e]:
                 nearest = min(nearest, held_hops[e] + 1)
-            elif age[e] - delay[e] >= patience:
+            elif age[e] - delay[e] >= parameters.silent_after:
                 nearest = 0
         hops[i] = nearest

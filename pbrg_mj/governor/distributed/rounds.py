@@ -1,47 +1,48 @@
-"""The paper's passivity-based distributed optimization (eqs. 25-30): PI consensus, gradient descent, dual ascent.
+"""Communication rounds, compiled: what `equations` specifies, for all robots at once.
 
-One explicit step of its equations is one communication round: every robot sends (z_i, zeta_i) to its neighbours once
-and then updates its own estimate from what it heard and what it alone knows.
-
-z_i = (m, z_p1, ..., z_pn, z_xi1, ..., z_xin) in R^(4n + 2) is robot i's estimate of the whole network's optimum.
+Kernels that Python calls take plain tuples in the order of the named tuples' fields, for to find a named tuple's type
+costs more than a round; inside, everything has its name.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from pbrg_mj.governor.distributed.estimates import Estimates, Flow
 from pbrg_mj.governor.problem.interface import Problem
+from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.kernel import kernel
+from pbrg_mj.team.network import GraphArrays
 
 
-@dataclass(frozen=True)
-class Flow:
-    """Parameters of the flow that every robot integrates.
+class Heard(NamedTuple):
+    """What robots heard in one round: robot i the rows which[first[i]:first[i + 1]] of z and zeta."""
 
-    With a finite `multiplier_cap` mu the network minimizes f + mu sum max(g, 0), the exact penalty: the same optimum
-    while every optimal multiplier is below mu, and the least violation instead of runaway when nothing is admissible.
-    """
-
-    alpha: float  # gain
-    step: float  # of one round [s]
-    multiplier_cap: float = math.inf
+    first: np.ndarray  # (n + 1,) int64
+    which: np.ndarray  # int64
+    z: np.ndarray  # (robots or links, 4n + 2)
+    zeta: np.ndarray  # likewise
 
 
-@dataclass(frozen=True)
-class Estimates:
-    """What the robots remember between rounds; row i is robot i's own."""
+class Private(NamedTuple):
+    """What robots alone know; row i is robot i's own, and its constraints that exist are row[first[i]:first[i + 1]]."""
 
-    z: np.ndarray  # (n, 4n + 2)
-    zeta: np.ndarray  # (n, 4n + 2) integral states of the PI consensus
-    lam: np.ndarray  # (n, R) multipliers of g_i <= 0
-    nu: np.ndarray  # (n, 4) multipliers of h_i = (z_pi - p_i, z_xii - xi_i) = 0
+    leader: np.ndarray  # (n,) delta
+    p: np.ndarray  # (n, 2) [m]
+    xi: np.ndarray  # (n, 2) [m]
+    reference: np.ndarray  # (2,) the operator's, heard by the leaders [m]
+    a: np.ndarray  # (n, R)
+    C: np.ndarray  # (n, R, 2)
+    d: np.ndarray  # (n, R) [m]
+    first: np.ndarray  # (n + 1,) int64
+    row: np.ndarray  # int64
 
 
 def run_rounds(problem: Problem, estimates: Estimates, flow: Flow, rounds: int) -> Estimates:
-    """Return the estimates after `rounds` communication rounds."""
+    """Return the estimates after `rounds` communication rounds in which every message arrives."""
     z, lam, nu = estimates.z.shape, estimates.lam.shape, estimates.nu.shape
     after = (np.empty(z), np.empty(z), np.zeros(lam), np.empty(nu))  # numpy makes them faster than compiled code does
     write_rounds(*round_arguments(problem, estimates, flow), rounds, after)
@@ -50,82 +51,81 @@ def run_rounds(problem: Problem, estimates: Estimates, flow: Flow, rounds: int) 
 
 def round_arguments(problem: Problem, estimates: Estimates, flow: Flow) -> tuple[tuple, tuple, tuple, tuple, tuple]:
     """Return the first five arguments of `rounds_in_new_arrays` and `write_rounds`."""
-    net, rows = problem.network, problem.rows
-    return (
-        (estimates.z, estimates.zeta, estimates.lam, estimates.nu),
-        (net.first, net.neighbours, net.leader),
-        (problem.p, problem.xi, problem.reference),
-        (rows.a, rows.C, rows.d, rows.active),
-        (flow.alpha, flow.step, flow.multiplier_cap),
-    )
+    states = (problem.p, problem.xi, problem.reference)
+    return tuple(estimates), problem.network.arrays, states, tuple(problem.rows), tuple(flow)
 
 
 @kernel
-def rounds_in_new_arrays(estimates, network, state, rows, gains, rounds):  # pragma: no cover - compiled
-    """Return the arrays of the estimates after so many rounds, all of them new."""
+def rounds_in_new_arrays(estimates, graph, states, rows, flow, rounds):  # pragma: no cover - compiled
+    """Return z, zeta, lam, nu after so many rounds, all of them new; arguments are those of `write_rounds`."""
     after = empty_estimates(estimates)
-    write_rounds(estimates, network, state, rows, gains, rounds, after)
+    write_rounds(estimates, graph, states, rows, flow, rounds, after)
     return after
 
 
 @kernel
-def write_rounds(estimates, network, state, rows, gains, rounds, after):  # pragma: no cover - compiled
-    """Write the estimates after so many rounds to `after`, arrays like those of `empty_estimates`."""
-    first, neighbours, leader = network
-    own, other, now = (leader, state, rows, active_rows(rows[3])), empty_estimates(estimates), estimates
+def write_rounds(estimates, graph, states, rows, flow, rounds, after):  # pragma: no cover - compiled
+    """Write the estimates after so many rounds.
+
+    `estimates` and `after` are z, zeta, lam, nu of `Estimates`, those before are kept, lam of those after is all 0;
+    `graph` first, neighbours, leader of `GraphArrays`; `states` p (n, 2), xi (n, 2), reference (2,); `rows` a, C, d,
+    active of `Rows`; `flow` alpha, step, multiplier_cap of `Flow`.
+    """
+    net, gains, private = GraphArrays(*graph), Flow(*flow), private_data(graph, states, rows)
+    now, last, other = Estimates(*estimates), Estimates(*after), Estimates(*empty_estimates(estimates))
     for left in range(rounds, 0, -1):
-        then = after if left % 2 == 1 else other  # so that the last round writes what is asked for
-        update_robots(now, then, (first, neighbours, now[0], now[1]), own, gains)
+        then = last if left % 2 == 1 else other  # so that the last round writes what is asked for
+        update_robots(now, then, Heard(net.first, net.neighbours, now.z, now.zeta), private, gains)
         now = then
     if rounds == 0:
-        after[0][:], after[1][:], after[2][:], after[3][:] = now
+        last.z[:], last.zeta[:], last.lam[:], last.nu[:] = estimates
 
 
 @kernel
 def empty_estimates(estimates):  # pragma: no cover - compiled
-    """Return new estimates for `update_robots` to write."""
+    """Return new arrays like z, zeta, lam, nu for `update_robots` to write."""
     z, zeta, lam, nu = estimates
     return np.empty(z.shape), np.empty(zeta.shape), np.zeros(lam.shape), np.empty(nu.shape)
 
 
 @kernel
-def active_rows(active):  # pragma: no cover - compiled
-    """Return the rows that exist, robot after robot: those of robot i are `which[first[i]:first[i + 1]]`."""
-    first = np.zeros(len(active) + 1, dtype=np.int64)
-    which = np.empty(active.size, dtype=np.int64)
-    for i in range(len(active)):
+def private_data(graph, states, rows):  # pragma: no cover - compiled
+    """Return `Private` of plain tuples as `write_rounds` takes them."""
+    (p, xi, reference), own = states, Rows(*rows)
+    first = np.zeros(len(own.active) + 1, dtype=np.int64)
+    existing = np.empty(own.active.size, dtype=np.int64)
+    for i in range(len(own.active)):
         first[i + 1] = first[i]
-        for row in range(active.shape[1]):
-            if active[i, row]:
-                which[first[i + 1]] = row
+        for row in range(own.active.shape[1]):
+            if own.active[i, row]:
+                existing[first[i + 1]] = row
                 first[i + 1] += 1
-    return first, which
+    return Private(GraphArrays(*graph).leader, p, xi, reference, own.a, own.C, own.d, first, existing)
 
 
 @kernel
-def update_robots(old, new, heard, own, gains):  # pragma: no cover - compiled
+def update_robots(old, new, heard, private, flow):  # pragma: no cover - compiled
     """Write every robot's row of `new` from its own row of `old`, from what it heard and from what it alone knows.
 
-    `new` lambda has zeros where there are no rows: they are not written again and again, for most slots are empty.
-    heard = (first, at, seen_z, seen_zeta): robot i heard the rows at[first[i]:first[i + 1]] of seen_z and seen_zeta.
-    The parts take whole arrays and index them: a view of one robot's row is a reference that numba counts, up and down,
-    by atomic instructions; forty of them for each robot would be most of a small team's round.
+    `old`, `new` are `Estimates`, `heard`, `private` and `flow` what their types say. `new.lam` has zeros where there are
+    no rows: they are not written again and again, for most slots are empty. The parts take whole arrays and index them:
+    a view of one robot's row is a reference that numba counts, up and down, by atomic instructions; forty of them for
+    each robot would be most of a small team's round.
     """
-    leader, (p, xi, r), (a, C, d, _), there = own
-    _consensus(old, new, heard, gains[1])
-    _descend(old, new, (leader, r), (a, C, d, there), gains)
-    _pin_states(old, new, (p, xi), gains)
+    _consensus(old, new, heard, flow.step)
+    _descend(old, new, private, flow)
+    _pin_states(old, new, private, flow)
 
 
 @kernel
 def _consensus(old, new, heard, step):  # pragma: no cover - compiled
     """Write z_i - step (sum_k L_ik z_k - sum_k L_ik zeta_k) and zeta_i - step sum_k L_ik z_k; its loops vectorise."""
-    z, zeta, new_z, new_zeta = old[0], old[1], new[0], new[1]
-    first, at, seen_z, seen_zeta = heard
+    z, zeta, new_z, new_zeta = old.z, old.zeta, new.z, new.zeta
+    first, which, seen_z, seen_zeta = heard.first, heard.which, heard.z, heard.zeta
     n, width = z.shape
     for i in range(n):
         if first[i + 1] - first[i] == 2:  # as on a ring: both sums at once, every number is read and written once
-            k, j = at[first[i]], at[first[i] + 1]
+            k, j = which[first[i]], which[first[i] + 1]
             for c in range(width):
                 lead = (z[i, c] - seen_z[k, c]) + (z[i, c] - seen_z[j, c])
                 lead_zeta = (zeta[i, c] - seen_zeta[k, c]) + (zeta[i, c] - seen_zeta[j, c])
@@ -135,7 +135,7 @@ def _consensus(old, new, heard, step):  # pragma: no cover - compiled
         for c in range(width):
             new_z[i, c] = new_zeta[i, c] = 0.0
         for e in range(first[i], first[i + 1]):
-            k = at[e]
+            k = which[e]
             for c in range(width):
                 new_zeta[i, c] += z[i, c] - seen_z[k, c]
                 new_z[i, c] += zeta[i, c] - seen_zeta[k, c]
@@ -146,12 +146,12 @@ def _consensus(old, new, heard, step):  # pragma: no cover - compiled
 
 
 @kernel
-def _descend(old, new, goal, rows, gains):  # pragma: no cover - compiled
+def _descend(old, new, private, flow):  # pragma: no cover - compiled
     """Take step alpha (grad f_i + grad g_i' lambda_i) from new z_i (eq. 25); write new lambda_i (eq. 29)."""
-    z, lam, new_z, new_lam = old[0], old[2], new[0], new[2]
-    leader, r = goal
-    a, C, d, (first, there) = rows
-    alpha, step, cap = gains
+    z, lam, new_z, new_lam = old.z, old.lam, new.z, new.lam
+    leader, r, first, existing = private.leader, private.reference, private.first, private.row
+    a, C, d = private.a, private.C, private.d
+    alpha, step, cap = flow.alpha, flow.step, flow.multiplier_cap
     n = len(leader)
     for i in range(n):
         rho = off_x = off_y = 0.0  # nobody asks for them where there are no rows
@@ -160,7 +160,7 @@ def _descend(old, new, goal, rows, gains):  # pragma: no cover - compiled
         pull = 0.0  # sum of a lambda: the weight of grad rho
         push_x = push_y = 0.0  # sum of C lambda
         for e in range(first[i], first[i + 1]):
-            row = there[e]
+            row = existing[e]
             multiplier = lam[i, row]
             pull += a[i, row] * multiplier
             push_x += C[i, row, 0] * multiplier
@@ -182,11 +182,10 @@ def _descend(old, new, goal, rows, gains):  # pragma: no cover - compiled
 
 
 @kernel
-def _pin_states(old, new, state, gains):  # pragma: no cover - compiled
+def _pin_states(old, new, private, flow):  # pragma: no cover - compiled
     """Take step alpha grad h_i' nu_i from new z_i, of which it moves robot i's own blocks; write new nu_i (eq. 30)."""
-    z, nu, new_z, new_nu = old[0], old[3], new[0], new[3]
-    p, xi = state
-    alpha, step, _ = gains
+    z, nu, new_z, new_nu = old.z, old.nu, new.z, new.nu
+    p, xi, alpha, step = private.p, private.xi, flow.alpha, flow.step
     n = len(p)
     for i in range(n):
         for axis in range(2):

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pbrg_mj.governor.monitor.tick_block import TickBlock, problem_at
+from pbrg_mj.governor.monitor.tick_block import BlockArrays, TickBlock, problem_at
 from pbrg_mj.kernel import kernel
 
 
@@ -30,53 +30,56 @@ def diagnose(block: TickBlock, m: np.ndarray, multipliers: np.ndarray, before: D
     complementarity are the residuals of the KKT conditions, eq. 24, of the whole network's problem in m at the
     network's multipliers.
     """
-    last = (np.zeros(2), 0.0) if before is None else (before.applied_m, before.storage)
+    last_m, last_storage = (np.zeros(2), 0.0) if before is None else (before.applied_m, before.storage)
     applied, values = np.empty((len(m), 2)), np.empty((len(m), 6))
-    _evaluate_ticks(block.network.leader, block.arrays, (m, multipliers), last, applied, values)
+    _evaluate_ticks(block.network.leader, block.arrays, m, multipliers, last_m, last_storage, applied, values)
     if before is None:
         values[0, 1] = 0.0
     return list(map(Diagnostics, applied, *values.T.tolist()))
 
 
 @kernel
-def _evaluate_ticks(leader, problems, answers, last, applied, values):  # pragma: no cover - compiled
-    """Write the fields of every tick's Diagnostics, in their order."""
-    (m, lam), (last_m, last_storage) = answers, last
+def _evaluate_ticks(
+    leader, block_arrays, m, lam, last_m, last_storage, applied, values
+):  # pragma: no cover - compiled
+    """Write of every tick the mean of the leaders' m to `applied` (T, 2), the other fields to `values` (T, 6).
+
+    `block_arrays` are those of `TickBlock.arrays`, `leader` (n,), `m` (T, n, 2), `lam` (T, n, R), `last_m` (2,).
+    """
+    block = BlockArrays(*block_arrays)
     for t in range(len(m)):
-        (p, xi, r), rows = problem_at(problems, t)
-        now = _evaluate((leader, r, m[t], lam[t]), (p, xi), rows, (last_m, last_storage))
-        last_m, last_storage = now[0], now[1]
-        applied[t, 0], applied[t, 1] = last_m[0], last_m[1]
-        values[t, 0], values[t, 1], values[t, 2] = now[1], now[2], now[3]
-        values[t, 3], values[t, 4], values[t, 5] = now[4], now[5], now[6]
+        problem, mean = problem_at(block, t), _mean_of_leaders(leader, m[t])
+        storage = _storage(mean, problem.p, problem.xi)
+        rows = _evaluate_rows(mean, math.sqrt(2.0 * storage), lam[t], problem.rows)
+        values[t, 0], values[t, 1] = storage, _storage(last_m, problem.p, problem.xi) - last_storage
+        values[t, 2], values[t, 3] = rows.worst, _spread(m[t])
+        values[t, 4], values[t, 5] = _stationarity(leader.sum(), mean, storage, problem, rows), rows.complementarity
+        applied[t, 0], applied[t, 1] = mean[0], mean[1]
+        last_m, last_storage = mean, storage
 
 
 @kernel
-def _evaluate(answer, state, rows, before):  # pragma: no cover - compiled
-    """Return the fields of Diagnostics, in their order."""
-    leader, r, known_m, lam = answer
-    p, xi = state
-    n, leaders, m = len(p), leader.sum(), np.zeros(2)
-    for i in range(n):
-        m[0] += leader[i] * known_m[i, 0] / leaders
-        m[1] += leader[i] * known_m[i, 1] / leaders
-    storage, held = _storage(m, p, xi), _storage(before[0], p, xi) - before[1]
-    rho = math.sqrt(2.0 * storage)
-    worst, complementarity, pull, push_x, push_y = _evaluate_rows(m, rho, lam, rows)
-    weight = pull / rho if rho > 0.0 else 0.0
-    sum_x = sum_y = 0.0
-    for j in range(n):
-        sum_x += p[j, 0]
-        sum_y += p[j, 1]
-    x = push_x + (2.0 * leaders * (m[0] - r[0]) + weight * (n * m[0] - sum_x))
-    y = push_y + (2.0 * leaders * (m[1] - r[1]) + weight * (n * m[1] - sum_y))
-    return m, storage, held, worst, _spread(known_m), math.hypot(x, y), complementarity
+def _mean_of_leaders(leader, m):  # pragma: no cover - compiled
+    leaders, mean = leader.sum(), np.zeros(2)
+    for i in range(len(leader)):
+        mean[0] += leader[i] * m[i, 0] / leaders
+        mean[1] += leader[i] * m[i, 1] / leaders
+    return mean
+
+
+class _RowSums(NamedTuple):
+    """What all rows together say at one m."""
+
+    worst: float  # largest g [m]
+    complementarity: float  # largest |lambda g| [m^2]
+    pull: float  # sum of a lambda
+    push_x: float  # sum of C lambda
+    push_y: float
 
 
 @kernel
 def _evaluate_rows(m, rho, lam, rows):  # pragma: no cover - compiled
-    """Return the largest row, the largest |lambda g|, sum of a lambda and sum of C lambda."""
-    a, C, d, active = rows
+    a, C, d = rows.a, rows.C, rows.d
     worst, largest = -np.inf, 0.0
     pull = push_x = push_y = 0.0
     for i in range(a.shape[0]):
@@ -84,10 +87,25 @@ def _evaluate_rows(m, rho, lam, rows):  # pragma: no cover - compiled
             pull += a[i, row] * lam[i, row]
             push_x += lam[i, row] * C[i, row, 0]
             push_y += lam[i, row] * C[i, row, 1]
-            if active[i, row]:
+            if rows.active[i, row]:
                 g = a[i, row] * rho + C[i, row, 0] * m[0] + C[i, row, 1] * m[1] - d[i, row]
                 worst, largest = max(worst, g), max(largest, abs(lam[i, row] * g))
-    return worst, largest, pull, push_x, push_y
+    return _RowSums(worst, largest, pull, push_x, push_y)
+
+
+@kernel
+def _stationarity(leaders, m, storage, problem, rows):  # pragma: no cover - compiled
+    """Return || sum delta 2 (m - r) + sum lambda grad g ||."""
+    p, r, n = problem.p, problem.reference, len(problem.p)
+    rho = math.sqrt(2.0 * storage)
+    weight = rows.pull / rho if rho > 0.0 else 0.0
+    sum_x = sum_y = 0.0
+    for j in range(n):
+        sum_x += p[j, 0]
+        sum_y += p[j, 1]
+    x = rows.push_x + (2.0 * leaders * (m[0] - r[0]) + weight * (n * m[0] - sum_x))
+    y = rows.push_y + (2.0 * leaders * (m[1] - r[1]) + weight * (n * m[1] - sum_y))
+    return math.hypot(x, y)
 
 
 @kernel

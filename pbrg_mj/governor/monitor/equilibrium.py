@@ -6,11 +6,12 @@ The kernels index whole arrays instead of taking rows and sums of columns, as `p
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from pbrg_mj.governor.centralized.optimum import Optimum
-from pbrg_mj.governor.distributed.rounds import Estimates
+from pbrg_mj.governor.distributed.estimates import Estimates
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.kernel import kernel
 
@@ -21,26 +22,45 @@ def equilibrium(problem: Problem, optimum: Optimum, alpha: float, zeta_mean: np.
     z_i = (m*, p, xi) for all robots; nu balances grad g' lambda in each robot's own blocks; L zeta balances what is
     left. The mean of zeta, (4n + 2,), is conserved by the flow and therefore given.
     """
-    z, zeta, nu, _ = equilibrium_arrays(*equilibrium_arguments(problem, optimum, alpha), zeta_mean)
+    z, zeta, nu, _ = equilibrium_arrays(equilibrium_arguments(problem, optimum, alpha), zeta_mean)
     return Estimates(z, zeta, optimum.multipliers, nu)
 
 
+class OptimumArrays(NamedTuple):
+    """What kernels take of an optimum and its problem."""
+
+    m: np.ndarray  # (2,) m* [m]
+    p: np.ndarray  # (n, 2) [m]
+    xi: np.ndarray  # (n, 2) [m]
+    lam: np.ndarray  # (n, R) lambda*
+    a: np.ndarray  # (n, R)
+    C: np.ndarray  # (n, R, 2)
+    leader: np.ndarray  # (n,) delta
+    reference: np.ndarray  # (2,) [m]
+    laplacian_pinv: np.ndarray  # (n, n)
+    alpha: float
+
+
 def equilibrium_arguments(problem: Problem, optimum: Optimum, alpha: float) -> tuple:
-    """Return the first six arguments of `equilibrium_arrays`."""
+    """Return `OptimumArrays` as a plain tuple."""
     network, rows = problem.network, problem.rows
-    state, aims = (optimum.m, problem.p, problem.xi), (network.leader, problem.reference)
-    return state, optimum.multipliers, (rows.a, rows.C), aims, network.laplacian_pinv, alpha
+    states, aims = (optimum.m, problem.p, problem.xi), (network.leader, problem.reference)
+    return (*states, optimum.multipliers, rows.a, rows.C, *aims, network.laplacian_pinv, alpha)
 
 
 @kernel
-def equilibrium_arrays(state, lam, rows, aims, pinv, alpha, zeta_mean):  # pragma: no cover - compiled
-    """Return z, zeta, nu, and grad g_i' lambda_i + grad h_i' nu_i of every robot, (n, 4n + 2)."""
-    z, nu, force = _primal_and_nu(state, lam, rows)
-    pushed, m, (leader, r) = alpha * force, state[0], aims
+def equilibrium_arrays(optimum_arrays, zeta_mean):  # pragma: no cover - compiled
+    """Return z, zeta (n, 4n + 2), nu (n, 4), and grad g_i' lambda_i + grad h_i' nu_i of every robot, (n, 4n + 2).
+
+    `optimum_arrays` are the members of `OptimumArrays`, `zeta_mean` (4n + 2,) the mean of zeta over the robots.
+    """
+    optimum = OptimumArrays(*optimum_arrays)
+    z, nu, force = _primal_and_nu(optimum)
+    pushed, m, r, leader = optimum.alpha * force, optimum.m, optimum.reference, optimum.leader
     for i in range(len(leader)):
         for axis in range(2):
-            pushed[i, axis] = alpha * (force[i, axis] + 2.0 * leader[i] * (m[axis] - r[axis]))
-    zeta = pinv @ pushed
+            pushed[i, axis] = optimum.alpha * (force[i, axis] + 2.0 * leader[i] * (m[axis] - r[axis]))
+    zeta = optimum.laplacian_pinv @ pushed
     for i in range(zeta.shape[0]):
         for c in range(zeta.shape[1]):
             zeta[i, c] += zeta_mean[c]
@@ -48,9 +68,9 @@ def equilibrium_arrays(state, lam, rows, aims, pinv, alpha, zeta_mean):  # pragm
 
 
 @kernel
-def _primal_and_nu(state, lam, rows):  # pragma: no cover - compiled
+def _primal_and_nu(optimum):  # pragma: no cover - compiled
     """Return z, nu, and the force of all rows and of nu, which cancels it in z_p and z_xi as a sum over the robots."""
-    m, p, xi = state
+    m, p, xi = optimum.m, optimum.p, optimum.xi
     n = len(p)
     z, nu = np.empty((n, 4 * n + 2)), np.zeros((n, 4))
     for i in range(n):
@@ -58,7 +78,7 @@ def _primal_and_nu(state, lam, rows):  # pragma: no cover - compiled
             z[i, axis] = m[axis]
             for j in range(n):
                 z[i, 2 + 2 * j + axis], z[i, 2 + 2 * n + 2 * j + axis] = p[j, axis], xi[j, axis]
-    force = dual_force(z, lam, nu, rows)
+    force = dual_force(z, optimum.lam, nu, optimum.a, optimum.C)
     for j in range(n):
         for axis in range(2):
             at_p, at_xi = 2 + 2 * j + axis, 2 + 2 * n + 2 * j + axis
@@ -73,9 +93,11 @@ def _primal_and_nu(state, lam, rows):  # pragma: no cover - compiled
 
 
 @kernel
-def dual_force(z, lam, nu, rows):  # pragma: no cover - compiled
-    """Return grad g_i(z_i)' lambda_i + grad h_i' nu_i of every robot, (n, 4n + 2); `rows` are a and C of all."""
-    a, C = rows
+def dual_force(z, lam, nu, a, C):  # pragma: no cover - compiled
+    """Return Gamma lambda + Psi nu (eqs. 26, 27): grad g_i(z_i)' lambda_i + grad h_i' nu_i of every robot, (n, 4n + 2).
+
+    z (n, 4n + 2), lam (n, R), nu (n, 4), a (n, R), C (n, R, 2).
+    """
     n, force = len(z), np.empty(z.shape)
     for i in range(n):
         pull = push_x = push_y = square = 0.0

@@ -23,8 +23,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pbrg_mj.governor.centralized.optimum import Optimum
-from pbrg_mj.governor.distributed.rounds import Estimates, Flow
-from pbrg_mj.governor.monitor.equilibrium import dual_force, equilibrium_arguments, equilibrium_arrays
+from pbrg_mj.governor.distributed.estimates import Estimates, Flow
+from pbrg_mj.governor.monitor.equilibrium import OptimumArrays, dual_force, equilibrium_arguments, equilibrium_arrays
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.kernel import kernel
 
@@ -58,23 +58,24 @@ def passivity(problem: Problem, optimum: Optimum, alpha: float, before: Estimate
     The balance belongs to the flow as it was really integrated and exchanged: loss, delay or a wrong update show in
     its sign.
     """
-    motions = tuple((one.z, one.zeta, one.lam, one.nu) for one in (before, rates))
-    return Passivity(*balance_about_optimum(equilibrium_arguments(problem, optimum, alpha), *motions))
+    about = equilibrium_arguments(problem, optimum, alpha)
+    return Passivity(*balance_about_optimum(about, tuple(before), tuple(rates)))
 
 
 @kernel
-def balance_about_optimum(about, before, rates):  # pragma: no cover - compiled
-    """Compute what `passivity` returns; `about` are `equilibrium_arguments`."""
-    lam, rows, alpha = about[1], about[2], about[5]
-    z_1, zeta_1, lam_1, nu_1 = before
-    z_rate, zeta_rate, lam_rate, nu_rate = rates
-    z, zeta, nu, rest = equilibrium_arrays(*about, _mean_row(zeta_1))
-    supply = _supply(z, z_1, rest, dual_force(z_1, lam_1, nu_1, rows))
-    stored_z, growth_z = _difference(z, z_1, z_rate)
-    stored_zeta, growth_zeta = _difference(zeta, zeta_1, zeta_rate)
-    stored_lam, growth_lam = _difference(lam, lam_1, lam_rate)
-    stored_nu, growth_nu = _difference(nu, nu_1, nu_rate)
-    primal, dual = -alpha * supply - growth_z - growth_zeta, supply - growth_lam - growth_nu
+def balance_about_optimum(optimum_arrays, before, rates):  # pragma: no cover - compiled
+    """Compute what `passivity` returns.
+
+    `optimum_arrays` are the members of `OptimumArrays`, `before` and `rates` z, zeta, lam, nu of `Estimates`.
+    """
+    optimum, now, rate = OptimumArrays(*optimum_arrays), Estimates(*before), Estimates(*rates)
+    z, zeta, nu, force = equilibrium_arrays(optimum_arrays, _mean_row(now.zeta))
+    supply = _supply(z, now.z, force, dual_force(now.z, now.lam, now.nu, optimum.a, optimum.C))
+    stored_z, growth_z = _difference(z, now.z, rate.z)
+    stored_zeta, growth_zeta = _difference(zeta, now.zeta, rate.zeta)
+    stored_lam, growth_lam = _difference(optimum.lam, now.lam, rate.lam)
+    stored_nu, growth_nu = _difference(nu, now.nu, rate.nu)
+    primal, dual = -optimum.alpha * supply - growth_z - growth_zeta, supply - growth_lam - growth_nu
     return stored_z + stored_zeta, stored_lam + stored_nu, primal, dual
 
 
@@ -115,23 +116,21 @@ def flow_passivity(problem: Problem, flow: Flow, rounds: tuple[Estimates, Estima
     Explicit rounds add half the square of a round's change; where a multiplier steps to its end, the clip may add as
     much once. Where the flow is at rest the signs are those of rounding.
     """
-    arrays = tuple((one.z, one.zeta, one.lam, one.nu) for one in rounds)
-    (balance,) = Passivity.from_rows(
-        np.array([flow_balance(arrays, (problem.rows.a, problem.rows.C), flow.alpha, flow.step)])
-    )
-    return balance
+    first, second, third = map(tuple, rounds)
+    balance = flow_balance(first, second, third, problem.rows.a, problem.rows.C, flow.alpha, flow.step)
+    return Passivity.from_rows(np.array([balance]))[0]
 
 
 @kernel
-def flow_balance(rounds, rows, alpha, step):  # pragma: no cover - compiled
-    """Compute what `flow_passivity` returns; `rows` are a and C."""
-    (z, zeta, lam, nu), (z_1, zeta_1, lam_1, nu_1), (z_2, zeta_2, lam_2, nu_2) = rounds
-    before, after = dual_force(z, lam, nu, rows), dual_force(z_1, lam_1, nu_1, rows)
-    supply = _supply(z, z_1, before, after) / step**2
-    speed_z, growth_z = _motion(z, z_1, z_2, step)
-    speed_zeta, growth_zeta = _motion(zeta, zeta_1, zeta_2, step)
-    speed_lam, growth_lam = _motion(lam, lam_1, lam_2, step)
-    speed_nu, growth_nu = _motion(nu, nu_1, nu_2, step)
+def flow_balance(first, second, third, a, C, alpha, step):  # pragma: no cover - compiled
+    """Compute what `flow_passivity` returns, of z, zeta, lam, nu of `Estimates` after three rounds in a row."""
+    x, y, w = Estimates(*first), Estimates(*second), Estimates(*third)
+    before, after = dual_force(x.z, x.lam, x.nu, a, C), dual_force(y.z, y.lam, y.nu, a, C)
+    supply = _supply(x.z, y.z, before, after) / step**2
+    speed_z, growth_z = _motion(x.z, y.z, w.z, step)
+    speed_zeta, growth_zeta = _motion(x.zeta, y.zeta, w.zeta, step)
+    speed_lam, growth_lam = _motion(x.lam, y.lam, w.lam, step)
+    speed_nu, growth_nu = _motion(x.nu, y.nu, w.nu, step)
     primal, dual = -alpha * supply - growth_z - growth_zeta, supply - growth_lam - growth_nu
     return speed_z + speed_zeta, speed_lam + speed_nu, primal, dual
 

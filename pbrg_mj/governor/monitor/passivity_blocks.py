@@ -7,17 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from pbrg_mj.governor.centralized.optimum import Optimum
-from pbrg_mj.governor.distributed.rounds import (
-    Estimates,
-    Flow,
-    active_rows,
-    check_limits,
-    empty_estimates,
-    update_robots,
-)
+from pbrg_mj.governor.distributed.estimates import Estimates, Flow
+from pbrg_mj.governor.distributed.rounds import Heard, check_limits, empty_estimates, private_data, update_robots
 from pbrg_mj.governor.monitor.passivity import Passivity, balance_about_optimum, flow_balance
-from pbrg_mj.governor.monitor.tick_block import TickBlock, problem_at, stack_ticks
+from pbrg_mj.governor.monitor.tick_block import BlockArrays, TickBlock, problem_at, stack_ticks
 from pbrg_mj.kernel import kernel
+from pbrg_mj.team.network import GraphArrays
 
 
 def passivities_about_optima(
@@ -27,67 +22,70 @@ def passivities_about_optima(
 
     Unknown where such a round leaves `limit` [m] or is not finite, and where there is no optimum.
     """
+    balances, gains, net = np.empty((len(optima), 4)), tuple(flow), block.network
     m, lam = stack_ticks([one.m for one in optima]), stack_ticks([one.multipliers for one in optima])
-    balances = np.empty((len(optima), 4))
-    optimum, gains = (m, lam, block.network.laplacian_pinv), (flow.alpha, flow.step, flow.multiplier_cap)
-    _one_round_balances(_states(estimates), _graph(block), block.arrays, gains, optimum, limit, balances)
+    states = tuple(map(stack_ticks, zip(*estimates, strict=True)))
+    _one_round_balances(states, net.arrays, block.arrays, gains, m, lam, net.laplacian_pinv, limit, balances)
     return Passivity.from_rows(balances)
 
 
-def _states(estimates: Sequence[Estimates]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    return (
-        stack_ticks([one.z for one in estimates]),
-        stack_ticks([one.zeta for one in estimates]),
-        stack_ticks([one.lam for one in estimates]),
-        stack_ticks([one.nu for one in estimates]),
-    )
-
-
-def _graph(block: TickBlock) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    net = block.network
-    return net.first, net.neighbours, net.leader
+def flow_passivities_of_block(block: TickBlock, flow: Flow, estimates: Sequence[Estimates]) -> list[Passivity]:
+    """Return `flow_passivity` of T states and the two rounds that follow each when messages arrive within theirs."""
+    balances, states = np.empty((len(estimates), 4)), tuple(map(stack_ticks, zip(*estimates, strict=True)))
+    _two_rounds_balances(states, block.network.arrays, block.arrays, tuple(flow), balances)
+    return Passivity.from_rows(balances)
 
 
 @kernel
-def _one_round_balances(states, network, problems, gains, optimum, limit, balances):  # pragma: no cover - compiled
-    m, lam, pinv = optimum
+def _one_round_balances(
+    states, graph, block_arrays, flow, m, lam, pinv, limit, balances
+):  # pragma: no cover - compiled
+    """Write a row of `balances` (T, 4) for every tick, NaN where the round leaves `limit`.
+
+    `states` are z, zeta, lam, nu of `Estimates` with T as their first axis, `graph` the members of `GraphArrays`,
+    `block_arrays` of `BlockArrays`, `flow` of `Flow`; `m` (T, 2) and `lam` (T, n, R) the optima, `pinv` (n, n).
+    """
+    block, gains, net = BlockArrays(*block_arrays), Flow(*flow), GraphArrays(*graph)
     for t in range(len(m)):
-        state, rows = problem_at(problems, t)
-        optimum = (m[t], lam[t], pinv)
-        _write_balance(
-            _one_round_balance(_state_at(states, t), network, state, rows, gains, optimum, limit), balances, t
-        )
+        problem, now = problem_at(block, t), _estimates_at(states, t)
+        private = private_data(graph, (problem.p, problem.xi, problem.reference), problem.rows)
+        rate = _next_round(now, net, private, gains)
+        if check_limits(rate.z, rate.lam, limit, gains.multiplier_cap)[0]:
+            _to_rate(rate.z, now.z, gains.step)
+            _to_rate(rate.zeta, now.zeta, gains.step)
+            _to_rate(rate.lam, now.lam, gains.step)
+            _to_rate(rate.nu, now.nu, gains.step)
+            states_there, rows = (m[t], problem.p, problem.xi), problem.rows
+            about = (*states_there, lam[t], rows.a, rows.C, net.leader, problem.reference, pinv, gains.alpha)
+            _write_balance(balance_about_optimum(about, now, rate), balances, t)
+        else:
+            _write_balance((np.nan, np.nan, np.nan, np.nan), balances, t)
 
 
 @kernel
-def _state_at(states, t):  # pragma: no cover - compiled
+def _two_rounds_balances(states, graph, block_arrays, flow, balances):  # pragma: no cover - compiled
+    """Write a row of `balances` (T, 4) for every tick; arguments as of `_one_round_balances`."""
+    block, gains, net = BlockArrays(*block_arrays), Flow(*flow), GraphArrays(*graph)
+    for t in range(len(balances)):
+        problem, now = problem_at(block, t), _estimates_at(states, t)
+        private = private_data(graph, (problem.p, problem.xi, problem.reference), problem.rows)
+        first = _next_round(now, net, private, gains)
+        second = _next_round(first, net, private, gains)
+        balance = flow_balance(now, first, second, problem.rows.a, problem.rows.C, gains.alpha, gains.step)
+        _write_balance(balance, balances, t)
+
+
+@kernel
+def _estimates_at(states, t):  # pragma: no cover - compiled
     z, zeta, lam, nu = states
-    return z[t], zeta[t], lam[t], nu[t]
+    return Estimates(z[t], zeta[t], lam[t], nu[t])
 
 
 @kernel
-def _write_balance(balance, balances, t):  # pragma: no cover - compiled
-    balances[t, 0], balances[t, 1], balances[t, 2], balances[t, 3] = balance
-
-
-@kernel
-def _one_round_balance(estimates, network, state, rows, gains, optimum, limit):  # pragma: no cover - compiled
-    leader, (p, xi, r), (a, C, _, active), (m, lam, pinv) = network[2], state, rows, optimum
-    after = _next_round(estimates, network, (leader, state, rows, active_rows(active)), gains)
-    if not check_limits(after[0], after[2], limit, gains[2])[0]:
-        return np.nan, np.nan, np.nan, np.nan
-    _to_rate(after[0], estimates[0], gains[1])
-    _to_rate(after[1], estimates[1], gains[1])
-    _to_rate(after[2], estimates[2], gains[1])
-    _to_rate(after[3], estimates[3], gains[1])
-    return balance_about_optimum(((m, p, xi), lam, (a, C), (leader, r), pinv, gains[0]), estimates, after)
-
-
-@kernel
-def _next_round(estimates, network, own, gains):  # pragma: no cover - compiled
+def _next_round(now, graph, private, flow):  # pragma: no cover - compiled
     """Return the estimates a round later when every message arrives within it, arrays of their own."""
-    new = empty_estimates(estimates)
-    update_robots(estimates, new, (network[0], network[1], estimates[0], estimates[1]), own, gains)
+    new = Estimates(*empty_estimates(now))
+    update_robots(now, new, Heard(graph.first, graph.neighbours, now.z, now.zeta), private, flow)
     return new
 
 
@@ -99,23 +97,6 @@ def _to_rate(after, before, step):  # pragma: no cover - compiled
             after[i, c] = (after[i, c] - before[i, c]) / step
 
 
-def flow_passivities_of_block(block: TickBlock, flow: Flow, estimates: Sequence[Estimates]) -> list[Passivity]:
-    """Return `flow_passivity` of T states and the two rounds that follow each when messages arrive within theirs."""
-    balances, gains = np.empty((len(estimates), 4)), (flow.alpha, flow.step, flow.multiplier_cap)
-    _two_rounds_balances(_states(estimates), _graph(block), block.arrays, gains, balances)
-    return Passivity.from_rows(balances)
-
-
 @kernel
-def _two_rounds_balances(states, network, problems, gains, balances):  # pragma: no cover - compiled
-    for t in range(len(balances)):
-        state, rows = problem_at(problems, t)
-        _write_balance(_two_rounds_balance(_state_at(states, t), network, state, rows, gains), balances, t)
-
-
-@kernel
-def _two_rounds_balance(estimates, network, state, rows, gains):  # pragma: no cover - compiled
-    own = (network[2], state, rows, active_rows(rows[3]))
-    first = _next_round(estimates, network, own, gains)
-    second = _next_round(first, network, own, gains)
-    return flow_balance((estimates, first, second), (rows[0], rows[1]), gains[0], gains[1])
+def _write_balance(balance, balances, t):  # pragma: no cover - compiled
+    balances[t, 0], balances[t, 1], balances[t, 2], balances[t, 3] = balance

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 from pbrg_mj.governor.centralized.optimum import Optimum
 from pbrg_mj.governor.distributed.governor import DistributedGovernor, DistributedMemory
-from pbrg_mj.governor.distributed.rounds import Estimates
+from pbrg_mj.governor.distributed.estimates import Estimates
 from pbrg_mj.governor.guard import GuardedGovernor, GuardedMemory
 from pbrg_mj.governor.monitor.passivity import Passivity, flow_passivity, passivity
 from pbrg_mj.governor.monitor.passivity_blocks import flow_passivities_of_block, passivities_about_optima
@@ -49,7 +49,7 @@ class DistributedPassivity:
     ) -> list[Passivity]:
         """Return at T ticks the balance over the next round; what is on the lines is not in it."""
         governor = self.governor
-        if governor.channel is not None:
+        if not _compiled_and_in_time(governor):
             return list(map(self._about_optimum, block.problems, memories, optima))
         estimates = [memory.estimates for memory in memories]
         balances = passivities_about_optima(block, optima, governor.flow, estimates, governor.diverged_beyond)
@@ -57,7 +57,7 @@ class DistributedPassivity:
 
     def of_velocity(self, block: TickBlock, memories: Sequence[DistributedMemory]) -> list[Passivity]:
         """Return at T ticks the balance of the flow's own velocity over the next two rounds."""
-        if self.governor.channel is not None:
+        if not _compiled_and_in_time(self.governor):
             return list(map(self._of_velocity, block.problems, memories))
         balances = flow_passivities_of_block(block, self.governor.flow, [memory.estimates for memory in memories])
         return _while_bounded(memories, balances)
@@ -68,8 +68,8 @@ class DistributedPassivity:
         flow, before, after = self.governor.flow, memory.estimates, self.governor.run(problem, memory, 1)[0]
         if not self.governor.check(after)[0]:
             return Passivity.unknown()
-        rates = {name: (getattr(after, name) - now) / flow.step for name, now in vars(before).items()}
-        return passivity(problem, optimum, flow.alpha, before, Estimates(**rates))
+        rates = Estimates(*((new - now) / flow.step for new, now in zip(after, before, strict=True)))
+        return passivity(problem, optimum, flow.alpha, before, rates)
 
     def _of_velocity(self, problem: Problem, memory: DistributedMemory) -> Passivity:
         if memory.diverged:
@@ -111,6 +111,11 @@ class OwnPassivity:
         """Return what its `flow_passivity(problem, memory)` returns at T ticks."""
         balance = getattr(self.governor, "flow_passivity", _unknown)
         return [balance(*tick) for tick in zip(block.problems, memories, strict=True)]
+
+
+def _compiled_and_in_time(governor: DistributedGovernor) -> bool:
+    """Return whether the compiled rounds without delay and loss, which blocks of ticks take, are the governor's."""
+    return governor.channel is None and governor.backend == "compiled"
 
 
 def _unknown(*_: Any) -> Passivity:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,7 +20,7 @@ class TickBlock:
 
     problems: Sequence[Problem]
     state: tuple[np.ndarray, np.ndarray, np.ndarray]  # p, xi (T, n, 2) and the operator's r (T, 2) [m]
-    rows: tuple[np.ndarray, ...]  # a, C, d, active of U `Rows`, (U, n, R) or (U, n, R, 2)
+    rows: Rows  # of U `Rows`, each array with U as its first axis
     rows_at: np.ndarray  # (T,) int64, which of them
 
     @classmethod
@@ -38,12 +39,7 @@ class TickBlock:
                 stack_ticks([problem.xi for problem in problems]),
                 stack_ticks([problem.reference for problem in problems]),
             ),
-            rows=(
-                stack_ticks([rows.a for rows in distinct]),
-                stack_ticks([rows.C for rows in distinct]),
-                stack_ticks([rows.d for rows in distinct]),
-                stack_ticks([rows.active for rows in distinct]),
-            ),
+            rows=Rows(*map(stack_ticks, zip(*distinct, strict=True))),
             rows_at=rows_at,
         )
 
@@ -54,16 +50,38 @@ class TickBlock:
 
     @property
     def arrays(self) -> tuple:
-        """What `problem_at` takes."""
-        return self.state, self.rows, self.rows_at
+        """`BlockArrays` as a plain tuple."""
+        return (*self.state, *self.rows, self.rows_at)
+
+
+class BlockArrays(NamedTuple):
+    """What kernels take of a block of T ticks with U `Rows`."""
+
+    p: np.ndarray  # (T, n, 2) [m]
+    xi: np.ndarray  # (T, n, 2) [m]
+    reference: np.ndarray  # (T, 2) [m]
+    a: np.ndarray  # (U, n, R)
+    C: np.ndarray  # (U, n, R, 2)
+    d: np.ndarray  # (U, n, R) [m]
+    active: np.ndarray  # (U, n, R) bool
+    rows_at: np.ndarray  # (T,) int64
+
+
+class TickArrays(NamedTuple):
+    """What kernels take of one tick's problem."""
+
+    p: np.ndarray  # (n, 2) [m]
+    xi: np.ndarray  # (n, 2) [m]
+    reference: np.ndarray  # (2,) [m]
+    rows: Rows
 
 
 @kernel
-def problem_at(arrays, t):  # pragma: no cover - compiled
-    """Return p, xi and r of a block's tick, and a, C, d and active of its rows."""
-    (p, xi, r), (a, C, d, active), rows_at = arrays
-    u = rows_at[t]
-    return (p[t], xi[t], r[t]), (a[u], C[u], d[u], active[u])
+def problem_at(block, t):  # pragma: no cover - compiled
+    """Return the `TickArrays` of a tick of `BlockArrays`."""
+    u = block.rows_at[t]
+    rows = Rows(block.a[u], block.C[u], block.d[u], block.active[u])
+    return TickArrays(block.p[t], block.xi[t], block.reference[t], rows)
 
 
 def stack_ticks(arrays: Sequence[np.ndarray]) -> np.ndarray:

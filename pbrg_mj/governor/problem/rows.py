@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 
-@dataclass(frozen=True)
-class Rows:
+class Rows(NamedTuple):
     """Rows a rho(m, z_p, z_xi) + C m - d <= 0 of every robot's private constraint g_i.
 
     Convex in z because a >= 0.
@@ -22,12 +21,7 @@ class Rows:
 
 def stacked(first: Rows, second: Rows) -> Rows:
     """Return both robots' rows side by side."""
-    return Rows(
-        np.concatenate([first.a, second.a], axis=1),
-        np.concatenate([first.C, second.C], axis=1),
-        np.concatenate([first.d, second.d], axis=1),
-        np.concatenate([first.active, second.active], axis=1),
-    )
+    return Rows(*(np.concatenate(pair, axis=1) for pair in zip(first, second, strict=True)))
 
 
 def rho(m: np.ndarray, p: np.ndarray, xi: np.ndarray) -> float:

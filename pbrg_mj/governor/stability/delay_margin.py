@@ -105,9 +105,8 @@ def _response(rounds: DelayedRounds, points: np.ndarray, lead: float) -> tuple[n
     """Return the phase of det P / (z - 1)^n (S,) and the diagonal of P^-1 (S, n); K = `lead` diag(delta)."""
     network, step = rounds.network, rounds.step
     n = network.robots
-    receiver = np.repeat(np.arange(n), network.degree)
     seen = np.zeros((len(points), n, n), dtype=complex)
-    seen[:, receiver, network.neighbours] = points[:, None] ** -rounds.delay.astype(float)
+    seen[:, network.receiver, network.neighbours] = points[:, None] ** -rounds.delay.astype(float)
     late = np.diag(network.degree) - seen  # L(z)
     ahead = (points - 1.0)[:, None, None]
     scaled = np.eye(n) + step * (late + lead * np.diag(network.leader)) / ahead + (step / ahead) ** 2 * (late @ late)

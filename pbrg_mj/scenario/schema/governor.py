@@ -52,6 +52,11 @@ class Governor(Section):
         default=False,
         description="apply no reference that the robots' own rows forbid, though the optimizer lags; not in the paper",
     )
+    backend: Literal["compiled", "numpy"] = Field(
+        default="compiled",
+        description="of the distributed governor and of eq. 2: compiled kernels, or the equations in plain NumPy, "
+        "readable and slow",
+    )
 
 
 class Reference(Section):

@@ -1,0 +1,154 @@
+"""One communication round in plain NumPy, as the paper writes it: eqs. 16-30, the specification of the compiled rounds.
+
+Every robot sends (z_i, zeta_i) to its neighbours once and then takes one explicit step of the paper's flow. All
+functions but the last are about one robot, and take only what this robot knows or has heard. With z = (m, z_p, z_xi):
+
+    minimize f_i(z) = delta_i ||r - m||^2                                   (19)
+    subject to g_i(z) = a rho(z) + C m - d <= 0,                            (20), rows as of (13)
+               h_i(z) = (z_pi - p_i, z_xii - xi_i) = 0                      (21)
+
+`rounds` does the same compiled, for all robots at once; tests hold it to this file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from pbrg_mj.governor.distributed.estimates import Estimates, Flow
+from pbrg_mj.governor.problem.interface import Problem
+
+
+class LocalProblem(NamedTuple):
+    """What robot i alone knows of one tick's problem, with its R_i rows that exist."""
+
+    leads: float  # delta_i, 1.0 for a leader and 0.0 otherwise
+    reference: np.ndarray  # (2,) the operator's r; of no weight unless the robot leads [m]
+    state: np.ndarray  # (4,) p_i, xi_i [m]
+    pinned: np.ndarray  # (4,) int, where z_i holds the estimates of p_i and xi_i
+    a: np.ndarray  # (R_i,)
+    C: np.ndarray  # (R_i, 2)
+    d: np.ndarray  # (R_i,) [m]
+
+
+class Message(NamedTuple):
+    """What a robot hears of a neighbour k in one round."""
+
+    z: np.ndarray  # (4n + 2,)
+    zeta: np.ndarray  # (4n + 2,)
+
+
+class Estimate(NamedTuple):
+    """What robot i remembers, multipliers of the rows that exist only."""
+
+    z: np.ndarray  # (4n + 2,)
+    zeta: np.ndarray  # (4n + 2,)
+    lam: np.ndarray  # (R_i,)
+    nu: np.ndarray  # (4,)
+
+
+def local_problem(problem: Problem, i: int) -> LocalProblem:
+    """Return what robot i knows."""
+    n, rows = problem.network.robots, problem.rows
+    active = rows.active[i]
+    return LocalProblem(
+        leads=problem.network.leader[i],
+        reference=problem.reference,
+        state=np.concatenate([problem.p[i], problem.xi[i]]),
+        pinned=np.array([2 + 2 * i, 3 + 2 * i, 2 + 2 * n + 2 * i, 3 + 2 * n + 2 * i]),
+        a=rows.a[i, active],
+        C=rows.C[i, active],
+        d=rows.d[i, active],
+    )
+
+
+def radius(z: np.ndarray) -> float:
+    """Return rho(z) = ||(1 (x) m - z_p, z_xi)|| (eqs. 9, 13)."""
+    return float(np.linalg.norm(_deviation(z)))
+
+
+def radius_gradient(z: np.ndarray) -> np.ndarray:
+    """Return grad rho(z), (4n + 2,); at rho = 0, the kink, the subgradient 0."""
+    n, rho = len(z) // 4, radius(z)
+    to_p, to_xi = np.split(_deviation(z) / rho if rho > 0.0 else np.zeros(4 * n), 2)
+    return np.concatenate([to_p.reshape(n, 2).sum(axis=0), -to_p, to_xi])
+
+
+def _deviation(z: np.ndarray) -> np.ndarray:
+    n = len(z) // 4
+    return np.concatenate([np.tile(z[:2], n) - z[2 : 2 + 2 * n], z[2 + 2 * n :]])
+
+
+def cost_gradient(local: LocalProblem, z: np.ndarray) -> np.ndarray:
+    """Return grad f_i(z), the phi_i of eq. 25, (4n + 2,)."""
+    gradient = np.zeros(len(z))
+    gradient[:2] = 2.0 * local.leads * (z[:2] - local.reference)
+    return gradient
+
+
+def inequalities(local: LocalProblem, z: np.ndarray) -> np.ndarray:
+    """Return g_i(z), (R_i,) (eqs. 13, 20)."""
+    return local.a * radius(z) + local.C @ z[:2] - local.d
+
+
+def inequality_force(local: LocalProblem, z: np.ndarray, lam: np.ndarray) -> np.ndarray:
+    """Return grad g_i(z)' lambda_i, robot i's part of Gamma lambda (eq. 26), (4n + 2,)."""
+    force = (local.a @ lam) * radius_gradient(z)
+    force[:2] += local.C.T @ lam
+    return force
+
+
+def equalities(local: LocalProblem, z: np.ndarray) -> np.ndarray:
+    """Return h_i(z), (4,) (eq. 21)."""
+    return z[local.pinned] - local.state
+
+
+def equality_force(local: LocalProblem, z: np.ndarray, nu: np.ndarray) -> np.ndarray:
+    """Return grad h_i(z)' nu_i, robot i's part of Psi nu (eq. 27), (4n + 2,)."""
+    force = np.zeros(len(z))
+    force[local.pinned] = nu
+    return force
+
+
+def robot_round(local: LocalProblem, own: Estimate, heard: Sequence[Message], flow: Flow) -> Estimate:
+    """Return robot i's estimate after one round in which it heard these messages.
+
+    Two things are not in the paper, whose flow is continuous: a multiplier whose last explicit step would take it below
+    0 stops there, as the flow would, and none grows beyond `flow.multiplier_cap`.
+    """
+    z, zeta, lam, nu = own
+    Lz = sum((z - message.z for message in heard), np.zeros(len(z)))  # sum_k L_ik z_k
+    Lzeta = sum((zeta - message.zeta for message in heard), np.zeros(len(z)))  # sum_k L_ik zeta_k
+    force = cost_gradient(local, z) + inequality_force(local, z, lam) + equality_force(local, z, nu)
+    g = inequalities(local, z)
+    eta = np.where((lam > 0.0) | (g > 0.0), g, 0.0)  # eq. 29
+    return Estimate(
+        z=z - flow.step * (Lz - Lzeta) - flow.step * flow.alpha * force,  # eq. 25
+        zeta=zeta - flow.step * Lz,  # eq. 25
+        lam=np.clip(lam + flow.step * eta, 0.0, flow.multiplier_cap),  # eq. 28
+        nu=nu + flow.step * equalities(local, z),  # eq. 30
+    )
+
+
+def run_rounds(problem: Problem, estimates: Estimates, flow: Flow, rounds: int) -> Estimates:
+    """Return the estimates after `rounds` communication rounds in which every message arrives."""
+    net = problem.network
+    for _ in range(rounds):
+        sent = [Message(z, zeta) for z, zeta in zip(estimates.z, estimates.zeta, strict=True)]
+        heard = [[sent[k] for k in net.neighbours[net.first[i] : net.first[i + 1]]] for i in range(net.robots)]
+        estimates = update_robots(problem, estimates, heard, flow)
+    return estimates
+
+
+def update_robots(
+    problem: Problem, estimates: Estimates, heard: Sequence[Sequence[Message]], flow: Flow
+) -> Estimates:
+    """Return all robots' estimates after one round; robot i heard the messages `heard[i]`."""
+    after = Estimates(*(np.zeros_like(array) for array in estimates))
+    for i, active in enumerate(problem.rows.active):
+        own = Estimate(estimates.z[i], estimates.zeta[i], estimates.lam[i, active], estimates.nu[i])
+        new = robot_round(local_problem(problem, i), own, heard[i], flow)
+        after.z[i], after.zeta[i], after.lam[i, active], after.nu[i] = new
+    return after

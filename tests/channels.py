@@ -7,8 +7,9 @@ import dataclasses
 import numpy as np
 
 from pbrg_mj.governor.distributed.channel import Channel, LinkStates, Loss
+from pbrg_mj.governor.distributed.estimates import Estimates
 from pbrg_mj.governor.distributed.network_rounds import run_network_rounds
-from pbrg_mj.governor.distributed.rounds import Estimates, run_rounds
+from pbrg_mj.governor.distributed.rounds import run_rounds
 from pbrg_mj.team.network import Network
 
 M = np.array([[1.0, -1.0], [1.0, 0.0]])

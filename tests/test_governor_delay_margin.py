@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pbrg_mj.governor.distributed.estimates import Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
-from pbrg_mj.governor.distributed.rounds import Flow
 from pbrg_mj.governor.stability.delay_margin import DelayedRounds, delay_margin
 from pbrg_mj.governor.stability.step_bound import admissible_step, steepest_gradients
 from tests.channels import channel, links, uneven

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from pbrg_mj.cli.main import main
+from pbrg_mj.governor.distributed.estimates import Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
-from pbrg_mj.governor.distributed.rounds import Flow
 from pbrg_mj.governor.guard import GuardedGovernor, admissible_radii
 from pbrg_mj.governor.problem.ball import input_rows
 from pbrg_mj.governor.problem.rows import Rows, row_values, stacked

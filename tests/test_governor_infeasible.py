@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
+from pbrg_mj.governor.distributed.estimates import Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
-from pbrg_mj.governor.distributed.rounds import Flow
 from pbrg_mj.governor.problem.rows import row_values
 from tests.problems import FORMATION, GRAPHS, START, graph, problem
 

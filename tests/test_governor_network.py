@@ -9,8 +9,9 @@ import pytest
 
 from pbrg_mj.governor.distributed.channel import NEVER, Loss
 from pbrg_mj.governor.distributed.channel import channel as channel_of
+from pbrg_mj.governor.distributed.estimates import Estimates, Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
-from pbrg_mj.governor.distributed.rounds import Estimates, Flow, run_rounds
+from pbrg_mj.governor.distributed.rounds import run_rounds
 from pbrg_mj.scenario.load import parse_scenario
 from tests.channels import channel, links, lonely, naive, quiet, run, uneven
 from tests.problems import GRAPHS, graph, random_problem
@@ -116,9 +117,7 @@ def test_private_data_travel_no_faster_than_the_links(name, impedance, private):
     network = graph(GRAPHS[name])
     rng = np.random.default_rng(7)
     problem = random_problem(rng, network)
-    problem = dataclasses.replace(
-        problem, rows=problem.rows._replace(active=np.ones_like(problem.rows.active))
-    )
+    problem = dataclasses.replace(problem, rows=problem.rows._replace(active=np.ones_like(problem.rows.active)))
     first = random_estimates(rng, problem.rows)
     first = first._replace(lam=np.full_like(first.lam, 0.5))
     links_ = channel(network, uneven, impedance, silences=[(2, 0, 3)], silent_after=40)

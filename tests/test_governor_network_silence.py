@@ -9,8 +9,8 @@ import pytest
 
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.distributed.channel import NEVER
+from pbrg_mj.governor.distributed.estimates import Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
-from pbrg_mj.governor.distributed.rounds import Flow
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_scenario
 from tests.channels import channel, links, quiet, run, uneven

@@ -10,8 +10,9 @@ import pytest
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.centralized.cvxpy_solver import CvxpySolver
 from pbrg_mj.governor.centralized.optimum import Optimum
+from pbrg_mj.governor.distributed.estimates import Estimates, Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
-from pbrg_mj.governor.distributed.rounds import Estimates, Flow, run_rounds
+from pbrg_mj.governor.distributed.rounds import run_rounds
 from pbrg_mj.governor.monitor.equilibrium import equilibrium
 from pbrg_mj.governor.monitor.passivity import flow_passivity, passivity
 from pbrg_mj.governor.monitor.passivity_blocks import flow_passivities_of_block, passivities_about_optima

@@ -7,7 +7,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pbrg_mj.governor.distributed.rounds import Estimates, Flow, run_rounds
+from pbrg_mj.governor.distributed.estimates import Estimates, Flow
+from pbrg_mj.governor.distributed.rounds import run_rounds
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.team.graph import network_of_edges

@@ -7,7 +7,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pbrg_mj.governor.distributed.rounds import Estimates, Flow, run_rounds
+from pbrg_mj.governor.distributed.estimates import Estimates, Flow
+from pbrg_mj.governor.distributed.rounds import run_rounds
 from tests.problems import GRAPHS, graph, random_problem
 
 FLOW = Flow(alpha=2.0, step=1e-2)

@@ -7,8 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 
+from pbrg_mj.governor.distributed.estimates import Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
-from pbrg_mj.governor.distributed.rounds import Flow, run_rounds
+from pbrg_mj.governor.distributed.rounds import run_rounds
 from pbrg_mj.governor.problem.ball import input_rows
 from pbrg_mj.governor.problem.rows import rho, stacked
 from pbrg_mj.governor.stability.step_bound import admissible_step, robots_abreast, steepest_gradients

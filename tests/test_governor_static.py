@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from pbrg_mj.governor.centralized.cvxpy_solver import CvxpySolver
+from pbrg_mj.governor.distributed.estimates import Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
-from pbrg_mj.governor.distributed.rounds import Flow
 from tests.problems import FORMATION, GRAPHS, START, graph, problem
 
 WALLS = {

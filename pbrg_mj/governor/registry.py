@@ -11,8 +11,8 @@ from pbrg_mj.governor.baselines import CentralizedGovernor, NoGovernor
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.centralized.optimum import CentralizedSolver
 from pbrg_mj.governor.distributed.channel import channel
+from pbrg_mj.governor.distributed.estimates import Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
-from pbrg_mj.governor.distributed.rounds import Flow
 from pbrg_mj.governor.guard import GuardedGovernor
 from pbrg_mj.governor.plug_in import PlugInGovernor
 from pbrg_mj.governor.problem.ball import BallCertificate

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pbrg_mj.governor.distributed.rounds import Estimates, Flow, round_arguments, rounds_in_new_arrays
+from pbrg_mj.governor.distributed.estimates import Estimates, Flow
+from pbrg_mj.governor.distributed.rounds import round_arguments, rounds_in_new_arrays
 from pbrg_mj.governor.problem.ball import ball_rows
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.kernel import kernel

@@ -11,7 +11,8 @@ from scipy.optimize import minimize
 
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver, tightest_rows
 from pbrg_mj.governor.centralized.cvxpy_solver import CvxpySolver
-from pbrg_mj.governor.distributed.rounds import Estimates, run_rounds
+from pbrg_mj.governor.distributed.estimates import Estimates
+from pbrg_mj.governor.distributed.rounds import run_rounds
 from pbrg_mj.governor.problem.interface import Problem
 from performance.rounds import FLOW, ring_problem
 from performance.timing import each_in_turn

@@ -142,9 +142,7 @@ def run_rounds(problem: Problem, estimates: Estimates, flow: Flow, rounds: int) 
     return estimates
 
 
-def update_robots(
-    problem: Problem, estimates: Estimates, heard: Sequence[Sequence[Message]], flow: Flow
-) -> Estimates:
+def update_robots(problem: Problem, estimates: Estimates, heard: Sequence[Sequence[Message]], flow: Flow) -> Estimates:
     """Return all robots' estimates after one round; robot i heard the messages `heard[i]`."""
     after = Estimates(*(np.zeros_like(array) for array in estimates))
     for i, active in enumerate(problem.rows.active):

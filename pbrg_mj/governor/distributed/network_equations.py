@@ -68,9 +68,7 @@ def line_ends(y: np.ndarray, b: np.ndarray, up: np.ndarray, eta: float) -> tuple
     return 2.0 * r - y, np.where(line, np.sqrt(2.0 * eta) * r - b, np.sqrt(0.5 * eta) * y)
 
 
-def _send(
-    links: LinkStates, net: Network, now: int, sent: np.ndarray, events: tuple[np.ndarray, np.ndarray]
-) -> None:
+def _send(links: LinkStates, net: Network, now: int, sent: np.ndarray, events: tuple[np.ndarray, np.ndarray]) -> None:
     """Put on every link the pair of vectors `sent` (2, E, N) from its sender, with the sender's hop count."""
     bad, silent = events
     slot, sender = now % links.flight.shape[2], net.neighbours

@@ -39,9 +39,7 @@ def diagnose(block: TickBlock, m: np.ndarray, multipliers: np.ndarray, before: D
 
 
 @kernel
-def _evaluate_ticks(
-    leader, block_arrays, m, lam, last_m, last_storage, applied, values
-):  # pragma: no cover - compiled
+def _evaluate_ticks(leader, block_arrays, m, lam, last_m, last_storage, applied, values):  # pragma: no cover - compiled
     """Write of every tick the mean of the leaders' m to `applied` (T, 2), the other fields to `values` (T, 6).
 
     `block_arrays` are those of `TickBlock.arrays`, `leader` (n,), `m` (T, n, 2), `lam` (T, n, R), `last_m` (2,).

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from pbrg_mj.governor.centralized.optimum import Optimum
-from pbrg_mj.governor.distributed.governor import DistributedGovernor, DistributedMemory
 from pbrg_mj.governor.distributed.estimates import Estimates
+from pbrg_mj.governor.distributed.governor import DistributedGovernor, DistributedMemory
 from pbrg_mj.governor.guard import GuardedGovernor, GuardedMemory
 from pbrg_mj.governor.monitor.passivity import Passivity, flow_passivity, passivity
 from pbrg_mj.governor.monitor.passivity_blocks import flow_passivities_of_block, passivities_about_optima

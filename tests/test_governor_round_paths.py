@@ -1,4 +1,4 @@
-"""One compiled round in teams of many sizes and degrees, robot by robot, against plain numpy in the same order."""
+"""One compiled round in teams of many sizes and degrees, robot by robot, against the equations in plain NumPy."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from pbrg_mj.governor.distributed import equations
 from pbrg_mj.governor.distributed.estimates import Estimates, Flow
 from pbrg_mj.governor.distributed.rounds import run_rounds
 from pbrg_mj.governor.problem.interface import Problem
@@ -40,45 +41,17 @@ def team(size_and_edges, rng):
     return problem, Estimates(z, rng.normal(size=z.shape), lam, rng.normal(size=(n, 4)))
 
 
-def plain_robot(problem, e, i):
-    """Robot i's rows after one round: eqs. 25-30, gradients in closed form, sums over neighbours in order."""
-    net, n, (alpha, step, cap) = problem.network, problem.network.robots, FLOW
-    z, m = e.z[i], e.z[i, :2]
-    lead = lead_zeta = np.zeros(4 * n + 2)
-    for k in net.neighbours[net.first[i] : net.first[i + 1]]:
-        lead, lead_zeta = lead + (z - e.z[k]), lead_zeta + (e.zeta[i] - e.zeta[k])
-    new_z, new_zeta = z - step * (lead - lead_zeta), e.zeta[i] - step * lead
-
-    at = np.flatnonzero(problem.rows.active[i])
-    a, C, d, lam = problem.rows.a[i, at], problem.rows.C[i, at], problem.rows.d[i, at], e.lam[i, at]
-    off = np.concatenate([(m - z[2 : 2 + 2 * n].reshape(n, 2)).ravel(), z[2 + 2 * n :]])
-    rho = np.linalg.norm(off)
-    slope = off / rho if rho > 0 else off  # of rho, by (1 (x) m - z_p, z_xi)
-    to_m = slope[: 2 * n].reshape(n, 2).sum(axis=0)
-    new_z[:2] -= (
-        step * alpha * (2.0 * net.leader[i] * (m - problem.reference) + C.T @ lam) + step * alpha * (a @ lam) * to_m
-    )
-    new_z[2:] -= step * alpha * (a @ lam) * slope * np.repeat([-1.0, 1.0], 2 * n)
-    g = a * rho + C @ m - d
-    new_lam = np.zeros_like(e.lam[i])
-    new_lam[at] = np.where((lam > 0) | (g > 0), np.clip(lam + step * g, 0.0, cap), 0.0)
-
-    own = np.r_[2 + 2 * i : 4 + 2 * i, 2 + 2 * n + 2 * i : 4 + 2 * n + 2 * i]
-    new_z[own] -= step * alpha * e.nu[i]
-    return new_z, new_zeta, new_lam, e.nu[i] + step * (z[own] - np.concatenate([problem.p[i], problem.xi[i]]))
-
-
 @pytest.mark.parametrize("name", TEAMS)
 def test_every_robot_takes_its_own_step(name):
     """Whatever its number of neighbours; bit for bit without rows, where no sum over the team's length is taken."""
     rng = np.random.default_rng(8)
     for _ in range(20):
         problem, before = team(TEAMS[name], rng)
-        after = run_rounds(problem, before, FLOW, 1)
+        after, specified = run_rounds(problem, before, FLOW, 1), equations.run_rounds(problem, before, FLOW, 1)
         for i in range(problem.network.robots):
-            for got, want in zip(after, plain_robot(problem, before, i), strict=True):
+            for got, want in zip(after, specified, strict=True):
                 tolerance = 1e-13 if problem.rows.active[i].any() else 0.0
-                np.testing.assert_allclose(got[i], want, rtol=0, atol=tolerance)
+                np.testing.assert_allclose(got[i], want[i], rtol=0, atol=tolerance)
 
 
 def test_rows_that_vanish_leave_no_multiplier_however_many_rounds():

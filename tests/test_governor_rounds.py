@@ -1,4 +1,4 @@
-"""The compiled round against the paper's equations written out as matrices, and against what a robot may know."""
+"""A round, compiled and in plain NumPy, against the paper's equations written out as matrices, and against what a robot may know."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import dataclasses
 import numpy as np
 import pytest
 
+from pbrg_mj.governor.distributed import equations
+from pbrg_mj.governor.distributed import rounds as compiled
 from pbrg_mj.governor.distributed.estimates import Estimates, Flow
 from pbrg_mj.governor.distributed.rounds import run_rounds
 from tests.problems import GRAPHS, graph, random_problem
@@ -54,12 +56,13 @@ def naive_round(problem, e, alpha, step):
     return Estimates(e.z + step * dz, e.zeta + step * dzeta, lam, nu)
 
 
+@pytest.mark.parametrize("backend", [compiled, equations])
 @pytest.mark.parametrize("seed", range(20))
-def test_one_round_is_one_euler_step_of_the_papers_equations(seed):
+def test_one_round_is_one_euler_step_of_the_papers_equations(seed, backend):
     rng = np.random.default_rng(seed)
     problem = random_problem(rng, graph(leaders=(1, 4)) if seed % 2 else None)
     before = random_estimates(rng, problem.rows)
-    got = run_rounds(problem, before, FLOW, 1)
+    got = backend.run_rounds(problem, before, FLOW, 1)
     want = naive_round(problem, before, alpha=2.0, step=1e-2)
     for one, other in zip(got, want, strict=True):
         np.testing.assert_allclose(one, other, atol=1e-9, rtol=0)

@@ -60,6 +60,7 @@ def test_threads_change_nothing_and_the_listener_hears_every_tick():
         (("radio.delay=0.02",), "radio"),
         (("governor.guard=true",), "governor"),
         (("governor.kind=centralized",), "governor"),
+        (("governor.backend=numpy",), "governor"),
         (("network.delay_rounds=5",), "governor"),
         (("disturbances.kidnappings=[{time: 1, duration: 1, robot: 1, to: [0, 0]}]",), "disturbances.kidnappings"),
     ],

@@ -109,7 +109,9 @@ def control_tick(loop: ClosedLoop, state: LoopState, index: int) -> tuple[LoopSt
     solution, memory = loop.governor.step(problem, memory)
     governed = perf_counter()
 
-    velocity, xi_rate = pre_stabilise(loop.network, scenario.control, problem.p, problem.xi, solution.m)
+    velocity, xi_rate = pre_stabilise(
+        loop.network, scenario.control, problem.p, problem.xi, solution.m, scenario.governor.backend
+    )
     command = loop.drive.command(velocity, readings.body_pose)
     timestamps = (began, sensed, perceived, governed, perf_counter())
 

@@ -9,7 +9,7 @@ from pbrg_mj.scenario.schema import Control
 from pbrg_mj.team.network import Network
 
 
-def pre_stabilised(
+def pre_stabiliser_rates(
     network: Network, control: Control, p: np.ndarray, xi: np.ndarray, m: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the velocities u and the rates dxi/dt, both (n, 2) [m/s], in plain NumPy: the specification.
@@ -29,9 +29,11 @@ def pre_stabilised(
 
 
 def pre_stabilise(
-    network: Network, control: Control, p: np.ndarray, xi: np.ndarray, m: np.ndarray
+    network: Network, control: Control, p: np.ndarray, xi: np.ndarray, m: np.ndarray, backend: str = "compiled"
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return what `pre_stabilised` does, compiled."""
+    """Return what `pre_stabiliser_rates` does, compiled unless the backend is `numpy`."""
+    if backend == "numpy":
+        return pre_stabiliser_rates(network, control, p, xi, m)
     u, rate = np.empty(p.shape), np.empty(p.shape)
     write_pre_stabilised(network.arrays, (p, xi, m), control.alpha_r, control.leak, u, rate)
     return u, rate

@@ -1,6 +1,6 @@
 """What the robots remember between rounds, and the parameters of the flow that they integrate.
 
-z_i = (m, z_p1, ..., z_pn, z_xi1, ..., z_xin) in R^(4n + 2) is robot i's estimate of the whole network's optimum (eq. 18).
+z_i = (m, z_p1, ..., z_pn, z_xi1, ..., z_xin) in R^(4n + 2) is robot i's estimate of the network's optimum (eq. 18).
 """
 
 from __future__ import annotations

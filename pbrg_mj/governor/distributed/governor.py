@@ -12,7 +12,6 @@ from pbrg_mj.governor.distributed import equations, network_equations, network_r
 from pbrg_mj.governor.distributed import rounds as compiled
 from pbrg_mj.governor.distributed.channel import Channel, LinkStates
 from pbrg_mj.governor.distributed.estimates import Estimates, Flow
-from pbrg_mj.governor.distributed.rounds import check_limits
 from pbrg_mj.governor.problem.interface import Problem, Solution, Status
 
 DOUBLE = 8  # bytes of one number on the wire
@@ -61,8 +60,8 @@ class DistributedGovernor:
         robot, by all it knows, finds no admissible reference: `infeasible`; the m_i then seek the least violation.
         """
         rounds = 0 if memory.diverged else self.rounds
-        estimates, exchange, sent = self.run(problem, memory, rounds)
-        status = self._status(estimates, exchange)
+        estimates, links, sent = self.run(problem, memory, rounds)
+        status = self._status(estimates, links)
         m = memory.m if status == "diverged" else estimates.z[:, :2].copy()
         solution = Solution(
             m=m,
@@ -70,39 +69,40 @@ class DistributedGovernor:
             status=status,
             rounds=rounds,
             bytes_sent=sent,
-            lost=self._lost(problem, exchange),
+            lost=self._lost(problem, links),
         )
-        return solution, DistributedMemory(estimates, m, exchange, diverged=status == "diverged")
+        return solution, DistributedMemory(estimates, m, links, diverged=status == "diverged")
 
     def run(
         self, problem: Problem, memory: DistributedMemory, rounds: int
     ) -> tuple[Estimates, LinkStates | None, np.ndarray]:
         """Return the estimates and links after some rounds, and the bytes sent by each robot, (n,)."""
         numbers = 2 * (4 * problem.network.robots + 2)  # (z_i, zeta_i) or a wave, to every neighbour, every round
+        in_numpy = self.backend == "numpy"
         if self.channel is None or memory.links is None:
             sent = rounds * numbers * DOUBLE * problem.network.degree
-            plain = equations if self.backend == "numpy" else compiled
-            return plain.run_rounds(problem, memory.estimates, self.flow, rounds), None, sent
-        links = (memory.estimates, memory.links)
-        late = network_equations if self.backend == "numpy" else network_rounds
-        estimates, exchange, messages = late.run_network_rounds(problem, links, self.channel, self.flow, rounds)
-        return estimates, exchange, messages * (numbers * DOUBLE + HOPS)
+            run = equations.run_rounds if in_numpy else compiled.run_rounds
+            return run(problem, memory.estimates, self.flow, rounds), None, sent
+        run_late = network_equations.run_network_rounds if in_numpy else network_rounds.run_network_rounds
+        before = memory.estimates, memory.links
+        estimates, links, messages = run_late(problem, before, self.channel, self.flow, rounds)
+        return estimates, links, messages * (numbers * DOUBLE + HOPS)
 
     def _status(self, estimates: Estimates, links: LinkStates | None) -> Status:
         bounded, capped = self.check(estimates)
         if not bounded:
             return "diverged"
-        if exchange is not None and exchange.holding.any():
+        if links is not None and links.holding.any():
             return "holding"
         return "infeasible" if capped else "ok"
 
     def _lost(self, problem: Problem, links: LinkStates | None) -> np.ndarray:
         """Return how many neighbours each robot counts as lost, (n,)."""
         n = problem.network.robots
-        if self.channel is None or exchange is None:
+        if self.channel is None or links is None:
             return np.zeros(n, dtype=np.int64)
-        return np.bincount(problem.network.receiver[exchange.lost_links(self.channel)], minlength=n)
+        return np.bincount(problem.network.receiver[links.lost_links(self.channel)], minlength=n)
 
     def check(self, estimates: Estimates) -> tuple[bool, bool]:
         """Return whether the estimates are within bounds, and whether some multiplier is at its cap."""
-        return check_limits(estimates.z, estimates.lam, self.diverged_beyond, self.flow.multiplier_cap)
+        return compiled.check_limits(estimates.z, estimates.lam, self.diverged_beyond, self.flow.multiplier_cap)

@@ -107,7 +107,7 @@ def private_data(graph, states, rows):  # pragma: no cover - compiled
 def update_robots(old, new, heard, private, flow):  # pragma: no cover - compiled
     """Write every robot's row of `new` from its own row of `old`, from what it heard and from what it alone knows.
 
-    Arguments are `Estimates` twice, `Heard`, `Private`, `Flow`. `new.lam` has zeros where there are no rows: they are not
+    Arguments: `Estimates` twice, `Heard`, `Private`, `Flow`. `new.lam` has zeros where there are no rows: they are not
     written again and again, for most slots are empty. The parts take whole arrays and index them: a view of one robot's
     row is a reference that numba counts, up and down, by atomic instructions; forty of them for each robot would be
     most of a small team's round.

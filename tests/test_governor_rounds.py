@@ -1,4 +1,4 @@
-"""A round, compiled and in plain NumPy, against the paper's equations as matrices, and against what a robot may know."""
+"""A round, compiled and in NumPy, against the paper's equations as matrices, and against what a robot may know."""
 
 from __future__ import annotations
 

@@ -68,8 +68,8 @@ EVENT = re.compile(r" *\d+\.\d+ s  ")  # of a replay
 def run(command: str, folder: Path) -> str:
     """Return the command's line and all that it printed, with its exit code unless that is 0."""
     # The package of this checkout, called as a user calls it.
-    pbrg = f"{sys.executable} -P -m pbrg_mj.cli.main"
-    line = re.sub("^pbrg", pbrg, command)
+    python = f'python() {{ "{sys.executable}" "$@"; }}'
+    line = f'{python}; pbrg() {{ python -P -m pbrg_mj.cli.main "$@"; }}; {command}'
     environment = os.environ | {"PYTHONPATH": str(PAGE.parents[1]), "COLUMNS": "100"}
     done = subprocess.run(
         line, shell=True, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False

@@ -20,7 +20,7 @@ from make_command_docs import EVENT, run, words
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 PAGES = (DOCS / "tutorial.md", *sorted((DOCS / "how-to").glob("*.md")))
 FILE = re.compile(r"^```\w+\n# ([\w-]+\.\w+)\n(.*?)^```", re.DOTALL | re.MULTILINE)
-BLOCK = re.compile(r"(?:^    .*\n|^\n(?=    ))+", re.MULTILINE)
+BLOCK = re.compile(r"(?:^    .*\n)(?:^    .*\n|^\n(?=    ))*", re.MULTILINE)
 
 
 def refreshed(text: str) -> str:

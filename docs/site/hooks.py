@@ -5,7 +5,6 @@ The pages read well on a code host, too, so their links are relative to where th
 
 from __future__ import annotations
 
-import logging
 import os
 import re
 from pathlib import Path, PurePosixPath
@@ -15,7 +14,6 @@ from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
 ROOT = Path(__file__).resolve().parents[2]
-LOG = logging.getLogger("mkdocs.hooks.pages")
 # Files outside docs/ that are pages, and where they stand in the site.
 PAGES = {"README.md": "index.md", "CHANGELOG.md": "changelog.md"}
 LINK = re.compile(r"(?<=\]\()(?!\w+:|#)([^)\s#]+)")
@@ -30,11 +28,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         for target in LINK.findall(file.content_string):
             path = _in_repository(file.src_uri, target)
             uri = _source_page(path)
-            if _is_source(path) and files.get_file_from_path(uri) is None:
-                if (ROOT / path).is_file():
-                    files.append(File.generated(config, uri, content=_source(path)))
-                else:
-                    LOG.warning("%s links to '%s', but there is no such file", file.src_uri, target)
+            if _is_source(path) and (ROOT / path).is_file() and files.get_file_from_path(uri) is None:
+                files.append(File.generated(config, uri, content=_source(path)))
     return files
 
 

@@ -1,0 +1,66 @@
+"""The scenarios on the tutorial and the how-to pages run, their commands print what the pages say, citations agree."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+from ruamel.yaml import YAML
+
+from pbrg_mj.loop.simulation import Simulation
+from pbrg_mj.scenario.load import load_scenario
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "docs" / "tutorial.md", *sorted((ROOT / "docs" / "how-to").glob("*.md"))]
+SCENARIOS = {
+    name: text
+    for page in PAGES
+    for name, text in re.findall(
+        r"^```yaml\n# ([\w-]+\.yaml)\n(.*?)^```", page.read_text("utf-8"), re.DOTALL | re.MULTILINE
+    )
+}
+
+
+def test_the_tutorial_and_the_obstacle_page_have_a_whole_scenario():
+    assert set(SCENARIOS) == {"first.yaml", "obstacles.yaml"}
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_the_pages_scenario_runs(name, tmp_path):
+    path = tmp_path / name
+    path.write_text(SCENARIOS[name], encoding="utf-8")
+    scenario = load_scenario(path, ["timing.duration=2"]).scenario
+    records = list(Simulation.build(scenario).records())
+    assert len(records) == 201
+    assert {record.solution.status for record in records} == {"ok"}
+    before, after = (abs(records[tick].problem.p - scenario.operator.reference).max() for tick in (0, -1))
+    assert after < 0.75 * before  # the team is on its way
+
+
+@pytest.mark.slow
+def test_commands_print_what_the_pages_say():
+    script = ROOT / "scripts" / "run_pages.py"
+    done = subprocess.run([sys.executable, script, "--check"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def bibtex() -> dict[str, dict[str, str]]:
+    entries = re.findall(r"@\w+\{(\w+),\n(.*?)\n\}", (ROOT / "README.md").read_text("utf-8"), re.DOTALL)
+    return {key: dict(re.findall(r"(\w+)\s*=\s*\{(.*)\}", body)) for key, body in entries}
+
+
+def test_citation_file_bibtex_and_version_agree():
+    citation = YAML(typ="safe").load((ROOT / "CITATION.cff").read_text("utf-8"))
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    software, paper = bibtex()["pbrg_mj"], bibtex()["nguyen2017passivity"]
+    assert citation["version"] == project["version"] == software["version"]
+    assert citation["title"] == software["title"].replace("{", "").replace("}", "")
+    (reference,) = citation["references"]
+    assert reference["title"] == paper["title"].replace("{", "").replace("}", "")
+    authors = [f"{author['family-names']}, {author['given-names']}" for author in reference["authors"]]
+    assert " and ".join(authors) == paper["author"]
+    assert str(reference["year"]) == paper["year"]

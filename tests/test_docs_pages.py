@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
-import tomllib
 from pathlib import Path
 
 import pytest
 from ruamel.yaml import YAML
 
+import pbrg_mj as pbrg
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_scenario
 
@@ -55,9 +55,8 @@ def bibtex() -> dict[str, dict[str, str]]:
 
 def test_citation_file_bibtex_and_version_agree():
     citation = YAML(typ="safe").load((ROOT / "CITATION.cff").read_text("utf-8"))
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     software, paper = bibtex()["pbrg_mj"], bibtex()["nguyen2017passivity"]
-    assert citation["version"] == project["version"] == software["version"]
+    assert citation["version"] == pbrg.__version__ == software["version"]
     assert citation["title"] == software["title"].replace("{", "").replace("}", "")
     (reference,) = citation["references"]
     assert reference["title"] == paper["title"].replace("{", "").replace("}", "")

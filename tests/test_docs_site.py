@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+import pbrg_mj as pbrg
 from tests.browser import PROGRAM, Browser
 from tests.needs import need, need_module
 
@@ -48,9 +49,14 @@ def site(tmp_path_factory):
 
 
 def test_the_reference_describes_protocols_with_the_shapes_of_their_arrays(site):
-    page = (site / "api.html").read_text(encoding="utf-8")
+    page = (site / "api-reference.html").read_text(encoding="utf-8")
     assert "Return this tick's answer and the memory for the next tick" in page
     assert "(n, 2) shifted hand points" in page  # a comment in the code
+
+
+def test_the_reference_lists_every_public_name():
+    page = (ROOT / "docs" / "api-reference.md").read_text(encoding="utf-8")
+    assert sorted(re.findall(r"^::: pbrg_mj\.(\w+)$", page, re.MULTILINE)) == sorted({*pbrg.__all__} - {"__version__"})
 
 
 def test_readme_changelog_and_files_of_the_repository_are_pages(site):
@@ -86,7 +92,7 @@ def test_what_leads_nowhere_is_an_error(tmp_path):
 
 
 @pytest.mark.browser
-@pytest.mark.parametrize("name", ["index", "tutorial", "api"])
+@pytest.mark.parametrize("name", ["index", "tutorial", "api-reference"])
 def test_pages_load_nothing_from_other_hosts(site, name, tmp_path):
     need(PROGRAM, "a Chromium")
     with Browser(tmp_path) as browser:

@@ -1,7 +1,7 @@
-"""Write docs/scenario.md, the table of every key of a scenario, from the schema.
+"""Write docs/scenario.md, the table of every key of a scenario, and scenarios/schema.json for editors, from the schema.
 
-python scripts/make_scenario_docs.py           # write the page
-python scripts/make_scenario_docs.py --check   # exit with 1 if the page is out of date
+python scripts/make_scenario_docs.py           # write both
+python scripts/make_scenario_docs.py --check   # exit with 1 if one of them is out of date
 """
 
 from __future__ import annotations
@@ -17,8 +17,10 @@ from pydantic.fields import FieldInfo
 
 from pbrg_mj.scenario.schema import Scenario, Section
 from pbrg_mj.scenario.schema.describe import describe_field, keys
+from pbrg_mj.scenario.schema.json_schema import json_schema
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "scenario.md"
+SCHEMA = PAGE.parents[1] / "scenarios" / "schema.json"
 UNIT = re.compile(r" ?\[(-|m|s|N|Hz|deg|1/s|m/s)\]")
 
 HEAD = """# Scenario: every key
@@ -97,13 +99,14 @@ def default(field: FieldInfo) -> str:
 
 
 def main() -> int:
-    if "--check" not in sys.argv[1:]:
-        PAGE.write_text(page(), encoding="utf-8")
-        return 0
-    if PAGE.is_file() and PAGE.read_text(encoding="utf-8") == page():
-        return 0
-    print("docs/scenario.md is out of date: run scripts/make_scenario_docs.py", file=sys.stderr)
-    return 1
+    late = 0
+    for file, text in ((PAGE, page()), (SCHEMA, json.dumps(json_schema(), indent=2) + "\n")):
+        if "--check" not in sys.argv[1:]:
+            file.write_text(text, encoding="utf-8")
+        elif not file.is_file() or file.read_text(encoding="utf-8") != text:
+            print(f"{file.name} is out of date: run scripts/make_scenario_docs.py", file=sys.stderr)
+            late = 1
+    return late
 
 
 if __name__ == "__main__":

@@ -30,7 +30,18 @@ FIRST = "pbrg run paper/experiment_near --duration 1 --quiet -o near.mcap"
 # What is told, and the commands that show it.
 PARTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("The commands", ("pbrg --help",)),
-    ("Scenarios", ("pbrg list", "pbrg validate paper/experiment_near", "cat wrong.yaml", "pbrg validate wrong.yaml")),
+    (
+        "Scenarios",
+        (
+            "pbrg list",
+            "pbrg show paper/experiment_near",
+            "pbrg new mine.yaml",
+            "pbrg validate paper/experiment_near mine.yaml",
+            "cat wrong.yaml",
+            "pbrg validate wrong.yaml",
+            "pbrg schema -o scenario.schema.json",
+        ),
+    ),
     (
         "Runs",
         (

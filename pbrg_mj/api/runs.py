@@ -57,6 +57,10 @@ class Run:
             raise AttributeError(name)
         return getattr(self.arrays, name)
 
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return the array of that name; `run["lambda"]` is none that Python takes as an attribute. Raises KeyError."""
+        return self.arrays[name]
+
     def __dir__(self) -> list[str]:
         """List the arrays with the attributes, for completion."""
         return [*super().__dir__(), *self.arrays]

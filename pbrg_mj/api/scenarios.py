@@ -152,8 +152,9 @@ def _override_texts(overrides: Overrides, seed: int | None, duration: float | No
 
 
 def _text(key: str, value: Any) -> str:
-    """Return `key=value`; JSON is YAML."""
-    return f"{key}={json.dumps(_plain(value), ensure_ascii=False)}"
+    """Return `key=value`; JSON is YAML, but for line breaks such as U+2028: YAML folds them unless escaped."""
+    text = json.dumps(_plain(value), ensure_ascii=False)
+    return f"{key}=" + "".join(c if c.isprintable() else f"\\U{ord(c):08x}" for c in text)
 
 
 def _plain(value: Any) -> Any:

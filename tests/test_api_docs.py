@@ -33,7 +33,7 @@ def test_the_script_at_the_top_is_short_and_runs_alone(tmp_path):
     outcome, gap, *shape = done.stdout.replace("(", "").replace(")", "").split()
     assert outcome in ("moving", "stalled", "converged")
     assert 0.0 < float(gap) < 1.0
-    assert shape == ["1001,", "5,", "2"]
+    assert shape == ["2001,", "5,", "2"]
     assert (tmp_path / "straight.png").stat().st_size > 10_000
 
 

@@ -9,13 +9,15 @@ import pytest
 
 from pbrg_mj.perception.track.records import TrackParameters, no_tracks
 from pbrg_mj.perception.track.update import update_tracks
-from pbrg_mj.perception.track.world_frame import View
+from pbrg_mj.perception.track.world_frame import LINE, ScanPose
 from tests import track_oracle as oracle
 
 PARAMS = TrackParameters(
     range_max=4.0, silent=2, memory=2.0, drift=0.005, turn=np.deg2rad(0.2), clearance=0.1, sigmas=3.0
 )
 PERIOD, SCANS = 0.1, 60
+SILENT = np.full(8, np.nan), np.column_stack([np.cos(np.arange(8.0)), np.sin(np.arange(8.0))])  # ranges, directions
+COLUMNS = ("angle", "offset", "low", "high", "c_aa", "c_ac", "c_cc")
 EXACT = {"rel": 1e-7, "abs": 1e-9}  # inverses of matrices there, closed forms here
 
 
@@ -30,20 +32,19 @@ class Walk:
         self.at, self.jumps = np.zeros(2), np.zeros(count)
         self.still = self.random.uniform() < 0.5
 
-    def view(self, k: int) -> View:
+    def scan(self, k: int) -> tuple[np.ndarray, ScanPose]:
         shift = self.random.normal(0, 0.02, 2) if k else np.zeros(2)
         self.at = self.at + shift
         self.jumps += self.random.choice([0.0, 0.12], len(self.jumps), p=[0.97, 0.03]) * (not self.still)
         lines = [line for wall in range(len(self.angle)) for line in self.lines(wall)]
         self.random.shuffle(lines)
-        angle, offset, low, high, *c = np.array(lines).reshape(-1, 7).T
-        covariance = np.stack([c[0], c[1], c[1], c[2]], axis=1).reshape(-1, 2, 2)
-        no, beams = np.zeros(len(angle), dtype=bool), np.column_stack([np.cos(np.arange(8.0)), np.sin(np.arange(8.0))])
+        records = np.zeros(len(lines), LINE)
+        for name, values in zip(COLUMNS, np.array(lines).reshape(-1, 7).T, strict=True):
+            records[name] = values
+        records["track"] = -1
         time, elapsed = k * PERIOD, PERIOD if k else 0.0
-        return View(
-            *(angle, offset, covariance, low, high, no, no.copy(), np.full(8, np.nan), beams),
-            *(float(self.at[0]), float(self.at[1]), float(shift[0]), float(shift[1]), time, elapsed, 1e-6, 1e-5),
-        )
+        (x, y), (shift_x, shift_y) = self.at.tolist(), shift.tolist()
+        return records, ScanPose(x, y, 0.0, 1e-6, 1e-5, shift_x, shift_y, time, elapsed)
 
     def lines(self, wall: int) -> list[tuple[float, ...]]:
         """What is seen of a wall: nothing, its whole extent, or two parts of it."""
@@ -67,9 +68,9 @@ def test_the_compiled_tracks_are_those_of_plain_numpy() -> None:
     for seed in range(25):
         walk, tracks, plain = Walk(seed), no_tracks(1, 2)[0], list[oracle.Track]()
         for k in range(SCANS):
-            view, before = walk.view(k), [track for track in plain if track.live]
-            update_tracks(tracks, view, PARAMS)
-            met.update(oracle.update_tracks(plain, view, PARAMS, len(tracks)))
+            (lines, pose), before = walk.scan(k), [track for track in plain if track.live]
+            update_tracks(tracks, lines, SILENT, pose, PARAMS)
+            met.update(oracle.update_tracks(plain, lines, pose, PARAMS, len(tracks)))
             met["dropped or merged"] += sum(not track.live for track in before)
             assert np.flatnonzero(tracks["live"]).tolist() == [i for i, track in enumerate(plain) if track.live]
             for row, track in zip(tracks, plain, strict=False):

@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import chi2
 
 from pbrg_mj.perception.setup import perception_setup
-from pbrg_mj.perception.track.pose import ANCHOR, Clock, pose_at_scan
+from pbrg_mj.perception.track.world_frame import ANCHOR, Clock, pose_at_scan
 from tests.perceiving import HAND, PENTAGON, box, rows, scenario, together, walk
 from tests.raycast import Scene
 

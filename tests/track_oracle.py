@@ -25,7 +25,7 @@ from pbrg_mj.perception.track.confirmation import FEWEST, LONG, SLOWEST, WIDE
 from pbrg_mj.perception.track.extent import SIGMAS, TOLERANCE, WIDEST
 from pbrg_mj.perception.track.records import TrackParameters
 from pbrg_mj.perception.track.update import PATIENCE, SEEN_SHARE
-from pbrg_mj.perception.track.world_frame import View
+from pbrg_mj.perception.track.world_frame import ScanPose
 
 
 @dataclass(eq=False)
@@ -76,31 +76,35 @@ def tangent_of(angle: float) -> np.ndarray:
     return np.array([-math.sin(angle), math.cos(angle)])
 
 
-def update_tracks(tracks: list[Track], view: View, params: TrackParameters, places: int) -> list[str]:
+def update_tracks(
+    tracks: list[Track], lines: np.ndarray, now: ScanPose, params: TrackParameters, places: int
+) -> list[str]:
     """Bring the tracks up to date with a scan and return the lines' roles; `places` is how many tracks there may be."""
     seen = [
         Sighting(
-            np.array([view.angle[k], view.offset[k]]), view.covariance[k], (float(view.low[k]), float(view.high[k]))
+            np.array([line["angle"], line["offset"]]),
+            np.array([[line["c_aa"], line["c_ac"]], [line["c_ac"], line["c_cc"]]]),
+            (float(line["low"]), float(line["high"])),
         )
-        for k in range(len(view.angle))
+        for line in lines
     ]
     for track in tracks:
         if track.live:
-            predict(track, view, params)
+            predict(track, now, params)
     roles = associate(tracks, seen)
     new = []
     for line, (role, track) in zip(seen, roles, strict=True):
         if role == "update":
-            fuse(united(tracks, track, line), line, view, params)
+            fuse(united(tracks, track, line), line, now, params)
         elif role == "extend":
             track.extent = hull(track.extent, line.extent)
-        elif role == "conflicts":
+        elif role == "conflict":
             track.conflicts += 1
             track.live &= track.confirmed and track.conflicts < PATIENCE
-        if role == "new" or (role == "conflicts" and not track.live):
+        if role == "new" or (role == "conflict" and not track.live):
             new.append(line)
     for line in new:
-        begin(tracks, line, view, params, places)
+        begin(tracks, line, now, params, places)
     for i, a in enumerate(tracks):
         for b in tracks[:i]:
             if a.live and b.live and same_line(a, b):
@@ -108,18 +112,18 @@ def update_tracks(tracks: list[Track], view: View, params: TrackParameters, plac
     return [role for role, _ in roles]
 
 
-def predict(track: Track, view: View, params: TrackParameters) -> None:
+def predict(track: Track, now: ScanPose, params: TrackParameters) -> None:
     """The anchor moves with the robot: c' = c - n . shift, so d c' / d angle = - t . shift."""
-    shift = np.array([view.shift_x, view.shift_y])
+    shift = np.array([now.shift_x, now.shift_y])
     along = float(tangent_of(track.x[0]) @ shift)
     F = np.array([[1.0, 0.0], [-along, 1.0]])
     share = 1.0 if track.unseen else SEEN_SHARE
-    Q = np.diag([params.turn, params.drift]) ** 2 * share**2 * view.elapsed
+    Q = np.diag([params.turn, params.drift]) ** 2 * share**2 * now.elapsed
     track.x = track.x - [0.0, normal_of(track.x[0]) @ shift]
     track.P = F @ track.P @ F.T + Q
     track.extent = (track.extent[0] - along, track.extent[1] - along)
     track.unseen += 1
-    kept = view.time - track.seen <= params.memory + 1e-9
+    kept = now.time - track.seen <= params.memory + 1e-9
     track.live = kept and (track.confirmed or track.unseen <= PATIENCE)
 
 
@@ -152,7 +156,7 @@ def associate(tracks: list[Track], seen: list[Sighting]) -> list[tuple[str, Trac
             if cost <= GATE:
                 pairs.append((cost, k, i))
             elif near and result[k][0] == "new":
-                result[k] = ("conflicts", track)
+                result[k] = ("conflict", track)
     given: set[int] = set()
     taken: set[int] = set()
     for _, k, i in sorted(pairs):
@@ -171,33 +175,33 @@ def united(tracks: list[Track], track: Track, line: Sighting) -> Track:
     return track
 
 
-def fuse(track: Track, line: Sighting, view: View, params: TrackParameters) -> None:
+def fuse(track: Track, line: Sighting, now: ScanPose, params: TrackParameters) -> None:
     """Two independent Gaussian estimates of the same line, weighted by their information."""
-    note(track, line, view)
+    note(track, line, now)
     W, V = np.linalg.inv(track.P), np.linalg.inv(line.R)
     P = np.linalg.inv(W + V)
     track.x = track.x + P @ V @ difference(line.x, track.x)
     track.x[0] = turned(track.x[0])
-    track.P, track.seen = P, view.time
+    track.P, track.seen = P, now.time
     track.hits, track.unseen, track.conflicts = track.hits + 1, 0, 0
     track.extent = hull(track.extent, line.extent)
-    confirm(track, line, view, params)
+    confirm(track, line, now, params)
 
 
-def note(track: Track, line: Sighting, view: View) -> None:
+def note(track: Track, line: Sighting, now: ScanPose) -> None:
     """How far the wall is, along its normal, from where it was first seen."""
-    from_robot = track.place - [view.x, view.y]
+    from_robot = track.place - [now.x, now.y]
     lever = float(tangent_of(line.x[0]) @ from_robot)
     gap = line.x[1] - normal_of(line.x[0]) @ from_robot
     to_c = np.array([-lever, 1.0])  # of the gap by (angle, c)
     way = float(gap) / max(math.cos(turned(line.x[0] - track.direction)), 0.5)
-    track.sightings.append((view.time - track.first, way, float(to_c @ line.R @ to_c)))
+    track.sightings.append((now.time - track.first, way, float(to_c @ line.R @ to_c)))
 
 
-def confirm(track: Track, line: Sighting, view: View, params: TrackParameters) -> None:
+def confirm(track: Track, line: Sighting, now: ScanPose, params: TrackParameters) -> None:
     length = line.extent[1] - line.extent[0]
     wide = length >= WIDE * line.x[1]
-    large = length >= LONG or wide if track.hits > 1 else view.elapsed == 0 and (length >= 2 * LONG or wide)
+    large = length >= LONG or wide if track.hits > 1 else now.elapsed == 0 and (length >= 2 * LONG or wide)
     slid = (track.seen - track.first) * SLOWEST > (1 + 1 / params.silent) * WIDEST + 4 * TOLERANCE
     track.confirmed = bool(track.confirmed or large or (rests(track) and slid))
 
@@ -213,10 +217,10 @@ def rests(track: Track) -> bool:
     return bool(abs(speed) + SIGMAS * math.sqrt(covariance[1, 1]) < SLOWEST)
 
 
-def begin(tracks: list[Track], line: Sighting, view: View, params: TrackParameters, places: int) -> None:
+def begin(tracks: list[Track], line: Sighting, now: ScanPose, params: TrackParameters, places: int) -> None:
     middle = sum(line.extent) / 2
-    place = np.array([view.x, view.y]) + line.x[1] * normal_of(line.x[0]) + middle * tangent_of(line.x[0])
-    x, time = np.array([turned(line.x[0]), line.x[1]]), view.time
+    place = np.array([now.x, now.y]) + line.x[1] * normal_of(line.x[0]) + middle * tangent_of(line.x[0])
+    x, time = np.array([turned(line.x[0]), line.x[1]]), now.time
     track = Track(x, line.R.copy(), line.extent, time, time, place, float(line.x[0]))
     free = next((i for i, old in enumerate(tracks) if not old.live), None)
     if free is None and len(tracks) == places:
@@ -224,8 +228,8 @@ def begin(tracks: list[Track], line: Sighting, view: View, params: TrackParamete
         if not weak:
             return
         free = max(weak, key=lambda i: tracks[i].x[1])
-    note(track, line, view)
-    confirm(track, line, view, params)
+    note(track, line, now)
+    confirm(track, line, now, params)
     tracks[slice(len(tracks), None) if free is None else slice(free, free + 1)] = [track]
 
 

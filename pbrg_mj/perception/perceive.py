@@ -22,10 +22,9 @@ from pbrg_mj.perception.scan.extract_lines import (
 from pbrg_mj.perception.scan.parameters import LineParameters
 from pbrg_mj.perception.scan.points import BLOCKED
 from pbrg_mj.perception.setup import PerceptionParameters, PerceptionSetup
-from pbrg_mj.perception.track.pose import ANCHOR, Clock, PoseModel, pose_at_scan
 from pbrg_mj.perception.track.records import TrackParameters, no_tracks
 from pbrg_mj.perception.track.update import update_tracks
-from pbrg_mj.perception.track.world_frame import turn_into, view
+from pbrg_mj.perception.track.world_frame import ANCHOR, Clock, PoseModel, lines_in_world, pose_at_scan, turn_into
 from pbrg_mj.sensing.readings import Readings
 
 
@@ -84,26 +83,28 @@ class ScanWorkspace(NamedTuple):
 
 
 @kernel
-def perceive_scans(scans, parameters, before, after):  # pragma: no cover - compiled
+def perceive_scans(scans, packed, before, after):  # pragma: no cover - compiled
     """Write to `after` what is known after the scans of all robots that have beams. All arguments are plain tuples.
 
-    scans = (ranges (R, beams) [m], estimates of poses (n, 3) [m, rad], pose_frame, scan_frame, time of use [s]);
-    parameters are `PerceptionParameters.packed()`; before = (tracks, anchors) of the scans before; after as in
-    `PerceptionArrays`, without half-spaces yet.
+    - scans: ranges (R, beams) [m], estimated poses (n, 3) [m, rad], pose_frame, scan_frame, time of use [s]
+    - packed: the members of PerceptionParameters, in their order
+    - before: tracks (n, M) of TRACK and anchors (n,) of ANCHOR, as they were after the scans before
+    - after: the members of PerceptionArrays, in their order, with empty half-spaces
     """
     ranges, poses, pose_frame, scan_frame, time = scans
-    clock, known, by = Clock(pose_frame, scan_frame, time), PerceptionArrays(*after), _named(parameters)
+    clock, known = Clock(pose_frame, scan_frame, time), PerceptionArrays(*after)
+    parameters = _named(packed)
     known.tracks[:], known.anchors[:] = before
-    work = _scan_workspace(len(by.directions))
-    for row in range(len(by.robots)):
-        robot = by.robots[row]
+    work = _scan_workspace(len(parameters.directions))
+    for row in range(len(parameters.robots)):
+        robot = parameters.robots[row]
         if not math.isnan(poses[robot, 0] + poses[robot, 1] + poses[robot, 2]):  # else it cannot place a line
-            _perceive_scan(ranges[row], (robot, poses[robot], clock), by, work, known)
+            _perceive_scan(ranges[row], (robot, poses[robot], clock), parameters, work, known)
 
 
 @kernel
-def _named(parameters):  # pragma: no cover - compiled
-    directions, blocked, params, track_params, pose, robots, teams, binds, hand_offset = parameters
+def _named(packed):  # pragma: no cover - compiled
+    directions, blocked, params, track_params, pose, robots, teams, binds, hand_offset = packed
     params, track_params, pose = LineParameters(*params), TrackParameters(*track_params), PoseModel(*pose)
     return PerceptionParameters(directions, blocked, params, track_params, pose, robots, teams, binds, hand_offset)
 
@@ -117,11 +118,12 @@ def _scan_workspace(beams):  # pragma: no cover - compiled
 def _perceive_scan(read, whose, parameters, work, known):  # pragma: no cover - compiled
     robot, estimate, clock = whose
     pose = pose_at_scan(estimate, clock, known.anchors[robot], parameters.pose)
-    _beyond_wheels(read, parameters.blocked, work.ranges)
+    _mask_own_wheels(read, parameters.blocked, work.ranges)
     count = extract_lines_into(work.ranges, parameters.directions, parameters.line, work.fitting, work.lines)
     turn_into(work.beams, parameters.directions, pose.heading)
     tracks = known.tracks[robot]
-    update_tracks(tracks, view(work.lines, count, work.ranges, work.beams, pose), parameters.track)
+    lines = lines_in_world(work.lines, count, pose)
+    update_tracks(tracks, lines, (work.ranges, work.beams), pose, parameters.track)
     bound = _bound_robots(pose, parameters.teams[robot], parameters.hand_offset)
     G, h, active = known.G[robot], known.h[robot], known.active[robot]
     update_half_spaces(tracks, bound, parameters.track, G, h, active)
@@ -132,7 +134,7 @@ def _perceive_scan(read, whose, parameters, work, known):  # pragma: no cover - 
 
 
 @kernel
-def _beyond_wheels(read, blocked, ranges):  # pragma: no cover - compiled
+def _mask_own_wheels(read, blocked, ranges):  # pragma: no cover - compiled
     """Write the ranges read to `ranges`, BLOCKED where they can only be the robot's own wheels."""
     for k in range(len(read)):
         ranges[k] = BLOCKED if blocked[k] else read[k]

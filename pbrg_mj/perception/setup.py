@@ -12,8 +12,8 @@ from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.perception.obstacle.polygons import hull
 from pbrg_mj.perception.scan.parameters import LineParameters, line_parameters
 from pbrg_mj.perception.scan.self_occlusion import blocked_beams
-from pbrg_mj.perception.track.pose import PoseModel, pose_model
 from pbrg_mj.perception.track.records import TrackParameters, track_parameters
+from pbrg_mj.perception.track.world_frame import PoseModel, pose_model
 from pbrg_mj.scenario.schema import Estimator, GivenHalfSpace, Scenario, beam_angles
 
 

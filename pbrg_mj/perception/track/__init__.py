@@ -2,8 +2,7 @@
 
 In: the lines of a scan, the pose estimate, the tracks before. Out: the tracks after, confirmed or not.
 
-    pose            where the robot was when it scanned, and how well it knows that
-    world_frame     lines and beams from the body frame into the world frame
+    world_frame     the robot's pose at the scan; lines and beams from the body frame into the world frame
     records         the record of a track, and the parameters
     association     which line belongs to which track; tracks of one line merged
     extent          where a track ends

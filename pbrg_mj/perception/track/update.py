@@ -9,7 +9,6 @@ from pbrg_mj.perception.scan.line_fit import wrapped
 from pbrg_mj.perception.track.association import CONFLICT, EXTEND, NEW, UPDATE, associate, merge, unite
 from pbrg_mj.perception.track.confirmation import confirm, note_motion
 from pbrg_mj.perception.track.extent import BEHIND, IN_RANGE, beam_on_line, restart_extent, update_extent, widen_extent
-from pbrg_mj.perception.track.world_frame import lines_of, moment_of
 
 MARGIN = 0.05  # [m] from the ends of the extent seen
 LEAST_BEAMS = 3  # beams on a track that may contradict it
@@ -21,9 +20,12 @@ SLACK = 1e-9  # [s] rounding of the clock
 
 
 @kernel
-def update_tracks(tracks, view, params):
-    """Bring one robot's tracks (M,) up to date with one scan, in place."""
-    lines, now, scan = lines_of(view), moment_of(view), (view.ranges, view.beams)
+def update_tracks(tracks, lines, scan, now, params):
+    """Bring one robot's tracks (M,) up to date with one scan, in place.
+
+    `lines` are records LINE (L,) in the world, to which roles and tracks are written; `scan` is (ranges (B,) [m],
+    directions (B, 2) in the world), `now` the ScanPose.
+    """
     for i in range(len(tracks)):
         if tracks[i]["live"]:
             _predict(tracks[i], now, params)

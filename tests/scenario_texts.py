@@ -1,4 +1,4 @@
-"""Scenario texts for the tests of the scenario room."""
+"""Scenario texts for the tests of the scenario package."""
 
 THREE = """\
 # three robots in a row

@@ -17,7 +17,7 @@ TOP = Path(__file__).parents[1]
 
 
 def test_the_scenario_rooms_robot_is_the_models_robot():
-    """The scenario room checks placements without MuJoCo; its two numbers are those of models/robot.xml."""
+    """The scenario package checks placements without MuJoCo; its two numbers are those of models/robot.xml."""
     robot = load_robot_model()
     assert (robot.body_radius, robot.hand_offset) == (BODY_RADIUS, HAND_OFFSET)
 

@@ -1,4 +1,4 @@
-"""One robot that scans scenes again and again, with the noise of the sensing room."""
+"""One robot that scans scenes again and again, with the noise of the sensing package."""
 
 from __future__ import annotations
 

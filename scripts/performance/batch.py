@@ -19,7 +19,7 @@ DURATION = 1.5  # [s]
 TURN = 10  # ticks before the other side has its turn
 
 
-def many_worlds() -> dict[str, float]:
+def batch_throughput() -> dict[str, float]:
     """Return the throughput of worlds side by side [simulated s per s], and its ratio to bare mujoco.batch."""
     loaded, threads = scenario(f"timing.duration={DURATION}"), os.cpu_count() or 1
     plan = loaded.scenario

@@ -1,4 +1,4 @@
-"""Errors a user can cause, told in one line."""
+"""Errors a user can cause, each in one line."""
 
 from __future__ import annotations
 

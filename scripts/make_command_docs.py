@@ -20,14 +20,14 @@ HEAD = """# Commands, and what they print
 
 <!-- Written by scripts/make_command_docs.py, which runs them all: change it there. -->
 
-`pbrg COMMAND --help` tells all options. Results go to stdout; progress, on a terminal only, warnings and errors to
+`pbrg COMMAND --help` lists all options. Results go to stdout; progress, on a terminal only, warnings and errors to
 stderr, a line each. Exit codes: 0 done; 1 the run failed its purpose (a robot touched a wall or crossed the line, the
 state diverged, a replay differed); 2 the input is wrong. Where no output stands below, there is none.
 """
 WRONG = "team:\n  start: [[0, 0]]\n  formation: [[0, 0]]\n  leaders: [2]\noperator: {reference: [1, 0]}\n"
 # Not shown: it compiles the kernels, which would pass for the speed of the first run that is.
 FIRST = "pbrg run paper/experiment_near --duration 1 --quiet -o near.mcap"
-# What is told, and the commands that show it.
+# Each paragraph, and the commands that show it.
 PARTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("The commands", ("pbrg --help",)),
     (

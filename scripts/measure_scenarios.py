@@ -54,7 +54,7 @@ def measure(name: str, folder: Path) -> Measured:
 
 
 def contact(run: Run) -> str:
-    """Say which robot first touched a wall, and when; `none` if nobody did."""
+    """Say which robot first touched a wall, and when; `none` if no robot did."""
     touched = np.argwhere(run.ticks.wall_contact)
     return f"robot {touched[0, 1] + 1} at {run.ticks.time[touched[0, 0]]:.1f} s" if len(touched) else "none"
 

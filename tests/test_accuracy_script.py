@@ -14,10 +14,10 @@ def _found(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_crowd_is_always_in_view_apart_and_moves_at_a_robots_speed() -> None:
-    import crowds
+    import robots
 
     for seed in range(5):
-        poses = np.array(list(crowds.crowd(np.random.default_rng(seed), 100, 0.1)))
+        poses = np.array(list(robots.crowd(np.random.default_rng(seed), 100, 0.1)))
         assert poses.shape == (100, 4, 3)
         walk, heading = poses[:, :, :2], poses[:-1, :, 2]
         step = np.diff(walk, axis=0)
@@ -32,26 +32,26 @@ def test_the_crowd_is_always_in_view_apart_and_moves_at_a_robots_speed() -> None
 
 
 def test_robots_behind_one_another_or_in_touch_are_not_in_view() -> None:
-    import crowds
+    import robots
 
     fine = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
-    assert crowds.visible(fine)
+    assert robots.visible(fine)
     for place in ([0.5, 1.0], [1.95, 0.5], [0.1, 0.0], [-0.5, 0.02], [0.05, 1.1]):
         changed = fine.copy()
         changed[0] = place
-        assert crowds.visible(changed) == (place == [0.5, 1.0])
+        assert robots.visible(changed) == (place == [0.5, 1.0])
 
 
 @pytest.mark.parametrize(("turn", "off", "wall"), [(0, 0, True), (2, 2, True), (8, 0, False), (0, 8, False)])
 def test_a_track_is_the_walls_when_it_agrees_within_its_covariance(turn: int, off: int, wall: bool) -> None:
-    import crowds
-    from rig import Rig, scenario
+    import robots
+    from scanning_robot import ScanningRobot, scenario
 
-    rig, std = Rig(scenario("none")), np.array([0.01, 0.005])
-    track = np.zeros(1, dtype=rig.memory.tracks.dtype)[0]
-    track["angle"], track["offset"] = np.array([turn, off]) * std + [0.0, crowds.WALL]
+    scanner, std = ScanningRobot(scenario("none")), np.array([0.01, 0.005])
+    track = np.zeros(1, dtype=scanner.memory.tracks.dtype)[0]
+    track["angle"], track["offset"] = np.array([turn, off]) * std + [0.0, robots.WALL]
     track["p_aa"], track["p_cc"] = std**2
-    assert crowds._is_wall(rig, track) == wall
+    assert robots._is_wall(scanner, track) == wall
 
 
 def test_the_page_holds_what_the_script_writes_and_its_head_is_kept() -> None:
@@ -65,22 +65,22 @@ def test_the_page_holds_what_the_script_writes_and_its_head_is_kept() -> None:
 
 
 def test_the_judge_sees_a_planted_wall() -> None:
-    import places
+    import walls
 
-    cell = places.Cell("none", 1.0, 30)
-    rows = np.array([places.place(cell, seed) for seed in range(12)])
-    assert rows.shape == (12, places.SCANS, 5)
-    found = places.figures(rows)
+    cell = walls.Cell("none", 1.0, 30)
+    rows = np.array([walls.place(cell, seed) for seed in range(12)])
+    assert rows.shape == (12, walls.SCANS, 5)
+    found = walls.figures(rows)
     assert found["recall"] == 1.0
     assert 0.5 < found["single_nees"] < 5 and found["single_offset_rms_m"] < 0.003
     assert found["fused_angle_rms_deg"] < found["single_angle_rms_deg"]
-    assert places.band(200) == pytest.approx((1.732, 2.287), abs=1e-3)
+    assert walls.band(200) == pytest.approx((1.732, 2.287), abs=1e-3)
 
 
 @pytest.mark.parametrize("sensor", ["robotarium", "lidar"])
 def test_robots_seen_at_the_wheels_height_are_no_walls(sensor: str) -> None:
     """Seed 1 of the lidar has a robot and a stretch of the wall in one line on both sides of what own wheels hide."""
-    import crowds
-    from rig import LOW
+    import robots
+    from scanning_robot import LOW
 
-    assert [crowds.false_walls(sensor, seed, LOW) for seed in (1, 2, 3)] == [0, 0, 0]
+    assert [robots.false_walls(sensor, seed, LOW) for seed in (1, 2, 3)] == [0, 0, 0]

@@ -99,7 +99,7 @@ MISTAKES = {
     "special character": ("seed: 1\nplant: \x07", "x.yaml:2: is not YAML: unacceptable character #x0007"),
     "tag": (
         swapped("seed: 3", "seed: !!python/name:os.system 3"),
-        "x.yaml:2: seed: carries the tag 'tag:yaml.org,2002:",
+        "x.yaml:2: seed: has the tag 'tag:yaml.org,2002:",
     ),
     "tag that lies": (swapped("seed: 3", "seed: !!int three"), "x.yaml:2: seed: is 'three', which its tag says is int"),
     "other YAML": ("%YAML 1.1\n---\n" + THREE, "x.yaml:1: is YAML [1, 1]; allowed: YAML 1.2"),

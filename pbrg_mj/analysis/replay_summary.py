@@ -1,4 +1,4 @@
-"""A run told in a few lines: what happened when, and how it ended."""
+"""A run in a few lines: what happened when, and how it ended."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Many seeds of one scenario side by side: a Monte Carlo run at nearly the speed of bare physics.
+"""Many seeds of one scenario in a batch: a Monte Carlo run at nearly the speed of bare physics.
 
 The stages are those of `tick`, in its order, each for all worlds before the next: sensing and perception when there is
 a new frame, then governor, control and drive in one compiled call with worlds as the leading axis, shared out over
@@ -42,7 +42,7 @@ class BatchHistories:
 
     @classmethod
     def blank(cls, scenario: Scenario, seeds: tuple[int, ...]) -> BatchHistories:
-        """Return room for a whole run."""
+        """Return empty arrays for a whole run."""
         ticks = whole_number(scenario.timing.duration, scenario.timing.tick) + 1
         shape = (len(seeds), ticks, scenario.robots)
         return cls(
@@ -58,7 +58,7 @@ class BatchHistories:
 
 @dataclass
 class WorldSensing:
-    """What a world's robots have read and know of the walls."""
+    """Sensor readings and perception memory of one world's robots."""
 
     noise: SensorNoise
     readings: Readings | None
@@ -90,7 +90,7 @@ class BatchSimulation:
         self._frames = (-2, -2)  # of the camera and the beams, when last looked at
 
     def run(self, on_tick: Callable[[int], object] = lambda index: None) -> BatchHistories:
-        """Simulate to the end and return what happened; `on_tick` is told of every tick when it is over."""
+        """Simulate to the end and return what happened; `on_tick` is called with every tick when it is over."""
         with ThreadPoolExecutor(self.threads) as pool:
             histories = BatchHistories.blank(self._scenario, self.seeds)
             state = self._initial_state()

@@ -67,7 +67,7 @@ class BatchState:
 
     @classmethod
     def blank(cls, team: BatchParameters, worlds: int, rows: Rows) -> BatchState:
-        """Return room for W worlds that all know the same rows."""
+        """Return the state of W worlds that all know the same rows."""
         n = team.network.robots
         row_arrays = tuple(np.stack([array] * worlds) for array in (rows.a, rows.C, rows.d, rows.active))
         widths = (4 * n + 2, 4 * n + 2, rows.d.shape[1], 4)
@@ -92,7 +92,7 @@ class BatchState:
             self.m[world], self.diverged[world] = memory.m, memory.diverged
 
     def set_rows(self, world: int, rows: Rows) -> None:
-        """Lay down a world's new rows."""
+        """Set a world's new rows."""
         for array, value in zip(self.rows, (rows.a, rows.C, rows.d, rows.active), strict=True):
             array[world] = value
 

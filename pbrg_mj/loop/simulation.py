@@ -47,7 +47,7 @@ class Simulation:
     def build(cls, scenario: Scenario, plug_in: Governor | None = None) -> Simulation:
         """Put a scenario's closed loop together; `plug_in` is the governor where the scenario says it is an object.
 
-        Raises InputError when the scenario names something nobody knows.
+        Raises InputError when the scenario names something unknown.
         """
         timing, robot, graph = scenario.timing, load_robot_model(), network(scenario)
         chosen = governor(scenario, plug_in)
@@ -89,7 +89,7 @@ class Simulation:
     def records(self) -> Iterator[TickRecord]:
         """Yield one record per tick, from t = 0 to t = duration; the world is up to `block_ticks` ahead.
 
-        The first comes at once: whoever takes it has things to set up. What a tick raises comes after the records of
+        The first comes at once, for sinks that set themselves up with it. What a tick raises comes after the records of
         the ticks before it.
         """
         run_ticks, monitored, going, ticks = self._run_ticks(), MonitorState(), True, 1
@@ -121,7 +121,7 @@ class Simulation:
         return completed, None
 
     def _run_ticks(self) -> Iterator[ControlTick]:
-        """Yield every tick; whoever asks for the next has let the world move on."""
+        """Yield every tick; the caller advances the world before it asks for the next."""
         loop = self.loop
         xi = np.zeros((loop.network.robots, 2))
         state = LoopState(None, initial(loop.perception), None, None, None, xi)

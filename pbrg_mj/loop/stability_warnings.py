@@ -1,4 +1,4 @@
-"""What can be foreseen of a run from its scenario alone."""
+"""Warnings before a run: steps or delays that are unstable by linear theory."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pbrg_mj.team.graph import network
 
 
 def stability_warnings(scenario: Scenario) -> list[str]:
-    """Return one line for everything that makes a run likely to fail; empty when nothing is foreseen."""
+    """Return one line for everything that makes a run likely to fail; empty when no risk is known."""
     if scenario.governor.kind != "distributed":
         return []
     team = network(scenario)

@@ -11,11 +11,11 @@ from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
 
-import crowds
 import numpy as np
-import places
+import robots
+import walls
 from page import written
-from rig import LOW, PLATES, SENSORS, scenario
+from scanning_robot import LOW, PLATES, SENSORS, scenario
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "perception.md"
 CHUNK = 25
@@ -26,38 +26,38 @@ def measure(sensor: str, seeds: int, pool: ProcessPoolExecutor) -> dict:
     """Return all figures of a sensor."""
     limit = scenario(sensor).sensors.beams.range_max
     cells, outside = {}, []
-    for cell in (places.Cell(sensor, r, i) for r in places.RANGES if r < limit for i in places.INCIDENCES):
-        rows = np.array(list(pool.map(partial(places.place, cell), range(seeds), chunksize=CHUNK)))
-        cells[str(cell)] = places.figures(rows)
-        judged = rows[:, :, places.OUTSIDE]
-        outside += judged[np.isfinite(judged)].tolist()
+    for cell in (walls.Cell(sensor, r, i) for r in walls.RANGES if r < limit for i in walls.INCIDENCES):
+        rows = np.array(list(pool.map(partial(walls.place, cell), range(seeds), chunksize=CHUNK)))
+        cells[str(cell)] = walls.figures(rows)
+        evaluated = rows[:, :, walls.OUTSIDE]
+        outside += evaluated[np.isfinite(evaluated)].tolist()
     return {
         "cells": cells,
-        "consistency": {name: places.pooled(cells, name) for name in ("single", "fused")},
+        "consistency": {name: walls.pooled(cells, name) for name in ("single", "fused")},
         "outside": float(np.mean(outside)),
-        "judged": len(outside),
-        "false_walls": sum(pool.map(partial(crowds.false_walls, sensor), range(seeds), chunksize=CHUNK)),
-        "false_scans": seeds * crowds.SCANS,
-        "rows": [rows_bound(sensor, 5, spacing, seeds, pool) for spacing in crowds.SPACINGS],
+        "evaluated": len(outside),
+        "false_walls": sum(pool.map(partial(robots.false_walls, sensor), range(seeds), chunksize=CHUNK)),
+        "false_scans": seeds * robots.SCANS,
+        "rows": [rows_bound(sensor, 5, spacing, seeds, pool) for spacing in robots.SPACINGS],
         "low": low_beams(sensor, seeds, pool),
     }
 
 
 def low_beams(sensor: str, seeds: int, pool: ProcessPoolExecutor) -> dict:
     """Return what the same sensor does at the wheels' height: walls 1 m away, false walls, close rows."""
-    cells = [places.Cell(sensor, LOW_RANGE, i, height=LOW) for i in places.INCIDENCES]
-    rows = [np.array(list(pool.map(partial(places.place, cell), range(seeds), chunksize=CHUNK))) for cell in cells]
-    judged = np.concatenate([r[:, :, places.OUTSIDE].ravel() for r in rows])
-    judged = judged[np.isfinite(judged)]
-    single, fused = (places.pooled(dict(enumerate(map(places.figures, rows))), name) for name in ("single", "fused"))
-    false = pool.map(partial(crowds.false_walls, sensor, height=LOW), range(seeds), chunksize=CHUNK)
+    cells = [walls.Cell(sensor, LOW_RANGE, i, height=LOW) for i in walls.INCIDENCES]
+    rows = [np.array(list(pool.map(partial(walls.place, cell), range(seeds), chunksize=CHUNK))) for cell in cells]
+    evaluated = np.concatenate([r[:, :, walls.OUTSIDE].ravel() for r in rows])
+    evaluated = evaluated[np.isfinite(evaluated)]
+    single, fused = (walls.pooled(dict(enumerate(map(walls.figures, rows))), name) for name in ("single", "fused"))
+    false = pool.map(partial(robots.false_walls, sensor, height=LOW), range(seeds), chunksize=CHUNK)
     return {
-        "recall": [places.figures(r)["recall"] for r in rows],
+        "recall": [walls.figures(r)["recall"] for r in rows],
         "consistency": {"single": single, "fused": fused},
-        "outside": float(judged.mean()),
-        "judged": len(judged),
+        "outside": float(evaluated.mean()),
+        "evaluated": len(evaluated),
         "false_walls": sum(false),
-        "rows": rows_bound(sensor, 5, crowds.SPACINGS[0], seeds, pool, LOW),
+        "rows": rows_bound(sensor, 5, robots.SPACINGS[0], seeds, pool, LOW),
     }
 
 
@@ -70,16 +70,16 @@ def rows_bound(
     height: float = PLATES,
 ) -> int:
     """Return how many of `seeds` rows of robots are taken for walls."""
-    binds = partial(crowds.row_binds, sensor, min_points, spacing, height=height)
+    binds = partial(robots.row_binds, sensor, min_points, spacing, height=height)
     return sum(pool.map(binds, range(seeds), chunksize=CHUNK))
 
 
 def fewer_points(seeds: int, pool: ProcessPoolExecutor) -> dict:
     """Return what lines of four points would do to the ring: the recall at 2 m, and the rows taken for walls."""
-    cells = [places.Cell("tof_ring", 2.0, i, min_points=4) for i in places.INCIDENCES]
-    rows = [np.array(list(pool.map(partial(places.place, cell), range(seeds), chunksize=CHUNK))) for cell in cells]
-    recall = [places.figures(r)["recall"] for r in rows]
-    return {"recall": recall, "rows": [rows_bound("tof_ring", 4, s, seeds, pool) for s in crowds.SPACINGS]}
+    cells = [walls.Cell("tof_ring", 2.0, i, min_points=4) for i in walls.INCIDENCES]
+    rows = [np.array(list(pool.map(partial(walls.place, cell), range(seeds), chunksize=CHUNK))) for cell in cells]
+    recall = [walls.figures(r)["recall"] for r in rows]
+    return {"recall": recall, "rows": [rows_bound("tof_ring", 4, s, seeds, pool) for s in robots.SPACINGS]}
 
 
 def main() -> None:

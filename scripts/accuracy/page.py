@@ -7,8 +7,8 @@ import re
 import textwrap
 from collections.abc import Iterable
 
-from crowds import SPACINGS
-from places import band
+from robots import SPACINGS
+from walls import band
 
 BEGIN = "<!-- From here on written by `python scripts/accuracy`; change it there. -->\n"
 COLUMNS = ("angle_rms_deg", "angle_bias_deg", "offset_rms_m", "offset_bias_m")
@@ -84,23 +84,23 @@ def _filled(text: str) -> str:
 
 
 def _whole(found: dict) -> str:
-    head = "| sensor | outside | judged | false walls | in scans | rows, close | wide "
+    head = "| sensor | outside | evaluated | false walls | in scans | rows, close | wide "
     head += "| NEES in band, one scan | pooled | ten scans | pooled |"
     rows = []
     for sensor, f in found["sensors"].items():
         single, fused = (_consistent(f["consistency"][name]) for name in ("single", "fused"))
-        counts = (f["judged"], f["false_walls"], f["false_scans"], *f["rows"])
+        counts = (f["evaluated"], f["false_walls"], f["false_scans"], *f["rows"])
         rows.append((sensor, f"{f['outside']:.2%}", *map(str, counts), *single, *fused))
     return f"{head}\n|{'---|' * 11}\n{_table(rows)}"
 
 
 def _low(found: dict) -> str:
-    head = "| low beams | recall at 1 m, 0 deg | 30 deg | 60 deg | outside | judged | false walls | in scans "
+    head = "| low beams | recall at 1 m, 0 deg | 30 deg | 60 deg | outside | evaluated | false walls | in scans "
     head += "| rows, close | NEES pooled, one scan | ten scans |"
     rows = []
     for sensor, f in found["sensors"].items():
         low = f["low"]
-        counts = (low["judged"], low["false_walls"], f["false_scans"], low["rows"])
+        counts = (low["evaluated"], low["false_walls"], f["false_scans"], low["rows"])
         consistent = (_consistent(low["consistency"][name])[1] for name in ("single", "fused"))
         recall = (f"{share:.1%}" for share in low["recall"])
         rows.append((sensor, *recall, f"{low['outside']:.2%}", *map(str, counts), *consistent))

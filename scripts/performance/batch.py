@@ -1,4 +1,4 @@
-"""Many worlds side by side against bare mujoco.batch stepping of the same worlds."""
+"""Many worlds in a batch against bare mujoco.batch stepping of the same worlds."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ from performance.timing import REPEATS
 
 SCENARIO = "paper/experiment_near"
 BEAMS = ("sensors.beams.robots=all", "sensors.beams.count=72", "sensors.beams.rate_hz=10", "governor.rounds=10")
-DURATION = 8.0  # [s]; both sides see the same stretch of the run
+DURATION = 8.0  # [s]; both sides see the same part of the run
 TURN = 200  # ticks before the other side has its turn
 
 

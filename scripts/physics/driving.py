@@ -1,4 +1,4 @@
-"""The whole robot: tracking of the hand point, deadband of the drives, slip, working areas."""
+"""The whole robot: tracking of the hand point, deadband of the drives, wheel slip, working areas."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def tracking(shape: str, kind: str, friction: float) -> dict:
 
     Errors are the largest of the run: from where the hand point should be at that time (`worst`), from the path
     wherever on it (`across`), and from where it should be less what the motors lose at the start (`beyond_start`).
-    `rest` is how far from the path's end it comes to rest when it is told to stop there.
+    `rest` is how far from the path's end it comes to rest when the velocity is set to 0 there.
     """
     scenario = plan(drive={"kind": kind, "friction": friction})
     world, drive = MujocoPlant(scenario), drive_of(scenario, ROBOT)

@@ -130,10 +130,10 @@ direction. It does not shrink to R / sqrt(1 + (v tau / R)^2), as if the velocity
 {_mm(found["drawn_radius_m"])} |
 | largest distance from where it should be less tau v, after 5 tau | 0 | {_error(line, "beyond_start")} \
 | {_error(circle, "beyond_start")} |
-| at rest from the path's end, told to stop there | 0 | {_error(line, "rest")} | {_error(circle, "rest")} |
+| at rest from the path's end, velocity set to 0 there | 0 | {_error(line, "rest")} | {_error(circle, "rest")} |
 
-So what is not the start's loss is a quarter of a percent of the path; and that loss is given back at the stop, where
-the motors run on for as long: of a path driven from rest to rest, as dead reckoning is judged, the open loop misses the
+So what is not the start's loss is a quarter of a percent of the path. That loss is given back at the stop, where the
+motors run on for as long: on a path driven from rest to rest, as dead reckoning is evaluated, the open loop misses the
 end by that quarter of a percent of its length. With friction the open loop keeps no path but a
 straight one: friction takes {100 * lost:.0f} % of a speed of {SPEED:g} m/s.
 

@@ -83,7 +83,7 @@ def check_panels(panels: Sequence[str]) -> None:
 
 
 def _columns(panels: Sequence[str]) -> list[list[str]]:
-    """Return which panels stand in which column: one after the other where there is most room left."""
+    """Return which panels stand in which column: one after the other where most space is left."""
     columns: list[list[str]] = [[] for _ in panels[:2]]
     for name in panels:
         min(columns, key=_height).append(name)

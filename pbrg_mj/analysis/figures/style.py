@@ -1,4 +1,4 @@
-"""How robots and curves are told apart: by colour, line style and marker, so that grey is enough."""
+"""Styles of robots and curves: colour, line style and marker, so that they differ in grey too."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Okabe and Ito's palette, told apart by colour-blind readers; line styles and markers tell robots apart in grey.
+# Okabe and Ito's palette, distinct for colour-blind readers; in grey, line styles and markers are distinct.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")

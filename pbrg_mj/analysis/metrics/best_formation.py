@@ -21,7 +21,7 @@ MOST_CHOICES = 4096  # ways to choose one face per obstacle; more of them are no
 
 @dataclass(frozen=True)
 class HalfSpaceRows:
-    """Half-spaces G q <= h for hand points, and whom each binds."""
+    """Half-spaces G q <= h for hand points, and which robots each binds."""
 
     G: np.ndarray  # (H, 2) unit rows
     h: np.ndarray  # (H,) [m]
@@ -30,7 +30,7 @@ class HalfSpaceRows:
 
 @dataclass(frozen=True)
 class BestFormation:
-    """The best admissible formation, or why there is none to tell; the half-spaces that it was judged by."""
+    """The best admissible formation, or why none is known; the half-spaces that define it."""
 
     point: np.ndarray | None  # (2,) [m]
     reason: str | None

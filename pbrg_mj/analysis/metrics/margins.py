@@ -1,4 +1,4 @@
-"""What the recorded states and references say about safety: certificate rows and margins, vectorised over time."""
+"""Safety of the recorded states and references: certificate rows and margins, vectorised over time."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def ball_radius(m: np.ndarray, p: np.ndarray, xi: np.ndarray) -> np.ndarray:
 def worst_row(ticks: TickSeries, formation: np.ndarray, leaders: np.ndarray) -> np.ndarray:
     """Return the largest ball row g (T,) [m] (eq. 13) over leaders' m, everyone's half-spaces and the robots j bound.
 
-    `formation` is b (n, 2) [m], `leaders` the indices of the leaders. -inf where nobody senses anything.
+    `formation` is b (n, 2) [m], `leaders` the indices of the leaders. -inf where no robot senses anything.
     """
     worst = np.full(len(ticks.time), -np.inf)
     for leader in leaders:

@@ -1,4 +1,4 @@
-"""What stands still around the team, as the analysis sees it: footprints and their faces."""
+"""Walls and boxes that stand still: footprints and their faces."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def faces(rectangles: Rectangles, index: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the four faces of one footprint as G (4, 2), h (4,) [m]: outside of face f is G[f] @ q <= h[f]."""
     along = rectangles.axis[index]
     across = np.array([-along[1], along[0]])
-    # A face's outward normal points at whoever stands before it: the half-space's own normal is its opposite.
+    # A face's outward normal points at a robot in front of it: the half-space's own normal is its opposite.
     G = -np.array([along, -along, across, -across])
     depth = rectangles.half_size[index][[0, 0, 1, 1]]
     return G, G @ rectangles.centre[index] - depth

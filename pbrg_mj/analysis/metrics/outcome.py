@@ -28,7 +28,7 @@ class Outcome:
 
 
 def outcome(run: Run) -> Outcome:
-    """Judge the run by its truth: violated beats diverged, which beats converged, stalled and moving."""
+    """Return the outcome by ground truth: violated before diverged, before converged, stalled and moving."""
     return _violated(run) or _diverged(run) or _ended(run)
 
 

@@ -1,4 +1,4 @@
-"""The numbers of a run. Every definition stands, with its formula, in docs/metrics.md."""
+"""The metrics of a run. docs/metrics.md defines each with its formula."""
 
 from __future__ import annotations
 

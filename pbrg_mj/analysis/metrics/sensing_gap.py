@@ -18,7 +18,7 @@ def true_optima(run: Run, among: np.ndarray) -> np.ndarray | None:
 
     A row for each reference tick in `among`, (S,) bool. States, references and certificate are those of the run;
     NaN where the true problem has no solution. The walls count by the faces that the best admissible formation for that
-    tick's r stands behind. None where `scope: own` or the obstacles leave no such formation to tell.
+    tick's r stands behind. None where `scope: own` or the obstacles leave no such formation.
     """
     scenario, ticks = run.scenario, run.ticks
     if scenario.estimator.scope == "own":

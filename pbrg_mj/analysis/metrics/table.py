@@ -107,7 +107,7 @@ def comparison_table(runs: Sequence[RunMetrics]) -> str:
 
 
 def short_summary(run: RunMetrics) -> str:
-    """Return the rows of the table that a run's end is judged by."""
+    """Return the rows of the table that sum up a run's end."""
     data = run.as_dict()
     labels = {key: label.strip() for rows in LAYOUT.values() for label, key in rows}
     return "\n".join(f"{labels[key]:<{LABEL_WIDTH}}  {_text(look_up(data, key))}" for key in SHORT)

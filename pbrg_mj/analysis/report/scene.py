@@ -1,4 +1,4 @@
-"""What the animation is played on: obstacles, working areas, boxes that move, and how much of the scene is shown."""
+"""What the animation is drawn on: obstacles, working areas, boxes that move, and how much of the scene is shown."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def still(run: Run) -> list[dict[str, Any]]:
 def moving(run: Run, time: np.ndarray) -> tuple[list[tuple[float, float]], np.ndarray]:
     """Return the sizes of the boxes that move, and their centres (F, boxes, 2) [m] at `time` (F,) [s].
 
-    The log does not hold them: they are driven, so the scenario's stops tell.
+    The log does not hold them: their motion follows from the scenario's waypoints.
     """
     boxes = run.scenario.world.moving_boxes if run.scenario.plant == "physics" else ()
     centres = [_driven(box, time) for box in boxes]
@@ -40,13 +40,13 @@ def moving(run: Run, time: np.ndarray) -> tuple[list[tuple[float, float]], np.nd
 
 
 def lines(run: Run) -> list[list[float]]:
-    """Return the true half-spaces [Gx, Gy, h] for hand points that the run is judged by."""
+    """Return the true half-spaces [Gx, Gy, h] for hand points that define the target."""
     rows = final_target(run).rows
     return [[float(x), float(y), float(h)] for (x, y), h in zip(rows.G, rows.h, strict=True)]
 
 
 def target(run: Run) -> list[float] | None:
-    """Return the best admissible formation's point for the last r [m]; None where there is none to tell."""
+    """Return the best admissible formation's point for the last r [m]; None where none is known."""
     point = final_target(run).point
     return None if point is None else [float(value) for value in point]
 

@@ -21,7 +21,7 @@ CARD = (
 
 
 def cards(report_runs: Sequence[ReportRun]) -> str:
-    """Return a card per run: name, outcome, the numbers it is judged by, and a notice when the log is damaged."""
+    """Return a card per run: name, outcome, its main numbers, and a notice when the log is damaged."""
     return "\n".join(_card(number, one) for number, one in enumerate(report_runs, start=1))
 
 

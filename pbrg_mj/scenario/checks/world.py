@@ -22,7 +22,7 @@ class Obstacle:
     """Something that stands on the floor at the start."""
 
     path: KeyPath  # of its key
-    wall: Wall  # the room it takes up
+    wall: Wall  # the area it covers
     meets: str  # what it does to a robot in its way
 
 

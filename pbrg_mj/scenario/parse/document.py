@@ -136,7 +136,7 @@ class _Builder:
                 return [self.build(item, (*path, i)) for i, item in enumerate(node.value)]
             case ScalarNode(tag=tag):
                 return self.scalar(node, path)
-        raise self.error(path, f"carries the tag {yaml_text(str(node.tag))}; tags are not allowed")
+        raise self.error(path, f"has the tag {yaml_text(str(node.tag))}; tags are not allowed")
 
     def mapping(self, node: MappingNode, path: KeyPath) -> dict[str, Any]:
         data: dict[str, Any] = {}
@@ -161,7 +161,7 @@ class _Builder:
         if kind == "null":
             return None
         if kind not in ("bool", "int", "float"):
-            raise self.error(path, f"carries the tag {yaml_text(str(node.tag))}; tags are not allowed")
+            raise self.error(path, f"has the tag {yaml_text(str(node.tag))}; tags are not allowed")
         if len(node.value) > LONGEST_NUMBER:
             raise self.error(path, f"is a number of more than {LONGEST_NUMBER} characters")
         return self.number(node, path, kind)

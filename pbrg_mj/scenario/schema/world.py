@@ -27,7 +27,7 @@ class Box(Section):
     height: Positive = Field(default=0.2, description="above the floor [m]")
 
     def as_wall(self) -> Wall:
-        """Return the wall that takes up the very same room."""
+        """Return the wall that covers the same area."""
         (x, y), (length, width), turn = self.center, self.size, math.radians(self.angle_deg)
         dx, dy = length / 2 * math.cos(turn), length / 2 * math.sin(turn)
         ends = {"from": (x - dx, y - dy), "to": (x + dx, y + dy)}

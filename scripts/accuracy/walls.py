@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 from raycast import Scene
-from rig import CLEARANCE, HAND, PLATES, Rig, scenario
+from scanning_robot import CLEARANCE, HAND, PLATES, ScanningRobot, scenario
 from scipy.stats import chi2
 
 RANGES, INCIDENCES = (0.5, 1.0, 1.5, 2.0, 2.5), (0, 30, 60)  # [m] to the wall's middle, [deg] from its normal
@@ -34,7 +34,7 @@ class Cell(NamedTuple):
 
 def place(cell: Cell, seed: int) -> np.ndarray:
     """Rows (SCANS, 5): angle error [rad], offset error [m], squared normalised error, outside, binds."""
-    rig = Rig(scenario(cell.sensor, cell.number * SEEDS + seed, cell.height, min_points=cell.min_points))
+    scanner = ScanningRobot(scenario(cell.sensor, cell.number * SEEDS + seed, cell.height, min_points=cell.min_points))
     angle, random = np.deg2rad(cell.incidence), np.random.default_rng([seed, cell.number])
     normal, tangent = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
     a, b = (np.array([cell.distance, 0.0]) + s * WALL / 2 * tangent for s in (-1, 1))
@@ -44,17 +44,18 @@ def place(cell: Cell, seed: int) -> np.ndarray:
     room = float(np.linalg.norm(hand - a - along * tangent)) - CLEARANCE
     rows = np.full((SCANS, 5), np.nan)
     for row in rows:
-        rig.scan(scene, pose)
-        if len(rig.tracks):
-            best = max(rig.tracks, key=lambda t: (t["hits"], t["high"] - t["low"]))  # the wall, if it was seen in parts
-            row[[ANGLE, OFFSET, SQUARE]] = rig.errors(best, normal, cell.distance * np.cos(angle))
-        row[OUTSIDE] = _slack(rig, hand) > room if rig.binds() else np.nan
-        row[BINDS] = rig.binds()
+        scanner.scan(scene, pose)
+        if len(scanner.tracks):
+            # The wall, if it was seen in parts.
+            best = max(scanner.tracks, key=lambda t: (t["hits"], t["high"] - t["low"]))
+            row[[ANGLE, OFFSET, SQUARE]] = scanner.errors(best, normal, cell.distance * np.cos(angle))
+        row[OUTSIDE] = _slack(scanner, hand) > room if scanner.binds() else np.nan
+        row[BINDS] = scanner.binds()
     return rows
 
 
-def _slack(rig: Rig, hand: np.ndarray) -> float:
-    known = rig.memory.half_spaces
+def _slack(scanner: ScanningRobot, hand: np.ndarray) -> float:
+    known = scanner.memory.half_spaces
     return float((known.h[0] - known.G[0] @ hand)[known.active[0]].min())
 
 

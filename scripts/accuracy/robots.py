@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 from raycast import PLATE, Scene, robot
-from rig import PLATES, Rig, scenario
+from scanning_robot import PLATES, ScanningRobot, scenario
 from scipy.stats import chi2
 
 ROBOTS, RADIUS, GAP = 4, PLATE, 0.02  # robots, their radius and the least gap between things [m]
@@ -20,16 +20,16 @@ SPACINGS = ((0.13, 0.3), (0.3, 0.5))  # between robots abreast [m]
 
 def false_walls(sensor: str, seed: int, height: float = PLATES) -> int:
     """Tracks that count as walls and are not the wall, over SCANS scans of it and of robots that move before it."""
-    rig, random = Rig(scenario(sensor, seed, height)), np.random.default_rng([seed, 7])
+    scanner, random = ScanningRobot(scenario(sensor, seed, height)), np.random.default_rng([seed, 7])
     pose, count = np.array([0.0, 0.0, random.uniform(-np.pi, np.pi)]), 0
-    for poses in crowd(random, SCANS, rig.period):
-        rig.scan(_robots(poses, height, Scene(((WALL, -4.0, WALL, 4.0),))), pose)
-        count += sum(not _is_wall(rig, track) for track in rig.tracks if track["confirmed"])
+    for poses in crowd(random, SCANS, scanner.period):
+        scanner.scan(_robots(poses, height, Scene(((WALL, -4.0, WALL, 4.0),))), pose)
+        count += sum(not _is_wall(scanner, track) for track in scanner.tracks if track["confirmed"])
     return count
 
 
-def _is_wall(rig: Rig, track: np.void) -> bool:
-    turn, off, square = rig.errors(track, np.array([1.0, 0.0]), WALL)
+def _is_wall(scanner: ScanningRobot, track: np.void) -> bool:
+    turn, off, square = scanner.errors(track, np.array([1.0, 0.0]), WALL)
     return abs(turn) < ALIKE_ANGLE and abs(off) < ALIKE_OFFSET and square < GATE
 
 
@@ -91,7 +91,7 @@ def row_binds(sensor: str, min_points: int, spacing: tuple[float, float], seed: 
 
     They are in line ahead, so that low beams see the flats of their wheels along one line.
     """
-    rig = Rig(scenario(sensor, seed, height, min_points=min_points))
+    scanner = ScanningRobot(scenario(sensor, seed, height, min_points=min_points))
     random = np.random.default_rng([seed, 11])
     middle, turn = np.array([random.uniform(0.4, 1.6), random.uniform(-0.3, 0.3)]), random.uniform(-0.5, 0.5)
     step = random.uniform(*spacing) * np.array([-np.sin(turn), np.cos(turn)])
@@ -99,6 +99,6 @@ def row_binds(sensor: str, min_points: int, spacing: tuple[float, float], seed: 
     poses = np.column_stack([places, np.full(ROBOTS, np.arctan2(step[1], step[0]))])
     pose, bound = np.array([0.0, 0.0, random.uniform(-np.pi, np.pi)]), False
     for _ in range(SCANS):
-        rig.scan(_robots(poses, height, Scene()), pose)
-        bound = bound or rig.binds()
+        scanner.scan(_robots(poses, height, Scene()), pose)
+        bound = bound or scanner.binds()
     return bound

@@ -32,7 +32,7 @@ def scenario(sensor: str, seed: int = 0, height: float = PLATES, **estimator: ob
     return Scenario.model_validate(given)
 
 
-class Rig:
+class ScanningRobot:
     """A robot with a sensor, and what it has made of its scans so far."""
 
     def __init__(self, given: Scenario) -> None:

@@ -37,7 +37,7 @@ def dataset(run: Run) -> xarray.Dataset:
     try:
         import xarray
     except ImportError as error:
-        raise InputError("this needs xarray: pip install 'pbrg-mj[xarray]'") from error
+        raise InputError("this needs xarray: pip install xarray") from error
     indices = ("tick", "reference_tick", "timed_tick")
     found = {one.key: _variable(run, one) for one in series(run) if one.key not in indices}
     sizes = {name: size for dims, values, _ in found.values() for name, size in zip(dims, values.shape, strict=True)}

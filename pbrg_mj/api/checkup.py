@@ -31,9 +31,9 @@ REQUIRED = (
     "zstandard",
 )
 OPTIONAL = {
-    "matplotlib": ("pbrg plot", "pip install 'pbrg-mj[plot]'"),
-    "av": ("pbrg render", "pip install 'pbrg-mj[video]'"),
-    "xarray": ("Run.to_xarray", "pip install 'pbrg-mj[xarray]'"),
+    "matplotlib": ("pbrg plot", "pip install matplotlib"),
+    "av": ("pbrg render", "pip install av"),
+    "xarray": ("Run.to_xarray", "pip install xarray"),
 }
 
 

@@ -49,7 +49,7 @@ def reproduce(folder: str | Path, *, duration: float | None = None, watch: Watch
 
 def _prepare(folder: Path) -> None:
     if find_spec("matplotlib") is None:  # before the runs, which take longer
-        raise InputError("figures need matplotlib: pip install 'pbrg-mj[plot]'")
+        raise InputError("figures need matplotlib: pip install matplotlib")
     if folder.exists() and not folder.is_dir():
         raise InputError("this is not a folder", file=str(folder))
     folder.mkdir(parents=True, exist_ok=True)

@@ -53,7 +53,7 @@ def need_av() -> None:
     try:
         import av  # noqa: F401
     except ImportError as error:
-        raise InputError("pictures need PyAV: pip install 'pbrg-mj[video]'") from error
+        raise InputError("pictures need PyAV: pip install av") from error
 
 
 def write_movie(pictures: Iterable[np.ndarray], path: Path, fps: float, on_frame: Callable[[], None]) -> None:

@@ -54,7 +54,7 @@ def plot(run: Run, path: Path | None = None, panels: Sequence[str] = PAPER) -> F
         import matplotlib
         from matplotlib.figure import Figure
     except ImportError as error:
-        raise InputError("plots need matplotlib: pip install 'pbrg-mj[plot]'") from error
+        raise InputError("plots need matplotlib: pip install matplotlib") from error
     columns = _columns(panels)
     size = (COLUMN * len(columns), ROW * max(map(_height, columns)))
     # A diverged run overflows here; its curves end where it does.

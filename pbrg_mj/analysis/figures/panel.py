@@ -47,7 +47,7 @@ def _axes(axes: Any, parts: int) -> tuple[Axes, ...]:
         from matplotlib import pyplot
         from matplotlib.axes import Axes
     except ImportError as error:
-        raise InputError("plots need matplotlib: pip install 'pbrg-mj[plot]'") from error
+        raise InputError("plots need matplotlib: pip install matplotlib") from error
     if axes is None:
         made = pyplot.subplots(parts, squeeze=False, layout="constrained")[1]
         return tuple(made[:, 0])

@@ -1,4 +1,4 @@
-"""A recorded run as arrays."""
+"""A recorded run as arrays: `open_run(path) -> Run`."""
 
 from __future__ import annotations
 
@@ -81,9 +81,9 @@ class OptimumSeries:
 
 @dataclass(frozen=True)
 class TimingSeries:
-    """Wall-clock seconds per tick and stage; empty when the scenario switched timings off."""
+    """Wall-clock time of each stage of a tick [s]; empty when the scenario switched timings off."""
 
-    index: np.ndarray  # (T,) int64
+    index: np.ndarray  # (T,) int64, the tick's index; all others (T,) [s]
     sense: np.ndarray
     perceive: np.ndarray
     govern: np.ndarray
@@ -97,7 +97,11 @@ class TimingSeries:
 
 @dataclass(frozen=True)
 class Run:
-    """A log, read."""
+    """A log as arrays.
+
+    A row of `ticks` is a tick; `optima` and `timings` have the tick's number in their `index`, which is its row in
+    `ticks`.
+    """
 
     path: str
     name: str  # of the scenario
@@ -124,11 +128,13 @@ class _Contents:
 
 
 def open_run(path: str | Path) -> Run:
-    """Read a log.
+    """Read a log into arrays, bit for bit what the run had: float64, int64, bool and text, time on the first axis.
 
-    A log that is cut or corrupted yields the ticks of its leading whole chunks, and the reason in
-    `Run.damage`. Raises InputError when there is no such file, it is not a log of this package, a newer
-    version wrote it, or it holds no whole tick.
+    TickSeries, OptimumSeries and TimingSeries give every array's shape and unit. A log that is cut or corrupted yields
+    the ticks of its leading whole chunks, and the reason in `Run.damage`. Scans are read apart, by `read_scans`.
+
+    Raises InputError when there is no such file, it is not a log of this package, a newer version wrote it, or it
+    holds no whole tick.
     """
     path = Path(path)
     with open_mcap(path) as (file, size):

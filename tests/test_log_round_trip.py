@@ -168,7 +168,7 @@ def test_events_tell_changes_once(tmp_path: Path) -> None:
         onsets = np.flatnonzero(record.truth.wall_contact & ~touching)
         expected.extend((record.index, f"robot {robot + 1} touches a wall") for robot in onsets)
         onsets = np.flatnonzero(record.winding_up & ~winding)
-        expected.extend((record.index, f"robot {robot + 1} winds up") for robot in onsets)
+        expected.extend((record.index, f"robot {robot + 1}: integrator wind-up") for robot in onsets)
         touching, winding = record.truth.wall_contact, record.winding_up
     assert texts == expected
 

@@ -176,7 +176,7 @@ def test_events_name_what_happened_when():
         (2.0, "governor: infeasible", True),
         (3.0, "governor: ok", False),
         (4.0, "robot 2 touches a wall", True),
-        (5.0, "robot 1 winds up", False),
+        (5.0, "robot 1: integrator wind-up", False),
         (6.0, "new reference (0.5, 0.25) m", False),
     ]
 

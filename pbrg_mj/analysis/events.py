@@ -45,7 +45,7 @@ def _touches(run: Run) -> list[Event]:
 
 
 def _wind_ups(run: Run) -> list[Event]:
-    return [Event(_time(run, k), f"robot {j + 1} winds up", False) for k, j in _begins(run.ticks.winding_up)]
+    return [Event(_time(run, k), f"robot {j + 1}: integrator wind-up", False) for k, j in _begins(run.ticks.winding_up)]
 
 
 def _references(run: Run) -> list[Event]:

@@ -122,7 +122,7 @@ class MessageStream:
         for robot in _onsets(touched, touches):
             yield channels.EVENTS, event_message(f"robot {robot + 1} touches a wall", time_ns, warning=True)
         for robot in _onsets(wound_up, winds_up):
-            yield channels.EVENTS, event_message(f"robot {robot + 1} winds up", time_ns, warning=True)
+            yield channels.EVENTS, event_message(f"robot {robot + 1}: integrator wind-up", time_ns, warning=True)
 
 
 def _onsets(before: bytes, now: bytes) -> list[int]:

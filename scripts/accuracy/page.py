@@ -58,8 +58,8 @@ What the figures say:
 - From 2 m on fewer than `estimator.min_points` = 5 of them do, and the wall is often or always missed. Four points
   would see more (at 2 m {recall} at 0, 30 and 60 deg), but with 15 deg between beams four robots abreast give four
   points on a line, one each, and no beam between them: of {of} rows at rest {four["rows"][0]} and {four["rows"][1]}
-  became walls ({near}, {wide}), against {ring["rows"][0]} and {ring["rows"][1]} with five points. Such scans do not
-  tell the two apart, so five it is; a team with fewer than four other robots may set `min_points: 4`.
+  became walls ({near}, {wide}), against {ring["rows"][0]} and {ring["rows"][1]} with five points. Such scans cannot
+  distinguish the two, so the default is five. A team with fewer than four other robots may set `min_points: 4`.
 - Other sensors take a close, straight row at rest for a wall now and then, if the gaps let no beam through or noise
   hides that it is round. Its half-space is where the row is, and it is dropped like any wall that beams go past.
 - The 3 % of `robotarium` dominate its errors: {far[0]:.1f} deg and {far[1]:.0f} mm at 2.5 m, {fused[0]:.1f} deg and

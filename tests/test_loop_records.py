@@ -27,14 +27,16 @@ def messages(records: Iterator[TickRecord]) -> list[bytes]:
 
 
 @pytest.mark.parametrize(("block_ticks", "seconds"), [(1, 9.0), (7, 9.0), (1000, 9.0), (50, 0.0)])
-def test_records_do_not_depend_on_how_many_ticks_pass_before_they_are_judged(block_ticks, seconds, monkeypatch) -> None:
+def test_records_do_not_depend_on_how_many_ticks_make_a_block(
+    block_ticks, seconds, monkeypatch
+) -> None:
     expected = messages(Simulation.build(PLAN).records())
     monkeypatch.setattr(simulation, "BLOCK_SECONDS", seconds)
     assert messages(replace(Simulation.build(PLAN), block_ticks=block_ticks).records()) == expected
 
 
 @pytest.mark.parametrize("ticks", [1, 7])
-def test_nor_on_how_many_ticks_are_judged_in_one_call(ticks, monkeypatch) -> None:
+def test_nor_on_how_many_ticks_are_evaluated_in_one_call(ticks, monkeypatch) -> None:
     expected = messages(Simulation.build(PLAN).records())
     monkeypatch.setattr(monitor, "MAX_BLOCK_BYTES", ticks * 3 * 8 * 5 * 22)
     calls = []
@@ -44,9 +46,9 @@ def test_nor_on_how_many_ticks_are_judged_in_one_call(ticks, monkeypatch) -> Non
     assert sum(len(block.problems) for block in calls) == 124
 
 
-def test_decisions_are_those_of_the_records() -> None:
+def test_control_ticks_are_those_of_the_records() -> None:
     records = list(Simulation.build(PLAN).records())
-    ticks = list(Simulation.build(PLAN).ticks())
+    ticks = list(Simulation.build(PLAN).control_ticks())
     assert [one.index for one in ticks] == [one.index for one in records] == list(range(124))
     for tick, record in zip(ticks, records, strict=True):
         np.testing.assert_array_equal(tick.command, record.command)

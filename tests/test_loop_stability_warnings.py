@@ -1,4 +1,4 @@
-"""What is foreseen of a run before it starts, and what is seen when it was not heeded."""
+"""Warnings before a run, and its outcome when it is started all the same."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ def test_the_papers_steps_raise_no_doubt():
     assert stability_warnings(paper("governor.kind=centralized", "governor.rounds=1")) == []
 
 
-def test_a_step_beyond_the_admissible_one_is_foreseen_with_the_admissible_one():
+def test_a_step_beyond_the_admissible_one_is_predicted_with_the_admissible_one():
     (line,) = stability_warnings(paper("governor.step=0.05"))
     assert line.startswith("a round of 0.05 s may be too long for alpha = 7 on this graph: explicit steps are stable")
     (line,) = stability_warnings(paper("governor.rounds=1"))
     assert "a round of 0.01 s" in line
 
 
-def test_delays_past_the_margin_are_foreseen_and_waves_bear_them():
+def test_delays_past_the_margin_are_predicted_and_waves_bear_them():
     assert stability_warnings(paper("network.delay_rounds=300")) == []
     (line,) = stability_warnings(paper("network.delay_rounds=800"))
     assert line.startswith("messages 800 rounds late, 0.8 s, may be too late for alpha = 7 on this graph: the plain")

@@ -41,7 +41,7 @@ def test_every_world_is_the_run_of_its_seed(name):
     assert not np.array_equal(histories.hand_world[0], histories.hand_world[1])
 
 
-def test_threads_change_nothing_and_the_listener_hears_every_tick():
+def test_threads_change_nothing_and_every_tick_is_reported():
     scenario = load_scenario("paper/experiment_near", [*FIRST, "timing.duration=0.3"]).scenario
     heard = []
     one, three = (
@@ -65,7 +65,7 @@ def test_threads_change_nothing_and_the_listener_hears_every_tick():
         (("disturbances.kidnappings=[{time: 1, duration: 1, robot: 1, to: [0, 0]}]",), "disturbances.kidnappings"),
     ],
 )
-def test_what_worlds_do_not_offer_is_refused_by_name(changes, key):
+def test_what_a_batch_does_not_offer_is_refused_by_name(changes, key):
     with pytest.raises(InputError, match="one by one") as refused:
         BatchSimulation(load_scenario("paper/experiment_near", changes).scenario, (1, 2))
     assert refused.value.key == key

@@ -27,9 +27,7 @@ def messages(records: Iterator[TickRecord]) -> list[bytes]:
 
 
 @pytest.mark.parametrize(("block_ticks", "seconds"), [(1, 9.0), (7, 9.0), (1000, 9.0), (50, 0.0)])
-def test_records_do_not_depend_on_how_many_ticks_make_a_block(
-    block_ticks, seconds, monkeypatch
-) -> None:
+def test_records_do_not_depend_on_how_many_ticks_make_a_block(block_ticks, seconds, monkeypatch) -> None:
     expected = messages(Simulation.build(PLAN).records())
     monkeypatch.setattr(simulation, "BLOCK_SECONDS", seconds)
     assert messages(replace(Simulation.build(PLAN), block_ticks=block_ticks).records()) == expected

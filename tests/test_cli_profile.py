@@ -12,7 +12,7 @@ from tests.records import records
 
 def test_stages_and_timed_sinks_add_up_and_the_rest_is_other(monkeypatch):
     clock = iter([10.0, 11.0, 20.0, 100.0, 103.0, 200.0])  # of sink, sink, tick; the first tick is set-up
-    monkeypatch.setattr(module, "perf_counter", lambda: next(clock))
+    monkeypatch.setattr(module, "clock", lambda: next(clock))
     profile, seen = Profile(), []
     sink = profile.timed("log", seen.append)
     ticks = records(2)

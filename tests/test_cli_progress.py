@@ -8,7 +8,8 @@ import pytest
 
 from pbrg_mj.api.interrupt import interruptible
 from pbrg_mj.cli import progress as room
-from pbrg_mj.cli.progress import SoFar, progress
+from pbrg_mj.cli.progress import SoFar, compiling_noted, progress
+from pbrg_mj.kernel.stopwatch import report
 from tests.records import records
 
 
@@ -69,3 +70,19 @@ def test_ctrl_c_waits_for_the_tick_and_a_second_one_does_not():
         assert pressed()
         signal.raise_signal(signal.SIGINT)
     assert signal.getsignal(signal.SIGINT) is before
+
+
+@pytest.mark.parametrize("context", [lambda: progress(10.0, True), compiling_noted])
+def test_a_terminal_sees_that_kernels_are_compiled(monkeypatch, context):
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    with context():
+        report("perception.perceive.perceive_scans")
+        report(None)
+    assert "compiling kernels, once per version of the code: " in sys.stderr.getvalue()
+
+
+def test_without_a_terminal_compiling_is_not_noted(monkeypatch):
+    monkeypatch.setattr(sys, "stderr", io.StringIO())
+    with compiling_noted():
+        report("perception.perceive.perceive_scans")
+    assert sys.stderr.getvalue() == ""

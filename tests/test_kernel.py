@@ -1,72 +1,237 @@
-"""Compiled kernels: cached by the state of all kernels' sources, and working without a place to cache."""
+"""Compiled kernels: cached by what they are compiled from, timed by a clock that leaves compiling out."""
 
 from __future__ import annotations
 
+import gc
+import importlib
+import os
+import pkgutil
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import numba
+import numpy as np
 import pytest
+from numba.core import event
+from numba.core.runtime import _nrt_python, rtsys
 
 import pbrg_mj
-from pbrg_mj.kernel import cache_folder, kernel
+from pbrg_mj.kernel import cache_folder, clock, kernel, watching_compilation
+from pbrg_mj.kernel.decorator import Kernel
+from pbrg_mj.kernel.fingerprint import fingerprint
+from pbrg_mj.kernel.stopwatch import not_counted
 
-PACKAGE = Path(pbrg_mj.__file__).parent
+compiled = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="kernels are not compiled")
 
+CALLEE = """
+from pbrg_mj.kernel import kernel
 
-def test_numbas_own_setting_is_left_as_it_was():
-    before = numba.config.CACHE_DIR
-
-    @kernel
-    def double(x):
-        return 2 * x
-
-    assert double(21) == 42
-    assert before == numba.config.CACHE_DIR
+OFFSET = 10.0
 
 
-def folder_of(copy: Path) -> str:
-    program = "from pbrg_mj.kernel import cache_folder; print(cache_folder())"
-    done = subprocess.run([sys.executable, "-c", program], cwd=copy, capture_output=True, text=True, check=True)
-    return done.stdout.strip()
+@kernel
+def shifted(x):
+    return x + OFFSET
 
 
-def test_the_folder_changes_with_any_kernel_and_with_nothing_else(tmp_path):
-    shutil.copytree(PACKAGE, tmp_path / "pbrg_mj", ignore=shutil.ignore_patterns("__pycache__"))
-    before = folder_of(tmp_path)
-    assert Path(before).name == cache_folder().name
-    plain = tmp_path / "pbrg_mj" / "errors.py"
-    plain.write_text(plain.read_text() + "\n# a comment\n")
-    assert folder_of(tmp_path) == before
-    compiled = tmp_path / "pbrg_mj" / "perception" / "angles.py"
-    compiled.write_text(compiled.read_text() + "\n# a comment\n")
-    assert folder_of(tmp_path) != before
+@kernel
+def unrelated(x):
+    return x - 1.0
+"""
+CALLER = """
+from callee import shifted
+from pbrg_mj.kernel import kernel, watching_compilation
+
+
+@kernel
+def doubled(x):
+    return 2.0 * shifted(x)
+
+
+seen = []
+with watching_compilation(seen.append):
+    print(doubled(1.0), [name for name in seen if name])
+"""
+
+
+@pytest.fixture
+def project(tmp_path):
+    """Return a function that runs a caller with a callee in another file, and says what was printed."""
+    (tmp_path / "caller.py").write_text(CALLER)
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
+    environment["PYTHONPATH"] = os.pathsep.join([str(Path(pbrg_mj.__file__).parents[1]), str(tmp_path)])
+
+    def run(callee: str) -> str:
+        (tmp_path / "callee.py").write_text(callee)
+        command = [sys.executable, "caller.py"]
+        done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
+        return done.stdout.strip()
+
+    return run
+
+
+@compiled
+@pytest.mark.parametrize(
+    ("old", "new", "answer"),
+    [
+        ("x + OFFSET", "x + OFFSET + 1.0", 24.0),  # the code of a function called
+        ("OFFSET = 10.0", "OFFSET = 20.0", 42.0),  # a constant that it uses
+    ],
+)
+def test_an_edit_of_a_callee_in_another_file_recompiles_the_caller(project, old, new, answer):
+    assert project(CALLEE) == "22.0 ['__main__.doubled']"
+    assert project(CALLEE) == "22.0 []"
+    assert project(CALLEE.replace(old, new)) == f"{answer} ['__main__.doubled']"
+    assert project(CALLEE) == "22.0 []"  # the code before is still there
+
+
+@compiled
+@pytest.mark.parametrize(("old", "new"), [("x - 1.0", "x - 2.0"), ("OFFSET = 10.0", "# a comment\nOFFSET = 10.0")])
+def test_an_edit_of_something_else_recompiles_nothing(project, old, new):
+    assert project(CALLEE) == "22.0 ['__main__.doubled']"
+    assert project(CALLEE.replace(old, new)) == "22.0 []"
+
+
+def kernels():
+    """Return every kernel of the package."""
+    modules = [one.name for one in pkgutil.walk_packages(pbrg_mj.__path__, "pbrg_mj.")]
+    loaded = [importlib.import_module(name) for name in modules if ".video" not in name and "live" not in name]
+    found = [value for module in loaded for value in vars(module).values() if isinstance(value, Kernel)]
+    return list({id(one): one for one in found}.values())
+
+
+@compiled
+def test_the_fingerprint_of_every_kernel_can_be_taken():
+    assert len(kernels()) > 100
+    prints = {fingerprint(one.py_func) for one in kernels()}
+    assert len(prints) == len(kernels())
+
+
+def test_a_kernel_that_uses_what_no_fingerprint_covers_is_refused():
+    unknown = object()
+
+    def lost():
+        return unknown
+
+    with pytest.raises(TypeError, match="does not know"):
+        fingerprint(lost)
 
 
 def test_the_environment_chooses_the_place(monkeypatch, tmp_path):
-    cache_folder.cache_clear()
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    assert cache_folder().parent == tmp_path
+    assert cache_folder() == tmp_path
     monkeypatch.delenv("NUMBA_CACHE_DIR")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "user"))
-    cache_folder.cache_clear()
-    assert cache_folder().parent == tmp_path / "user" / "pbrg-mj"
-    monkeypatch.undo()
-    cache_folder.cache_clear()
+    assert cache_folder() == tmp_path / "user" / "pbrg-mj"
 
 
-def test_without_a_place_to_cache_kernels_still_compile(monkeypatch):
-    def refuse(*_, **settings):
-        if settings.get("cache"):
-            raise RuntimeError("cannot cache function: no locator available")
-        return pytest.importorskip("numba").njit
-
-    monkeypatch.setattr("pbrg_mj.kernel.numba.njit", lambda *f, **s: f[0] if f else refuse(**s))
+@compiled
+def test_without_a_place_to_cache_kernels_still_compile(monkeypatch, tmp_path):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file" / "below"))
 
     @kernel
     def triple(x):
         return 3 * x
 
     assert triple(2) == 6
+
+
+@compiled
+def test_what_a_kernel_calls_is_neither_optimised_nor_made_code_of_by_itself():
+    @kernel
+    def inner(x):
+        return x + 1.0
+
+    @kernel
+    def outer(x):
+        return inner(x) * inner(2.0 * x)
+
+    seen = []
+
+    class Listener(event.Listener):
+        def on_start(self, event):
+            seen.append(event.data["dispatcher"].__name__)
+
+        def on_end(self, event):
+            pass
+
+    with event.install_listener("numba:compile", Listener()):
+        assert outer(3.0) == 28.0
+    assert seen == ["outer"]
+    assert inner(1.0) == 2.0  # and Python may call it all the same
+    assert not inner._twin.overloads[(numba.float64,)].library._compiled
+
+
+@compiled
+def test_errors_of_inner_functions_arrive():
+    @kernel
+    def inverse(x):
+        return 1.0 / x
+
+    @kernel
+    def outer(x):
+        return inverse(x) + 1.0
+
+    assert outer(2.0) == 1.5
+    with pytest.raises(ZeroDivisionError):
+        outer(0.0)
+
+
+@compiled
+def test_arrays_made_in_inner_functions_are_freed():
+    @kernel
+    def make(n):
+        return np.ones(n)
+
+    @kernel
+    def total(n):
+        return make(n).sum() + make(n)[1]
+
+    rtsys.initialize(total.targetctx)
+    _nrt_python.memsys_enable_stats()
+    total(10)
+    before = rtsys.get_allocation_stats()
+    assert total(1000) == 1001.0
+    after = rtsys.get_allocation_stats()
+    assert after.alloc - before.alloc == after.free - before.free
+
+
+@compiled
+def test_compiling_is_reported_and_stops_the_clock():
+    @kernel
+    def quarter(x):
+        return x / 4
+
+    seen, before = [], clock()
+    with watching_compilation(seen.append):
+        quarter(1.0)
+    assert [name is None for name in seen] == [False, True]
+    assert seen[0].endswith("test_kernel.quarter")
+    assert clock() - before < 0.05  # the compilation takes longer
+    with watching_compilation(seen.append):
+        quarter(2.0)
+    assert len(seen) == 2
+    assert gc.isenabled()
+
+
+def test_the_clock_stands_still_once_for_nested_contexts(monkeypatch):
+    ticks = iter([100.0, 1.0, 2.0, 4.0, 100.0])  # clock, outer, inner, outer's end, clock
+    monkeypatch.setattr("pbrg_mj.kernel.stopwatch.perf_counter", lambda: next(ticks))
+    before = clock()
+    with not_counted(), not_counted():
+        pass
+    assert clock() == before - 3.0
+
+
+@compiled
+def test_a_copy_of_the_package_shares_the_cache(tmp_path):
+    shutil.copytree(Path(pbrg_mj.__file__).parent, tmp_path / "pbrg_mj", ignore=shutil.ignore_patterns("__pycache__"))
+    program = "from pbrg_mj.kernel.fingerprint import fingerprint; from pbrg_mj.perception.perceive import "
+    program += "perceive_scans; print(fingerprint(perceive_scans.py_func))"
+    done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, check=True)
+    from pbrg_mj.perception.perceive import perceive_scans
+
+    assert done.stdout.strip() == fingerprint(perceive_scans.py_func)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from time import perf_counter
 from typing import Any
 
 from pbrg_mj.analysis.metrics.batch_metrics import WRITERS, arrays, batch_metrics, save_batch
 from pbrg_mj.analysis.output_file import by_suffix
 from pbrg_mj.api.arrays import Arrays
 from pbrg_mj.api.scenarios import Scenario, as_scenario
+from pbrg_mj.kernel import clock
 from pbrg_mj.log.write.writer import check_writable
 from pbrg_mj.loop.batch import BatchHistories, BatchSimulation
 
@@ -68,10 +68,10 @@ def batch(
         by_suffix(Path(path), WRITERS)
         check_writable(Path(path))
     worlds = BatchSimulation(scenario.settings, tuple(seeds), threads)
-    began = perf_counter()
+    began = clock()
     histories = worlds.run()
     simulated = len(histories.seeds) * float(histories.time[-1])
-    made = Batch(scenario, histories, simulated / (perf_counter() - began))
+    made = Batch(scenario, histories, simulated / (clock() - began))
     if path is not None:
         made.save(path)
     return made

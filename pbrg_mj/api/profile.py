@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from time import perf_counter
 from typing import TYPE_CHECKING
+
+from pbrg_mj.kernel import clock
 
 if TYPE_CHECKING:
     from pbrg_mj.loop.record import TickRecord
@@ -23,19 +24,19 @@ class Profile:
         self._ticks += 1
         if self._ticks == 0:
             self._seconds.clear()
-            self._begin = self._end = perf_counter()
+            self._begin = self._end = clock()
             return
         for stage, seconds in record.timings._asdict().items():
             self._add(stage, seconds)
-        self._end = perf_counter()
+        self._end = clock()
 
     def timed(self, name: str, sink: Callable[[TickRecord], None]) -> Callable[[TickRecord], None]:
         """Return the sink, with the time it takes counted as a stage."""
 
         def call(record: TickRecord) -> None:
-            begin = perf_counter()
+            begin = clock()
             sink(record)
-            self._add(name, perf_counter() - begin)
+            self._add(name, clock() - begin)
 
         return call
 

@@ -17,7 +17,6 @@ from pbrg_mj.api.scenarios import Scenario, as_scenario
 from pbrg_mj.errors import InputError
 from pbrg_mj.governor.problem.interface import Governor
 from pbrg_mj.governor.registry import object_kind
-from pbrg_mj.kernel import cache_folder
 from pbrg_mj.log.read.run import open_run
 from pbrg_mj.log.write.writer import LogWriter, check_writable
 from pbrg_mj.loop.record import TickRecord
@@ -86,11 +85,6 @@ def log_path(path: str | Path) -> Path:
         raise InputError("a log's name ends in .mcap", file=str(path))
     check_writable(path)  # before the simulation is built, which takes longer
     return path
-
-
-def must_compile() -> bool:
-    """Return whether the next run has to compile its kernels first."""
-    return not cache_folder().exists()
 
 
 def with_governor(scenario: Scenario, governor: Governor | None) -> Scenario:

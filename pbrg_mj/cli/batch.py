@@ -11,6 +11,7 @@ import typer
 import pbrg_mj as pbrg
 from pbrg_mj.cli.arguments import Duration, Overrides, ScenarioName, without_drawing
 from pbrg_mj.cli.console import emit, emit_json
+from pbrg_mj.cli.progress import compiling_noted
 from pbrg_mj.errors import InputError
 
 MOST = 100_000  # seeds in one go
@@ -28,7 +29,8 @@ def batch(
     """Run many seeds of a scenario side by side, without logs. Exit code 1 when a world was violated or diverged."""
     without_drawing()
     loaded = pbrg.load(scenario, overrides or (), duration=duration)
-    made = pbrg.batch(loaded, seeds_of(seeds), path=output, threads=threads)
+    with compiling_noted():
+        made = pbrg.batch(loaded, seeds_of(seeds), path=output, threads=threads)
     if json:
         emit_json(made.summary())
     else:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -40,12 +39,21 @@ class SoFar:
         return ", ".join(part for part in (self.trouble or "no violation", margin) if part)
 
 
-def warn_of_compiling() -> None:
-    """Say on a terminal why nothing seems to happen, where kernels have to be compiled first."""
-    from pbrg_mj.api.simulating import must_compile
+@contextmanager
+def compiling_noted() -> Iterator[None]:
+    """Say on a terminal, once, why nothing seems to happen while kernels are compiled."""
+    from pbrg_mj.kernel import watching_compilation
 
-    if sys.stderr.isatty() and must_compile():
-        note("compiling kernels, once per version: up to a minute")
+    said = not sys.stderr.isatty()
+
+    def compiling(kernel: str | None) -> None:
+        nonlocal said
+        if kernel and not said:
+            note("compiling kernels, once per version of the code: up to half a minute")
+        said = True
+
+    with watching_compilation(compiling):
+        yield
 
 
 @contextmanager
@@ -57,20 +65,29 @@ def progress(duration: float, wanted: bool) -> Iterator[Callable[[TickRecord], N
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn
 
+    from pbrg_mj.kernel import clock, watching_compilation
+
     columns = (BarColumn(bar_width=20), TextColumn("{task.description}", markup=False))
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("starting", total=duration)
-        so_far, began, shown = SoFar(), None, 0.0
+        so_far, began, shown, compiled = SoFar(), None, 0.0, 0
+
+        def compiling(kernel: str | None) -> None:
+            nonlocal compiled
+            compiled += kernel is not None
+            text = f"compiling kernels, once per version of the code: {compiled}, {kernel}" if kernel else "starting"
+            bar.update(task, description=text, refresh=True)
 
         def show(record: TickRecord) -> None:
             nonlocal began, shown
             so_far.add(record)
-            began = began or time.perf_counter()  # the first record comes after all that must be built and compiled
-            elapsed = time.perf_counter() - began
+            began = began or clock()  # the first record comes after all that must be built
+            elapsed = clock() - began
             if elapsed - shown >= REFRESH:
                 shown = elapsed
                 speed = f"{record.time / elapsed:.1f} x real time"
                 text = f"{record.time:.1f} of {duration:g} s, {speed}, {so_far.text()}"
                 bar.update(task, completed=record.time, description=text)
 
-        yield show
+        with watching_compilation(compiling):
+            yield show

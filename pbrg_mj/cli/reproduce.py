@@ -14,7 +14,7 @@ import typer
 import pbrg_mj as pbrg
 from pbrg_mj.cli.arguments import without_drawing
 from pbrg_mj.cli.console import emit, emit_json, note
-from pbrg_mj.cli.progress import INTERRUPTED, progress, warn_of_compiling
+from pbrg_mj.cli.progress import INTERRUPTED, progress
 
 if TYPE_CHECKING:
     from pbrg_mj import Scenario, TickRecord
@@ -38,7 +38,6 @@ def reproduce(
     def watch(scenario: Scenario) -> Iterator[Callable[[TickRecord], None]]:
         if sys.stderr.isatty():
             note(f"{next(numbers)} of {len(RUNS)}: {scenario.name.removeprefix('paper/')}")
-        warn_of_compiling()
         with progress(scenario.settings.timing.duration, True) as shown:
             yield shown
 

@@ -13,7 +13,7 @@ import pbrg_mj as pbrg
 from pbrg_mj.cli.arguments import Duration, Overrides, ScenarioName, without_drawing
 from pbrg_mj.cli.console import emit, emit_json, note
 from pbrg_mj.cli.pace import pacer
-from pbrg_mj.cli.progress import INTERRUPTED, progress, warn_of_compiling
+from pbrg_mj.cli.progress import INTERRUPTED, progress
 
 if TYPE_CHECKING:
     from pbrg_mj import Run, Scenario, TickRecord
@@ -70,8 +70,6 @@ def _viewers(
 
 @contextmanager
 def _shown(loaded: Scenario, show: bool) -> Iterator[Callable[[TickRecord], None]]:
-    if show:
-        warn_of_compiling()
     with progress(loaded.settings.timing.duration, show) as shown:
         yield shown
 

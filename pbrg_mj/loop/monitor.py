@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from time import perf_counter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +15,7 @@ from pbrg_mj.governor.centralized.optimum import CentralizedSolver, Optimum
 from pbrg_mj.governor.monitor.diagnostics import Diagnostics, diagnose
 from pbrg_mj.governor.monitor.passivity import Passivity
 from pbrg_mj.governor.monitor.tick_block import TickBlock, stack_ticks
+from pbrg_mj.kernel import clock
 from pbrg_mj.loop.record import TickRecord, Timings
 from pbrg_mj.loop.tick import ControlTick
 from pbrg_mj.team.wind_up import WindUpDetector, WindUpState, wind_up
@@ -71,14 +71,14 @@ def _evaluate(
     monitor: Monitor, before: MonitorState, completed: Sequence[CompletedTick]
 ) -> tuple[MonitorState, list[TickRecord]]:
     """Evaluate a block of ticks, one stage for all of them before the next one, while its code is in the caches."""
-    began, ticks = perf_counter(), [one.tick for one in completed]
+    began, ticks = clock(), [one.tick for one in completed]
     block = TickBlock.of([one.problem for one in ticks])
     before, certified = _certify(monitor, before, block, ticks)
-    certifying = (perf_counter() - began) / len(completed)
+    certifying = (clock() - began) / len(completed)
     solved = [_optimum(monitor, one) for one in ticks]
-    began = perf_counter()
+    began = clock()
     balances = _balances(monitor, block, ticks, [optimum for optimum, _ in solved])
-    balancing = (perf_counter() - began) / max(sum(one is not None for one in balances), 1)
+    balancing = (clock() - began) / max(sum(one is not None for one in balances), 1)
     return before, [
         _record(one, certificates, optimum, balance, (certifying, solving, balancing))
         for one, certificates, (optimum, solving), balance in zip(completed, certified, solved, balances, strict=True)
@@ -110,8 +110,8 @@ def _optimum(monitor: Monitor, tick: ControlTick) -> tuple[Optimum | None, float
     """Return the optimum, and how long it took in all [s]."""
     if monitor.reference_solver is None or tick.index % monitor.reference_every:
         return None, 0.0
-    began = perf_counter()
-    return monitor.reference_solver.solve(tick.problem), perf_counter() - began
+    began = clock()
+    return monitor.reference_solver.solve(tick.problem), clock() - began
 
 
 def _balances(

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice
-from time import perf_counter
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from pbrg_mj.governor.monitor.passivity_monitor import passivity_monitor
 from pbrg_mj.governor.plug_in import PlugInGovernor
 from pbrg_mj.governor.problem.interface import Governor
 from pbrg_mj.governor.registry import CERTIFICATES, governor, reference_solver
+from pbrg_mj.kernel import clock
 from pbrg_mj.loop.monitor import CompletedTick, Monitor, MonitorState, evaluate
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.loop.tick import ClosedLoop, ControlTick, LoopState, control_tick
@@ -105,14 +105,14 @@ class Simulation:
 
     def _run_block(self, run_ticks: Iterator[ControlTick], ticks: int) -> tuple[list[CompletedTick], Exception | None]:
         """Let up to so many ticks pass; return them, none after the last one, and what ended them early."""
-        world, completed, until = self.loop.world, [], perf_counter() + BLOCK_SECONDS
+        world, completed, until = self.loop.world, [], clock() + BLOCK_SECONDS
         try:
             for tick in islice(run_ticks, ticks):
-                began = perf_counter()
+                began = clock()
                 truth = world.truth()
-                looked = perf_counter()
+                looked = clock()
                 world.advance(tick.command)
-                now = perf_counter()
+                now = clock()
                 completed.append(CompletedTick(truth, tick, looked - began, now - looked))
                 if now > until:
                     break

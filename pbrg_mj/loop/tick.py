@@ -7,13 +7,13 @@ physics -> raw ranges, raw poses -> readings -> half-spaces -> problem -> govern
 from __future__ import annotations
 
 from dataclasses import dataclass
-from time import perf_counter
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from pbrg_mj.governor.problem.interface import Certificate, Governor, Problem, Solution
 from pbrg_mj.governor.problem.rows import Rows
+from pbrg_mj.kernel import clock
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.perception.perceive import PerceptionMemory, perceive
 from pbrg_mj.perception.setup import PerceptionSetup
@@ -83,13 +83,13 @@ def control_tick(loop: ClosedLoop, state: LoopState, index: int) -> tuple[LoopSt
     """Do all of a tick but the physics; return the next state and what was done."""
     scenario = loop.scenario
     time = index * scenario.timing.tick
-    began = perf_counter()
+    began = clock()
 
     readings = sense(loop.world.observe(), state.readings, loop.noise)
-    sensed = perf_counter()
+    sensed = clock()
 
     half_spaces, walls = perceive(readings, time, state.walls, loop.perception)
-    perceived = perf_counter()
+    perceived = clock()
 
     rows = state.rows
     if rows is None or half_spaces is not state.walls.half_spaces:
@@ -107,13 +107,13 @@ def control_tick(loop: ClosedLoop, state: LoopState, index: int) -> tuple[LoopSt
     )
     memory = loop.governor.init(problem) if state.governor is None else state.governor
     solution, memory = loop.governor.step(problem, memory)
-    governed = perf_counter()
+    governed = clock()
 
     velocity, xi_rate = pre_stabilise(
         loop.network, scenario.control, problem.p, problem.xi, solution.m, scenario.governor.backend
     )
     command = loop.drive.command(velocity, readings.body_pose)
-    timestamps = (began, sensed, perceived, governed, perf_counter())
+    timestamps = (began, sensed, perceived, governed, clock())
 
     tick = ControlTick(
         index=index,

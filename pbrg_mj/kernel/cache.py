@@ -1,0 +1,76 @@
+"""Compiled kernels, kept on disk between runs under their fingerprints."""
+
+# pyright: reportPrivateImportUsage=false, reportIncompatibleMethodOverride=false, reportAttributeAccessIssue=false
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import llvmlite
+import numba
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
+from numba.core.dispatcher import Dispatcher
+
+from pbrg_mj.kernel.fingerprint import fingerprint
+
+
+def cache_folder() -> Path:
+    """Return where kernels are kept: $NUMBA_CACHE_DIR, or pbrg-mj in $XDG_CACHE_HOME or ~/.cache. May be deleted."""
+    chosen = os.environ.get("NUMBA_CACHE_DIR")
+    user = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")  # noqa: PTH111, PTH118
+    return Path(chosen) if chosen else Path(user) / "pbrg-mj"
+
+
+def enable_cache(dispatcher: Dispatcher) -> None:
+    """Let a kernel be read from the cache and written to it, if there is a place to write to."""
+    try:
+        dispatcher._cache = _KernelCache(dispatcher.py_func)
+    except RuntimeError:  # numba's: no folder it may write to
+        return
+
+
+@cache
+def _compiler_state() -> str:
+    """Return what compiled code depends on besides the kernels: numba, and how this package has it compile."""
+    state = hashlib.sha256(f"{numba.__version__} {llvmlite.__version__}".encode())
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        state.update(path.read_bytes())
+    return state.hexdigest()
+
+
+class _Locator(_CacheLocator):
+    """Where a kernel is kept: one folder, a name that holds its fingerprint."""
+
+    def __init__(self, function: Callable[..., Any]):
+        self._state = hashlib.sha256(f"{_compiler_state()} {fingerprint(function)}".encode()).hexdigest()
+
+    def get_cache_path(self) -> str:
+        return str(cache_folder())
+
+    def get_source_stamp(self) -> str:
+        return self._state
+
+    def get_disambiguator(self) -> str:
+        return self._state[:16]
+
+    @classmethod
+    def from_function(cls, function: Callable[..., Any], _file: str) -> _Locator | None:
+        locator = cls(function)
+        try:
+            locator.ensure_cache_path()
+        except OSError:
+            return None
+        return locator
+
+
+class _KernelCacheImplementation(CompileResultCacheImpl):
+    _locator_classes = [_Locator]  # noqa: RUF012 - numba's
+
+
+class _KernelCache(FunctionCache):
+    _impl_class = _KernelCacheImplementation

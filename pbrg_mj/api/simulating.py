@@ -17,6 +17,8 @@ from pbrg_mj.api.scenarios import Scenario, as_scenario
 from pbrg_mj.errors import InputError
 from pbrg_mj.governor.problem.interface import Governor
 from pbrg_mj.governor.registry import object_kind
+from pbrg_mj.kernel import clock as clock  # for the command line
+from pbrg_mj.kernel import watching_compilation as watching_compilation
 from pbrg_mj.log.read.run import open_run
 from pbrg_mj.log.write.writer import LogWriter, check_writable
 from pbrg_mj.loop.record import TickRecord

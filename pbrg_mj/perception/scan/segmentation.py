@@ -10,6 +10,8 @@ import math
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.scan.points import BLOCKED, R, X, Y, apart, chord_error, chord_normal
 
+MIN_TURN, MAX_TURN = math.radians(5.0), math.radians(40.0)  # between the segments of one curved surface
+
 
 @kernel
 def clusters_into(points, params, order, count, turned, stops, breaks):  # pragma: no cover - compiled
@@ -58,9 +60,6 @@ def _broken(points, params, order, i, after):  # pragma: no cover - compiled
         if points[k if k < len(points) else k - len(points), R] < max(points[a, R], points[z, R]):
             nearer += 1
     return apart(points, params, a, z, nearer)
-
-
-MIN_TURN, MAX_TURN = math.radians(5.0), math.radians(40.0)  # between the segments of one curved surface
 
 
 @kernel

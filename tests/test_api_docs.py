@@ -37,21 +37,23 @@ def test_the_script_at_the_top_is_short_and_runs_alone(tmp_path):
     assert (tmp_path / "straight.png").stat().st_size > 10_000
 
 
-def test_all_snippets_work_one_after_the_other(tmp_path, monkeypatch, capsys):
+def test_all_snippets_work_one_after_the_other(tmp_path, monkeypatch, capsys, request):
     need_module("matplotlib")
+    from matplotlib import pyplot as plt
+
     need_module("xarray")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "Agg")
     space = {"__name__": "page"}
+    request.addfinalizer(lambda: plt.close("all"))
     for number, snippet in enumerate(SNIPPETS):
         exec(compile(snippet, f"docs/api.md, snippet {number}", "exec"), space)
     said = capsys.readouterr().out
     assert "\nidentical\n" in said
     assert "governor.runds: is unknown; did you mean `rounds`?; set by override 'governor.runds=3'" in said
-    assert "all robots within 1 m" in said
+    assert "all robots within 2.5 m" in said
     files = {"straight.mcap", "straight.png", "kept.mcap", "mine.pdf", "mine.html", "both.html", "straight.mat"}
     assert {path.name for path in tmp_path.iterdir()} == files
-    space["plt"].close("all")
 
 
 @pytest.mark.render

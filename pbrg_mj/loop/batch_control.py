@@ -40,7 +40,7 @@ class BatchParameters:
         graph, chosen = network(scenario), governor(scenario)
         sizes, motor = DifferentialDrive(load_robot_model(), scenario.drive.pwm_levels).parameters
         if not isinstance(chosen, DistributedGovernor) or chosen.channel is not None or chosen.backend != "compiled":
-            only = "worlds side by side have the distributed governor, compiled, without guard, delay, loss or silence"
+            only = "a batch runs the distributed governor alone, compiled, without guard, delay, loss or outage"
             raise InputError(f"{only}; run the seeds one by one", key="governor")
         return cls(
             network=graph,

@@ -112,8 +112,8 @@ class Playback:
     def _lifted(self, time: float) -> np.ndarray:
         """Return which robots (n,) are lifted off the floor."""
         lifted = np.zeros(len(self._free), dtype=bool)
-        for carry in self._run.scenario.disturbances.kidnappings:
-            lifted[carry.robot - 1] |= carry.time <= time < carry.time + carry.duration
+        for one in self._run.scenario.disturbances.kidnappings:
+            lifted[one.robot - 1] |= one.time <= time < one.time + one.duration
         return lifted
 
 

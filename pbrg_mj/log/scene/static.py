@@ -45,7 +45,7 @@ def _extent(scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
     world = scenario.world
     things = (*world.obstacles, *_patches(world), *_stops(world))
     ends = [end for thing in things for end in (thing.start, thing.end)]
-    corners = [*scenario.team.start, *ends, *(carry.to for carry in scenario.disturbances.kidnappings)]
+    corners = [*scenario.team.start, *ends, *(one.to for one in scenario.disturbances.kidnappings)]
     return np.min(corners, axis=0) - FLOOR_MARGIN, np.max(corners, axis=0) + FLOOR_MARGIN
 
 

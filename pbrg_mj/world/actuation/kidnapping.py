@@ -46,11 +46,11 @@ class Kidnappings:
         # In the order of time: a robot that is lifted as it is put down has been put down first.
         self._kidnappings = [
             Kidnapping(
-                robot=carry.robot - 1,
-                steps=steps_during(carry.time, carry.duration, step),
-                destination=body_pose(np.array(carry.to), np.deg2rad(carry.heading_deg), robot.hand_offset),
+                robot=one.robot - 1,
+                steps=steps_during(one.time, one.duration, step),
+                destination=body_pose(np.array(one.to), np.deg2rad(one.heading_deg), robot.hand_offset),
             )
-            for carry in sorted(scenario.disturbances.kidnappings, key=lambda carry: carry.time)
+            for one in sorted(scenario.disturbances.kidnappings, key=lambda one: one.time)
         ]
         self._hover = ABOVE + max((thing.height for thing in (*around.obstacles, *around.moving_boxes)), default=0.0)
         self._seen = start.copy()  # by the camera's newest frame

@@ -13,6 +13,7 @@ from pbrg_mj.log.read.scans import read_scans
 from pbrg_mj.scenario.schema import beam_angles
 from pbrg_mj.video import gl, render
 from pbrg_mj.video.camera import camera_path
+from pbrg_mj.video.encode import write_movie
 from pbrg_mj.video.playback import motion_of
 from pbrg_mj.video.render import ViewSettings, render_movie, render_still
 from pbrg_mj.video.settings import Clip
@@ -22,6 +23,7 @@ from tests.needs import need, need_module
 from tests.runs import replaced, resting, run, scenario
 
 av = need_module("av")
+Image, ImageSequence = need_module("PIL.Image"), need_module("PIL.ImageSequence")
 SIZE = (320, 180)
 BARE = ViewSettings(camera="top", size=SIZE, layers=frozenset())
 
@@ -59,6 +61,9 @@ def moving():
 
 
 def pictures(path):
+    if path.suffix == ".webp":  # PyAV writes animations, but does not read them
+        with Image.open(path) as film:
+            return [np.asarray(frame.convert("RGB")) for frame in ImageSequence.Iterator(film)]
     with av.open(str(path)) as container:
         return [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)]
 
@@ -85,7 +90,7 @@ def assert_robots_where_the_log_says(made, time, picture):
 
 
 @pytest.mark.render
-@pytest.mark.parametrize("suffix", [".mp4", ".webm", ".gif"])
+@pytest.mark.parametrize("suffix", [".mp4", ".webm", ".gif", ".webp"])
 def test_a_film_has_its_frames_with_the_robots_where_the_log_says(draws, tmp_path, suffix):
     made, path, count = moving(), tmp_path / f"film{suffix}", []
     render_movie(made, path, BARE, Clip(fps=5.0, speed=5.0, start=2.0, end=10.0), lambda: count.append(1))
@@ -118,12 +123,23 @@ def test_a_still_shows_what_is_not_hidden(draws, tmp_path):
 
 
 @pytest.mark.render
-def test_the_same_log_makes_the_same_film(draws, log, tmp_path):
-    films = [tmp_path / "a.mp4", tmp_path / "b.mp4"]
+@pytest.mark.parametrize("suffix", [".mp4", ".webp"])
+def test_the_same_log_makes_the_same_film(draws, log, tmp_path, suffix):
+    films = [tmp_path / f"a{suffix}", tmp_path / f"b{suffix}"]
     for path in films:
         assert main(["render", str(log), "-o", str(path), "--size", "160x90", "--fps", "10"]) == 0
     assert films[0].read_bytes() == films[1].read_bytes()
     assert len(pictures(films[0])) == 10
+
+
+def test_an_animated_picture_plays_over_and_over_at_its_rate(tmp_path):
+    black = np.zeros((91, 161, 3), dtype=np.uint8)  # no side need be even
+    write_movie([black, black + 200, black], tmp_path / "a.webp", 5.0, lambda: None)
+    with Image.open(tmp_path / "a.webp") as film:
+        assert film.size == (161, 91)
+        assert film.info["loop"] == 0
+        frames = [(frame.getpixel((80, 45))[0] > 100, frame.info["duration"]) for frame in ImageSequence.Iterator(film)]
+    assert frames == [(False, 200), (True, 200), (False, 200)]
 
 
 @pytest.mark.render
@@ -167,7 +183,7 @@ def test_scans_lie_on_the_wall_where_they_were_taken(log):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["-o", "a.avi"], "'.avi'; allowed: .mp4, .webm, .gif, .png"),
+        (["-o", "a.avi"], "'.avi'; allowed: .mp4, .webm, .gif, .webp, .png"),
         (["-o", "a.mp4", "--size", "321x180"], "needs even numbers"),
         (["-o", "a.mp4", "--size", "wide"], "the size is 'wide'"),
         (["-o", "a.mp4", "--at", "1"], "--at is for stills"),

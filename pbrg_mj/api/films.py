@@ -26,12 +26,12 @@ def render(
     hide: Sequence[str] = (),
     progress: Callable[[int, int], object] = lambda done, frames: None,
 ) -> Path:
-    """Film a run, or a log, offscreen (.mp4, .webm, .gif), or take a still (.png); return the path.
+    """Film a run, or a log, offscreen (.mp4, .webm, .gif, .webp), or take a still (.png); return the path.
 
-    `camera` is chase, top or robot:K; `size` is width and height [pixels]; `fps` defaults to 30, in a GIF to 12.5;
-    `speed` is simulated seconds per second; `start`, `end`, and of a still `at`, are times [s]; `hide` names layers
-    (beams, half_spaces, formation, references, trails, text, all). `progress` is called with the frames done and in
-    all.
+    `camera` is chase, top or robot:K; `size` is width and height [pixels]; `fps` defaults to 30, in .gif and .webp to
+    12.5; `speed` is simulated seconds per second; `start`, `end`, and of a still `at`, are times [s]; `hide` names
+    layers (beams, half_spaces, formation, references, trails, text, all). `progress` is called with the frames done
+    and in all.
 
     Raises InputError for what cannot be, PbrgError when drawing fails; then no file is left.
     """

@@ -146,7 +146,7 @@ class Run:
         return report([self], path)
 
     def render(self, path: str | Path, **options: Any) -> Path:
-        """Film the run (.mp4, .webm, .gif) or take a still (.png); return the path. Options: those of `pbrg.render`."""
+        """Film the run (.mp4, .webm, .gif, .webp) or take a still (.png); return its path; options as in `render`."""
         from pbrg_mj.api.films import render
 
         return render(self, path, **options)

@@ -19,11 +19,11 @@ STILL = ".png"
 def render(
     log: Annotated[Path, typer.Argument(metavar="LOG", help="The log to film.")],
     output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="VIDEO", help="VIDEO.mp4, .webm, .gif, or a still, .png.")
+        Path, typer.Option("-o", "--output", metavar="VIDEO", help="VIDEO.mp4, .webm, .gif, .webp, or a still, .png.")
     ],
     camera: Annotated[str, typer.Option(help="chase, top, or robot:K, over robot K's shoulder.")] = "chase",
     size: Annotated[str, typer.Option(help="Width and height [pixels].")] = "1280x720",
-    fps: Annotated[float | None, typer.Option(help="Frames per second.", show_default="30; 12.5 in a GIF")] = None,
+    fps: Annotated[float | None, typer.Option(help="Frames per second.", show_default="30; .gif, .webp: 12.5")] = None,
     speed: Annotated[float, typer.Option(help="Simulated seconds per second of video.")] = 1.0,
     start: Annotated[float | None, typer.Option(help="Film from this time on [s].")] = None,
     end: Annotated[float | None, typer.Option(help="Film up to this time [s].")] = None,

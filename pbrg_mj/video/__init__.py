@@ -1,6 +1,6 @@
 """Logs as films and stills: drawn offscreen by MuJoCo in a process of its own, encoded by PyAV. Only the log is read.
 
-A run goes in, a `.mp4`, `.webm`, `.gif` or `.png` comes out.
+A run goes in, a `.mp4`, `.webm`, `.gif`, `.webp` or `.png` comes out.
 
 - `settings`: what to film: camera, size, layers, the frames' times
 - `playback`: where robots, wheels and boxes were at any time; the model in that pose

@@ -1,9 +1,9 @@
-"""Pictures to a file: .mp4 (H.264), .webm (VP9), .gif, .png."""
+"""Pictures to a file: .mp4 (H.264), .webm (VP9), .gif, .webp (animated), .png."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,25 +24,21 @@ class Format:
 
     codec: str
     pixels: str
-    options: dict[str, str]
-    even: bool  # only sizes that are even both ways
-    fps: float  # the default
-    fastest: float  # [frames/s]
+    options: dict[str, str]  # of the codec
+    even: bool = False  # only sizes that are even both ways
+    fps: float = 30.0  # the default
+    fastest: float = 240.0  # [frames/s]
+    container: dict[str, str] = field(default_factory=dict)  # options of the file
 
 
+VP9 = {"deadline": "realtime", "cpu-used": "8", "row-mt": "1", "crf": "30", "b": "0"}
 FORMATS = {
-    ".mp4": Format("libx264", "yuv420p", {"preset": "veryfast", "crf": "20"}, True, 30.0, 240.0),
-    ".webm": Format(
-        "libvpx-vp9",
-        "yuv420p",
-        {"deadline": "realtime", "cpu-used": "8", "row-mt": "1", "crf": "30", "b": "0"},
-        True,
-        30.0,
-        240.0,
-    ),
-    ".gif": Format(
-        "gif", "pal8", {}, False, 12.5, 50.0
-    ),  # times are hundredths of a second, and viewers slow down what is faster
+    ".mp4": Format("libx264", "yuv420p", {"preset": "veryfast", "crf": "20"}, even=True),
+    ".webm": Format("libvpx-vp9", "yuv420p", VP9, even=True),
+    # Times are hundredths of a second, and viewers slow down what is faster.
+    ".gif": Format("gif", "pal8", {}, fps=12.5, fastest=50.0),
+    # An animated picture: times are milliseconds, and it plays over and over.
+    ".webp": Format("libwebp_anim", "yuv420p", {"quality": "80"}, fps=12.5, fastest=50.0, container={"loop": "0"}),
 }
 STILL = ".png"
 SUFFIXES = (*FORMATS, STILL)
@@ -64,7 +60,7 @@ def write_movie(pictures: Iterable[np.ndarray], path: Path, fps: float, on_frame
     rate = Fraction(round(fps * WHOLE_MILLIHERTZ), WHOLE_MILLIHERTZ)
     name = path.suffix.lower()[1:]
     # bitexact: no random identifiers, the same log makes the same file
-    with av.open(str(path), "w", format=name, options={"fflags": "+bitexact"}) as container:
+    with av.open(str(path), "w", format=name, options={"fflags": "+bitexact", **kind.container}) as container:
         stream: Any = container.add_stream(kind.codec, rate=rate, options=kind.options)
         stream.pix_fmt = kind.pixels
         palette: Any = None

@@ -37,7 +37,7 @@ class, not identified from one machine.
 The motor is MuJoCo's `dcmotor` with voltage input, back-EMF and LuGre friction:
 `J dw/dt = k (V - K w) - friction`, `k = stall torque / nominal voltage`, `K = nominal voltage / no-load speed`.
 Casters have no friction: a soft contact that slides presses harder the faster it slides, and casters of friction 0.01
-took 40 % of the weight off the wheels at 0.3 m/s. What a ball caster drags, about 1 % of the {casters:.2f} N that both
+took 40 % of the weight off the wheels at 0.3 m/s. The drag of a ball caster, about 1 % of the {casters:.2f} N that both
 carry, is 2 % of the gears' Coulomb friction."""
 
 
@@ -79,7 +79,7 @@ at any speed; kinetic energy falls to nothing within half a second](img/physics_
 Rolling resistance c of a floor is the torque c N r per wheel, N = {wheel_load():.3f} N its static load, added to the
 LuGre Coulomb and static torques: bristles hold it without creep. MuJoCo's rolling friction of contacts (`condim="6"`)
 with the same torque is a soft constraint: at 90 % of breakaway the robot creeps at {creep["contacts_0.03"]:.1g} m/s
-(c = 0.03) and {creep["contacts_0.1"]:.1g} m/s (c = 0.1), which would let every static error seep away."""
+(c = 0.03) and {creep["contacts_0.1"]:.1g} m/s (c = 0.1), which would let every static error decay."""
 
 
 def _broken_away(found: dict) -> tuple[str, ...]:
@@ -105,9 +105,9 @@ def _tracking(found: dict) -> str:
 ## Tracking
 
 The hand point is driven at {SPEED:g} m/s from rest along a line of 1 m and round a circle of radius {RADIUS:g} m
-(1.9 m), by velocity alone, without position feedback: is it the integrator that the pre-stabiliser believes in? Largest
-distance from where it should be *at that time*, and *from the path* (the line y = 0, the circle) wherever it should be
-on it, each with its share of the path's length:
+(1.9 m), by velocity alone, without position feedback. The pre-stabiliser assumes an integrator, and the table shows how
+close to one the robot is. *At that time* is the largest distance from where an integrator would be, *from the path* the
+largest distance from the line y = 0 or from the circle, each with its share of the path's length:
 
 | path | motors | `voltage`, at that time | from the path | `speed_loop`, at that time | from the path |
 |---|---|---|---|---|---|
@@ -117,10 +117,11 @@ loop's own time constant of 10 ms and the wheels' rolling radius: they sink 0.1 
 percent of speed.
 
 Open loop without friction holds the bound on the line if only the path counts. At that time, and on the circle in both
-senses, it misses it, all by what the start takes: a motor that drives has a time constant of tau = {TAU:.3f} s, so a
-hand point that is asked for v from rest falls back by tau v along the way it starts, for good. In a steady turn the
-wheels' speeds are steady as well, and no more is lost: the circle is drawn whole but shifted against the start's
-direction. It does not shrink to R / sqrt(1 + (v tau / R)^2), as if the velocity lagged in the world.
+senses, it misses the bound. All of the loss arises at the start: a motor that drives has a time constant of
+tau = {TAU:.3f} s, so a hand point that is commanded to v from rest lags by tau v in its first direction, for good. In a
+steady turn the wheels' speeds are steady as well, and no more is lost: the circle keeps its radius and is shifted
+against the start's direction. It does not shrink to R / sqrt(1 + (v tau / R)^2), as with a lag of the velocity in the
+world frame.
 
 | open loop, no friction | closed form | line | circle |
 |---|---|---|---|
@@ -130,12 +131,13 @@ direction. It does not shrink to R / sqrt(1 + (v tau / R)^2), as if the velocity
 {_mm(found["drawn_radius_m"])} |
 | largest distance from where it should be less tau v, after 5 tau | 0 | {_error(line, "beyond_start")} \
 | {_error(circle, "beyond_start")} |
-| at rest from the path's end, velocity set to 0 there | 0 | {_error(line, "rest")} | {_error(circle, "rest")} |
+| distance at rest from the path's end, where it was commanded to stop | 0 | \
+{_error(line, "rest")} | {_error(circle, "rest")} |
 
-So what is not the start's loss is a quarter of a percent of the path. That loss is given back at the stop, where the
-motors run on for as long: on a path driven from rest to rest, as dead reckoning is evaluated, the open loop misses the
-end by that quarter of a percent of its length. With friction the open loop keeps no path but a
-straight one: friction takes {100 * lost:.0f} % of a speed of {SPEED:g} m/s.
+Without the loss at the start, the error is a quarter of a percent of the path. The stop gives that loss back, because
+the motors run on for as long: over a path from rest to rest, as dead reckoning is evaluated, the open loop misses the
+end by that quarter of a percent of the path's length. With friction the open loop keeps only a straight path:
+friction takes {100 * lost:.0f} % of a speed of {SPEED:g} m/s.
 
 ![A hand point driven round a circle: with the speed loop on the wanted circle, open loop without friction 2 cm behind,
 open loop with friction on a smaller circle](img/physics_tracking.png)"""
@@ -161,7 +163,7 @@ def _drives(found: dict) -> str:
     rows = (
         ("a command is", "a wheel voltage [V]", "a wheel speed [rad/s]"),
         ("fastest command", f"{ROBOT.voltage:g} V", f"{ROBOT.loaded_speed:g} rad/s, reached against Coulomb friction"),
-        ("fastest wanted speed tried that moves nothing", stuck, follows),
+        ("fastest commanded speed tried that moves nothing", stuck, follows),
     )
     return f"""
 ## Drives
@@ -172,7 +174,7 @@ def _drives(found: dict) -> str:
 Both scale a robot's two commands together, so that it keeps its direction when it cannot keep its speed. The loop is
 proportional-integral with feed-forward at the physics rate; its gains follow from the model and one time constant of
 10 ms (`pbrg_mj/world/actuation/speed_loop.py`). It is not MuJoCo's own velocity input, whose integral needs a position
-set-point, and which no duty cycles can stand behind. `drive.pwm_levels` rounds voltages of either drive to the duty
+set-point, and to which no duty cycles can be applied. `drive.pwm_levels` rounds voltages of either drive to the duty
 cycles of a motor driver. The loop measures wheel speeds exactly; an encoder's steps are not modelled."""
 
 
@@ -200,8 +202,8 @@ The governed team of `floor/friction_patches` after 60 s, distance of each robot
 |---|---|
 {_table(errors)}
 Patches do not set robots apart: they shift the whole team, here by {low:.0f} to {high:.0f} mm, whether a robot stands
-on a patch or beside it. The integral states share out what those who are stuck cannot do. The paper's words may mean
-more than that: an error of each robot's own.
+on a patch or beside it: the integral states distribute the deficit of the robots that are stuck. The paper may mean
+more than that, an error of each robot's own.
 
 ![Static errors of five robots on five floors, from below a millimetre without friction to ten
 centimetres on a carpet](img/physics_floors.png)

@@ -1,0 +1,43 @@
+"""The gallery's page, films and script belong together."""
+
+from __future__ import annotations
+
+import runpy
+from pathlib import Path
+
+import pytest
+
+from pbrg_mj.scenario.bundled import bundled_scenarios
+
+SCRIPT = Path(__file__).resolve().parents[1] / "scripts" / "make_gallery.py"
+
+
+@pytest.fixture(scope="module")
+def gallery():
+    return runpy.run_path(str(SCRIPT))
+
+
+def test_page_and_films_are_those_of_the_script(gallery):
+    assert list(gallery["findings"]()) == []
+
+
+def test_every_film_is_of_a_bundled_scenario_and_has_a_name_of_its_own(gallery):
+    names = [film.name for film in gallery["FILMS"]]
+    assert len(set(names)) == len(names)
+    assert {film.scenario for film in gallery["FILMS"]} <= set(bundled_scenarios())
+
+
+def test_a_page_by_hand_and_films_too_many_or_too_large_are_found(gallery, monkeypatch, tmp_path):
+    inside = gallery["findings"].__globals__
+    monkeypatch.setitem(inside, "PAGE", tmp_path / "gallery.md")
+    monkeypatch.setitem(inside, "FOLDER", tmp_path)
+    (tmp_path / "gallery.md").write_text(gallery["page"]() + "more")
+    for film in gallery["FILMS"][1:]:
+        (tmp_path / f"{film.name}.webp").write_bytes(bytes(10))
+    (tmp_path / "old.webp").write_bytes(bytes(inside["LARGEST"] + 1))
+    assert sorted(gallery["findings"]()) == [
+        f"{gallery['FILMS'][0].name}: no film",
+        "gallery.md is not what this script writes",
+        "old: 1000001 bytes; at most 1000000",
+        "old: no scenario",
+    ]

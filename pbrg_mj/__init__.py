@@ -10,8 +10,8 @@
 Scenarios   `load`, `list_scenarios`, `validate`, `schema`, `template`; `Scenario`
 Runs        `run`, `simulate`, `serve`, `batch`, `reproduce`; `Run`, `Batch`, `TickRecord`, `Interrupted`
 Logs        `open`, `compare`, `report`, `render`, `verify`, `repair`; `Comparison`, `Verification`, `Repair`
-Governors   `Governor`, `Problem`, `Solution`, `Status`: what a governor of one's own takes and gives
-Besides     `doctor`; `InputError`, `PbrgError`; `__version__`
+Governors   `Governor`, `Problem`, `Solution`, `Status`: what a governor of one's own takes and gives; `check_governor`
+Besides     `doctor`; `InputError`, `PlugInError`, `PbrgError`; `__version__`
 
 Stable from one minor version to the next are the names in `__all__` with their documented arguments, the names of
 arrays (docs/export.md) and metrics (docs/metrics.md), and the keys of a scenario. Everything else, such as the modules
@@ -34,6 +34,7 @@ __all__ = [
     "InputError",
     "Interrupted",
     "PbrgError",
+    "PlugInError",
     "Problem",
     "Repair",
     "Run",
@@ -44,6 +45,7 @@ __all__ = [
     "Verification",
     "__version__",
     "batch",
+    "check_governor",
     "compare",
     "doctor",
     "list_scenarios",
@@ -64,6 +66,7 @@ __all__ = [
 
 if TYPE_CHECKING:
     from pbrg_mj.api.batches import Batch, batch
+    from pbrg_mj.api.checking import check_governor
     from pbrg_mj.api.checkup import doctor
     from pbrg_mj.api.comparing import Comparison, compare
     from pbrg_mj.api.films import render
@@ -73,12 +76,13 @@ if TYPE_CHECKING:
     from pbrg_mj.api.runs import Run, open, report  # noqa: A004 - pbrg.open
     from pbrg_mj.api.scenarios import Scenario, list_scenarios, load, schema, template, validate
     from pbrg_mj.api.simulating import run, serve, simulate
-    from pbrg_mj.errors import InputError, PbrgError
+    from pbrg_mj.errors import InputError, PbrgError, PlugInError
     from pbrg_mj.governor.problem.interface import Governor, Problem, Solution, Status
     from pbrg_mj.loop.record import TickRecord
 
 _MODULES = {
     "api.batches": ("Batch", "batch"),
+    "api.checking": ("check_governor",),
     "api.checkup": ("doctor",),
     "api.comparing": ("Comparison", "compare"),
     "api.films": ("render",),
@@ -88,7 +92,7 @@ _MODULES = {
     "api.runs": ("Run", "open", "report"),
     "api.scenarios": ("Scenario", "list_scenarios", "load", "schema", "template", "validate"),
     "api.simulating": ("run", "serve", "simulate"),
-    "errors": ("InputError", "PbrgError"),
+    "errors": ("InputError", "PbrgError", "PlugInError"),
     "governor.problem.interface": ("Governor", "Problem", "Solution", "Status"),
     "loop.record": ("TickRecord",),
 }

@@ -17,3 +17,7 @@ class InputError(PbrgError):
         self.message, self.file, self.line, self.key = message, file, line, key
         where = f"{file}:{line}" if file and line else file
         super().__init__(": ".join(part for part in (where, key, message) if part).replace("\n", " "))
+
+
+class PlugInError(PbrgError):
+    """A part of another package broke its contract. The command line exits with 1."""

@@ -22,7 +22,7 @@ def time_scans(name: str) -> tuple[int, int, float]:
     """Return robots with beams, beams of each, and the median time of one set of scans [s]."""
     plan = load_scenario(name, [f"timing.duration={SECONDS}", "reference.solver=none"]).scenario
     simulation = Simulation.build(plan)
-    setup = simulation.loop.perception
+    setup = simulation.loop.estimator.setup
     scans = [(r.readings, r.time) for r in simulation.records() if r.readings.new_scan]
     spent = []
     for _ in range(REPEATS):

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pbrg_mj.errors import InputError
-from pbrg_mj.governor import registry
+from pbrg_mj import plugins
+from pbrg_mj.errors import InputError, PlugInError
 from pbrg_mj.governor.monitor.passivity import Passivity
 from pbrg_mj.governor.plug_in import PlugInGovernor
 from pbrg_mj.governor.problem.interface import Solution
@@ -87,8 +87,8 @@ class Reusing:
 
 
 def test_a_governor_that_reuses_its_arrays_changes_no_earlier_answer(monkeypatch):
-    entry = EntryPoint("reusing", "tests.test_own_governor:reusing", registry.GROUP)
-    monkeypatch.setattr(registry, "entry_points", lambda group: [entry])
+    entry = EntryPoint("reusing", "tests.test_own_governor:reusing", plugins.GOVERNOR.group)
+    monkeypatch.setattr(plugins, "entry_points", lambda group: [entry])
     records = list(Simulation.build(short("reusing")).records())
     assert [record.solution.m[0, 0] for record in records[:4]] == [0.0, 1.0, 2.0, 3.0]
     assert records[0].passivity == Passivity(1.0, 2.0, 3.0, 4.0)
@@ -114,8 +114,8 @@ class Scribbling(Reusing):
 
 
 def test_a_governor_that_writes_into_its_memory_is_judged_before_its_next_step(monkeypatch):
-    entry = EntryPoint("scribbling", "tests.test_own_governor:scribbling", registry.GROUP)
-    monkeypatch.setattr(registry, "entry_points", lambda group: [entry])
+    entry = EntryPoint("scribbling", "tests.test_own_governor:scribbling", plugins.GOVERNOR.group)
+    monkeypatch.setattr(plugins, "entry_points", lambda group: [entry])
     for record in Simulation.build(short("scribbling")).records():
         if record.passivity is not None:
             assert record.passivity.primal_storage == record.index + 1.0
@@ -151,5 +151,5 @@ def test_whole_numbers_and_lists_are_taken_for_what_they_say():
 
 @pytest.mark.parametrize(("name", "shape"), [("m", (2, 5)), ("multipliers", (5, 1)), ("lost", (5, 1))])
 def test_arrays_of_another_shape_are_named(name, shape):
-    with pytest.raises(ValueError, match=rf"the governor's {name} has shape .*, not \(5"):
+    with pytest.raises(PlugInError, match=rf"the governor's {name} has shape .*, not \(5"):
         answer(**{name: np.zeros(shape)})

@@ -9,6 +9,8 @@ films         Run -> film or still
 replaying     a log simulated again and compared; a damaged log repaired
 batches       many seeds side by side
 paper         the paper's four runs
+checking      whether a governor of one's own keeps the protocol
+own_metrics   metrics of one's own
 checkup       what works on this machine
 interrupt, garbage, profile    Ctrl-C, Python's garbage and the clock during a run
 text          text from logs made safe to show

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,9 @@ from typing import Any
 from pbrg_mj.analysis.metrics.paper_table import markdown
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics
 from pbrg_mj.analysis.metrics.table import comparison_table
+from pbrg_mj.api.own_metrics import Metric
 from pbrg_mj.api.runs import FAILED, Run, as_run
+from pbrg_mj.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -18,10 +20,11 @@ class Comparison:
     """The metrics of several runs, in the order they were given in."""
 
     metrics: tuple[RunMetrics, ...]
+    own: tuple[dict[str, float | None], ...] = ()  # numbers of one's own metrics, if any were asked for
 
     def table(self) -> str:
         """Return the table as text, a column for each run."""
-        return comparison_table(self.metrics)
+        return comparison_table(self.metrics, self.own)
 
     def markdown(self) -> str:
         """Return the table in Markdown, without wall-clock times."""
@@ -29,7 +32,8 @@ class Comparison:
 
     def as_dicts(self) -> list[dict[str, Any]]:
         """Return plain data for JSON, an object for each run: NaN and infinities are None."""
-        return [one.as_dict() for one in self.metrics]
+        whole = [one.as_dict() for one in self.metrics]
+        return [one | {"own": own} for one, own in zip(whole, self.own, strict=True)] if self.own else whole
 
     @property
     def failed(self) -> bool:
@@ -45,7 +49,19 @@ class Comparison:
         return self.table()
 
 
-def compare(*runs: Run | RunMetrics | str | Path) -> Comparison:
-    """Compare runs, or logs, or metrics of runs. Raises InputError when a log cannot be read."""
-    # A log at a time: only the numbers are kept.
-    return Comparison(tuple(one if isinstance(one, RunMetrics) else as_run(one).metrics for one in runs))
+def compare(*runs: Run | RunMetrics | str | Path, metrics: Sequence[Metric] = ()) -> Comparison:
+    """Compare runs, or logs, or metrics of runs; `metrics` are of one's own, as `Run.metric` takes them.
+
+    Raises InputError when a log cannot be read or a metric is unknown, PlugInError when a metric fails.
+    """
+    compared, own = [], []
+    for one in runs:  # a log at a time: only the numbers are kept
+        if isinstance(one, RunMetrics):
+            if metrics:
+                raise InputError("metrics of one's own are of runs or logs, not of their metrics")
+            compared.append(one)
+            continue
+        run = as_run(one)
+        compared.append(run.metrics)
+        own.append({name: value for metric in metrics for name, value in run.metric(metric).items()})
+    return Comparison(tuple(compared), tuple(own) if metrics else ())

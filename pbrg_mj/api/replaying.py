@@ -12,11 +12,15 @@ from typing import Any
 from pbrg_mj.analysis.output_file import by_suffix, write_atomically
 from pbrg_mj.api.runs import LOG, Run
 from pbrg_mj.errors import InputError
-from pbrg_mj.governor.problem.interface import Governor
+from pbrg_mj.governor.centralized.optimum import CentralizedSolver
+from pbrg_mj.governor.problem.interface import Certificate, Governor
 from pbrg_mj.log import repair as repairing
 from pbrg_mj.log.read.ticks import read_header
 from pbrg_mj.log.verify import replay as verifying
 from pbrg_mj.loop.record import TickRecord
+from pbrg_mj.perception.estimator import Estimator
+from pbrg_mj.plugins import Objects
+from pbrg_mj.sensing.noise_model import NoiseModel
 
 # Other processors and versions round otherwise. Where that has grown past this, in a value's own unit, it no longer
 # is the same run.
@@ -117,20 +121,27 @@ def verify(
     log: Run | str | Path,
     governor: Governor | None = None,
     *,
+    certificate: Certificate | None = None,
+    estimator: Estimator | None = None,
+    noise_model: NoiseModel | None = None,
+    reference_solver: CentralizedSolver | None = None,
     tolerance: float = TOLERANCE,
     watch: Callable[[TickRecord], object] = lambda record: None,
 ) -> Verification:
     """Simulate a log's scenario again and compare every message, bit for bit.
 
-    A run whose governor was an object needs that object again: `governor`. `tolerance` is the largest deviation, each
-    in its own unit, in another environment than the log's. `watch` is called with every record of the replay.
+    A run with parts that were objects needs those objects again, under the names that `run` has for them. `tolerance`
+    is the largest deviation, each in its own unit, in another environment than the log's. `watch` is called with every
+    record of the replay.
 
     Raises InputError when the file is no log of this package, or its scenario cannot be run here.
     """
+    objects = Objects(governor, certificate, estimator, noise_model, reference_solver)
     if isinstance(log, Run):
         with log.file() as recorded:
-            return verify(recorded.path, governor, tolerance=tolerance, watch=watch)
-    found = verifying.verify(Path(log), watch, governor)
+            found = verifying.verify(Path(recorded.path), watch, objects)
+    else:
+        found = verifying.verify(Path(log), watch, objects)
     if found.damage:
         LOG.warning("%s: %s", log, found.damage)
     return Verification(found, tolerance)

@@ -25,6 +25,7 @@ from pbrg_mj.analysis.report.page import SUFFIXES, write_page
 from pbrg_mj.analysis.report.report_run import report_run
 from pbrg_mj.analysis.series import series
 from pbrg_mj.api.arrays import Arrays
+from pbrg_mj.api.own_metrics import Metric, evaluate_metric
 from pbrg_mj.api.scenarios import Scenario
 from pbrg_mj.log.read import run as reader
 from pbrg_mj.log.read.run import Run as Recorded
@@ -107,6 +108,13 @@ class Run:
     def metrics(self) -> RunMetrics:
         """The numbers of docs/metrics.md, units in the names: `run.metrics.terminal_gap_m`."""
         return metrics(self._recorded)
+
+    def metric(self, metric: Metric, **options: Any) -> dict[str, float | None]:
+        """Return the numbers of a metric of one's own: a function `metric(run)`, or the name of an installed one.
+
+        Raises InputError for an unknown name and wrong options, PlugInError when the metric fails.
+        """
+        return evaluate_metric(self, metric, options)
 
     @property
     def failed(self) -> bool:

@@ -15,14 +15,17 @@ from pbrg_mj.api.runs import IN_MEMORY, Run
 from pbrg_mj.api.runs import open as open_log
 from pbrg_mj.api.scenarios import Scenario, as_scenario
 from pbrg_mj.errors import InputError
-from pbrg_mj.governor.problem.interface import Governor
-from pbrg_mj.governor.registry import object_kind
+from pbrg_mj.governor.centralized.optimum import CentralizedSolver
+from pbrg_mj.governor.problem.interface import Certificate, Governor
 from pbrg_mj.kernel import clock as clock  # for the command line
 from pbrg_mj.kernel import watching_compilation as watching_compilation
 from pbrg_mj.log.read.run import open_run
 from pbrg_mj.log.write.writer import LogWriter, check_writable
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.loop.simulation import Simulation
+from pbrg_mj.perception.estimator import Estimator
+from pbrg_mj.plugins import Objects, object_overrides
+from pbrg_mj.sensing.noise_model import NoiseModel
 
 if TYPE_CHECKING:
     from pbrg_mj.log.live import LiveServer
@@ -35,22 +38,29 @@ def run(
     governor: Governor | None = None,
     log: str | Path | None = None,
     *,
+    certificate: Certificate | None = None,
+    estimator: Estimator | None = None,
+    noise_model: NoiseModel | None = None,
+    reference_solver: CentralizedSolver | None = None,
     watch: Iterable[Sink] = (),
     profile: Profile | None = None,
 ) -> Run:
     """Simulate a scenario to its end and return the run.
 
     `governor`, any object with `init(problem)` and `step(problem, memory)`, takes the place of the scenario's own;
-    the log then names its class. `log` is the file (.mcap) to write; None keeps the run in memory. Every function in
+    the log then names its class. So do `certificate`, `estimator`, `noise_model`, `reference_solver` (docs/governor.md
+    says what each must offer). `log` is the file (.mcap) to write; None keeps the run in memory. Every function in
     `watch` is called with each tick's record once that is in the log, and `profile` last, which adds up where the time
     goes.
 
     Ctrl-C ends the run between two ticks, with a log that is whole so far, and raises Interrupted. Raises InputError
-    when the scenario or the governor cannot be run, or the log cannot be written.
+    when the scenario or the governor cannot be run, or the log cannot be written; PlugInError when a part of another
+    package, or an object, does not keep its contract.
     """
-    scenario = with_governor(as_scenario(scenario), governor)
+    objects = Objects(governor, certificate, estimator, noise_model, reference_solver)
+    scenario = with_objects(as_scenario(scenario), objects)
     path = None if log is None else log_path(log)
-    simulation = Simulation.build(scenario.settings, governor)
+    simulation = Simulation.build(scenario.settings, objects)
     with collecting_rarely():
         if path is not None:
             _record(simulation, scenario, path, watch, profile)
@@ -61,13 +71,22 @@ def run(
             return Run(replace(open_run(path), path=IN_MEMORY), path.read_bytes())
 
 
-def simulate(scenario: Scenario | str | Path, governor: Governor | None = None) -> Iterator[TickRecord]:
+def simulate(
+    scenario: Scenario | str | Path,
+    governor: Governor | None = None,
+    *,
+    certificate: Certificate | None = None,
+    estimator: Estimator | None = None,
+    noise_model: NoiseModel | None = None,
+    reference_solver: CentralizedSolver | None = None,
+) -> Iterator[TickRecord]:
     """Return an iterator over the run's ticks, one record each, from t = 0 to t = duration. No log is written.
 
     Arguments and errors are those of `run`.
     """
-    scenario = with_governor(as_scenario(scenario), governor)
-    return Simulation.build(scenario.settings, governor).records()
+    objects = Objects(governor, certificate, estimator, noise_model, reference_solver)
+    scenario = with_objects(as_scenario(scenario), objects)
+    return Simulation.build(scenario.settings, objects).records()
 
 
 def serve(scenario: Scenario | str | Path, port: int = 8765) -> LiveServer:
@@ -89,18 +108,13 @@ def log_path(path: str | Path) -> Path:
     return path
 
 
-def with_governor(scenario: Scenario, governor: Governor | None) -> Scenario:
-    """Return the scenario with the object's class as its `governor.kind`.
+def with_objects(scenario: Scenario, objects: Objects) -> Scenario:
+    """Return the scenario with the classes of objects as the names of its parts, `object:` before them.
 
-    Raises InputError for an object that is no governor.
+    Raises InputError for an object that lacks a method of its kind.
     """
-    if governor is None:
-        return scenario
-    if isinstance(governor, type) or not all(callable(getattr(governor, name, None)) for name in ("init", "step")):
-        raise InputError(
-            f"{governor!r} is no governor; allowed: an object with init(problem) and step(problem, memory)"
-        )
-    return scenario.override({"governor.kind": object_kind(governor)})
+    overrides = object_overrides(objects)
+    return scenario.override(overrides) if overrides else scenario
 
 
 def _record(

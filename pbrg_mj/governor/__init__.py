@@ -10,4 +10,5 @@ governed reference m_i, and beside it numbers that nobody acts on.
 - `monitor`: what is evaluated of every tick and never fed back
 - `stability`: how long a round and how late a message may be, foreseen from the scenario
 - `registry`: all of them by the names a scenario calls them
+- `check`: whether a governor of one's own keeps the protocol
 """

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from importlib.metadata import entry_points
+from typing import Any
 
-from pbrg_mj.errors import InputError
+from pbrg_mj import plugins
 from pbrg_mj.governor.baselines import CentralizedGovernor, NoGovernor
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.centralized.optimum import CentralizedSolver
@@ -14,17 +14,12 @@ from pbrg_mj.governor.distributed.channel import channel
 from pbrg_mj.governor.distributed.estimates import Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.guard import GuardedGovernor
-from pbrg_mj.governor.plug_in import PlugInGovernor
+from pbrg_mj.governor.plug_in import PlugInCertificate, PlugInGovernor, PlugInSolver
 from pbrg_mj.governor.problem.ball import BallCertificate
 from pbrg_mj.governor.problem.interface import Certificate, Governor
 from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.team.graph import network
 from pbrg_mj.team.network import Network
-
-GROUP = "pbrg_mj.governors"
-"""Entry-point group in which another installed package offers its own governor: name -> (Scenario) -> Governor."""
-
-OBJECT = "object:"
-"""What `governor.kind` begins with where the governor is an object handed over in Python."""
 
 CERTIFICATES: dict[str, Callable[[Scenario, Network], Certificate]] = {"ball": BallCertificate.of}
 
@@ -65,34 +60,31 @@ GOVERNORS: dict[str, Callable[[Scenario], Governor]] = {
 }
 
 
-def object_kind(plug_in: Governor) -> str:
-    """Return what `governor.kind` says of a run whose governor is an object: `object:` and the name of its class."""
-    return OBJECT + type(plug_in).__name__
+def governor(scenario: Scenario, given: Any = None) -> Governor:
+    """Return the scenario's governor: one of ours, one of an installed package, or the object `given`.
 
-
-def governor(scenario: Scenario, plug_in: Governor | None = None) -> Governor:
-    """Return the scenario's governor: one of ours, one that an installed package registered, or the object `plug_in`.
-
-    Raises InputError when nobody knows the name, or the object is missing.
+    Raises InputError for an unknown name and wrong options, PlugInError when a plug-in cannot be built.
     """
-    kind = scenario.governor.kind
-    if plug_in is not None:
-        return PlugInGovernor(plug_in)
-    if kind.startswith(OBJECT):
-        name = kind.removeprefix(OBJECT)
-        hand_over = "hand it to pbrg_mj.run or pbrg_mj.verify as `governor`"
-        raise InputError(
-            f"the governor was an object of the class {name} in a Python program; {hand_over}", key="governor.kind"
-        )
-    if kind in GOVERNORS:
-        return GOVERNORS[kind](scenario)
-    registered = {entry.name: entry for entry in entry_points(group=GROUP)}
-    if kind not in registered:
-        known = ", ".join([*GOVERNORS, *sorted(registered)])
-        raise InputError(f"no governor is called {kind!r}; allowed: {known}", key="governor.kind")
-    return PlugInGovernor(registered[kind].load()(scenario))
+    if given is None and scenario.governor.kind in GOVERNORS:
+        return GOVERNORS[scenario.governor.kind](scenario)
+    name, built = plugins.build(plugins.GOVERNOR, scenario, given, network=network(scenario))
+    return PlugInGovernor(built, name)
 
 
-def reference_solver(scenario: Scenario) -> CentralizedSolver | None:
-    """Return the solver of the centralized reference, or None where the scenario switched it off."""
-    return None if scenario.reference.solver == "none" else SOLVERS[scenario.reference.solver]()
+def certificate(scenario: Scenario, given: Any = None) -> Certificate:
+    """Return the scenario's certificate; arguments and errors are those of `governor`."""
+    graph = network(scenario)
+    if given is None and scenario.governor.certificate in CERTIFICATES:
+        return CERTIFICATES[scenario.governor.certificate](scenario, graph)
+    name, built = plugins.build(plugins.CERTIFICATE, scenario, given, network=graph)
+    return PlugInCertificate(built, name)
+
+
+def reference_solver(scenario: Scenario, given: Any = None) -> CentralizedSolver | None:
+    """Return the solver of the centralized reference, None where the scenario switched it off; likewise."""
+    if given is None and scenario.reference.solver in SOLVERS:
+        return SOLVERS[scenario.reference.solver]()
+    if given is None and scenario.reference.solver == "none":
+        return None
+    name, built = plugins.build(plugins.REFERENCE_SOLVER, scenario, given, network=network(scenario))
+    return PlugInSolver(built, name)

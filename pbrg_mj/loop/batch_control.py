@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pbrg_mj import plugins
 from pbrg_mj.errors import InputError
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.distributed.rounds import check_limits, rounds_in_new_arrays
 from pbrg_mj.governor.problem.interface import Certificate, Problem
 from pbrg_mj.governor.problem.rows import Rows
-from pbrg_mj.governor.registry import CERTIFICATES, governor
+from pbrg_mj.governor.registry import certificate, governor
 from pbrg_mj.kernel import kernel
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.graph import network
@@ -42,10 +43,14 @@ class BatchParameters:
         if not isinstance(chosen, DistributedGovernor) or chosen.channel is not None or chosen.backend != "compiled":
             only = "a batch runs the distributed governor alone, compiled, without guard, delay, loss or outage"
             raise InputError(f"{only}; run the seeds one by one", key="governor")
+        for kind in (plugins.CERTIFICATE, plugins.ESTIMATOR, plugins.NOISE_MODEL):
+            if plugins.value_at(scenario, kind.key) not in kind.built_in:
+                only = f"worlds side by side have no {kind.noun} of a plug-in"
+                raise InputError(f"{only}; run the seeds one by one", key=kind.key)
         return cls(
             network=graph,
             formation=np.array(scenario.team.formation, dtype=float),
-            certificate=CERTIFICATES[scenario.governor.certificate](scenario, graph),
+            certificate=certificate(scenario),
             governor=chosen,
             control=(scenario.control.alpha_r, scenario.control.leak, scenario.timing.tick),
             sizes=sizes,

@@ -14,14 +14,13 @@ import numpy as np
 
 from pbrg_mj.governor.monitor.passivity_monitor import passivity_monitor
 from pbrg_mj.governor.plug_in import PlugInGovernor
-from pbrg_mj.governor.problem.interface import Governor
-from pbrg_mj.governor.registry import CERTIFICATES, governor, reference_solver
+from pbrg_mj.governor.registry import certificate, governor, reference_solver
 from pbrg_mj.kernel import clock
 from pbrg_mj.loop.monitor import CompletedTick, Monitor, MonitorState, evaluate
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.loop.tick import ClosedLoop, ControlTick, LoopState, control_tick
-from pbrg_mj.perception.perceive import initial
-from pbrg_mj.perception.setup import perception_setup
+from pbrg_mj.perception.estimator import estimator
+from pbrg_mj.plugins import Objects
 from pbrg_mj.scenario.schema import Scenario, whole_number
 from pbrg_mj.sensing.noise import sensor_noise
 from pbrg_mj.team.graph import network
@@ -44,22 +43,22 @@ class Simulation:
     block_ticks: int  # ticks that pass before they are evaluated
 
     @classmethod
-    def build(cls, scenario: Scenario, plug_in: Governor | None = None) -> Simulation:
-        """Put a scenario's closed loop together; `plug_in` is the governor where the scenario says it is an object.
+    def build(cls, scenario: Scenario, objects: Objects = Objects()) -> Simulation:  # noqa: B008 - a frozen tuple
+        """Put a scenario's closed loop together; `objects` take the place of what the scenario names.
 
-        Raises InputError when the scenario names something unknown.
+        Raises InputError when the scenario names something unknown, PlugInError when a plug-in cannot be built.
         """
         timing, robot, graph = scenario.timing, load_robot_model(), network(scenario)
-        chosen = governor(scenario, plug_in)
+        chosen = governor(scenario, objects.governor)
         loop = ClosedLoop(
             scenario=scenario,
             world=build_plant(scenario),
-            noise=sensor_noise(scenario),
-            perception=perception_setup(scenario, robot.clearance, robot.hand_offset),
+            noise=sensor_noise(scenario, objects.noise_model),
+            estimator=estimator(scenario, robot, objects.estimator),
             network=graph,
             formation=np.array(scenario.team.formation, dtype=float),
             hand_offset=robot.hand_offset,
-            certificate=CERTIFICATES[scenario.governor.certificate](scenario, graph),
+            certificate=certificate(scenario, objects.certificate),
             governor=chosen,
             drive=drive_of(scenario, robot),
         )
@@ -68,7 +67,7 @@ class Simulation:
             wind_up_rule=WindUpDetector.of(scenario, graph),
             passivities=balances.about_optima,
             flow_passivities=balances.of_velocity,
-            reference_solver=reference_solver(scenario),
+            reference_solver=reference_solver(scenario, objects.reference_solver),
             reference_every=whole_number(scenario.reference.period, timing.tick),
         )
         # A plug-in may write into its memory, so it is evaluated before its next step.
@@ -124,7 +123,7 @@ class Simulation:
         """Yield every tick; the caller advances the world before it asks for the next."""
         loop = self.loop
         xi = np.zeros((loop.network.robots, 2))
-        state = LoopState(None, initial(loop.perception), None, None, None, xi)
+        state = LoopState(None, loop.estimator.init(), None, None, None, None, xi)
         for index in range(self.ticks + 1):
             state, tick = control_tick(loop, state, index)
             yield tick

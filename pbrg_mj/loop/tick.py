@@ -14,9 +14,8 @@ import numpy as np
 from pbrg_mj.governor.problem.interface import Certificate, Governor, Problem, Solution
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.kernel import clock
+from pbrg_mj.perception.estimator import Estimator
 from pbrg_mj.perception.half_spaces import HalfSpaces
-from pbrg_mj.perception.perceive import PerceptionMemory, perceive
-from pbrg_mj.perception.setup import PerceptionSetup
 from pbrg_mj.scenario.schema import Scenario, operator_reference
 from pbrg_mj.sensing.noise import SensorNoise
 from pbrg_mj.sensing.readings import Readings
@@ -35,7 +34,7 @@ class ClosedLoop:
     scenario: Scenario
     world: Plant
     noise: SensorNoise
-    perception: PerceptionSetup
+    estimator: Estimator
     network: Network
     formation: np.ndarray  # (n, 2) b [m]
     hand_offset: float  # [m]
@@ -56,9 +55,10 @@ class LoopState(NamedTuple):
     """What one tick hands to the next, besides the world."""
 
     readings: Readings | None  # None before the first tick
-    walls: PerceptionMemory
+    estimator: Any  # its memory
+    half_spaces: HalfSpaces | None  # None before the first tick
     rows: Rows | None  # of the half-spaces known then; likewise None before the first tick
-    estimate: PoseEstimate | None  # likewise
+    pose: PoseEstimate | None  # likewise
     governor: Any  # likewise
     xi: np.ndarray  # (n, 2) [m]
 
@@ -88,19 +88,19 @@ def control_tick(loop: ClosedLoop, state: LoopState, index: int) -> tuple[LoopSt
     readings = sense(loop.world.observe(), state.readings, loop.noise)
     sensed = clock()
 
-    half_spaces, walls = perceive(readings, time, state.walls, loop.perception)
+    half_spaces, estimator = loop.estimator.step(readings, time, state.estimator)
     perceived = clock()
 
     rows = state.rows
-    if rows is None or half_spaces is not state.walls.half_spaces:
+    if rows is None or half_spaces is not state.half_spaces:
         rows = loop.certificate.rows(half_spaces)
-    estimate = state.estimate
-    if estimate is None or readings.body_pose is not estimate.body_pose:
+    pose = state.pose
+    if pose is None or readings.body_pose is not pose.body_pose:
         hand_world = hand_point(readings.body_pose, loop.hand_offset)
-        estimate = PoseEstimate(readings.body_pose, hand_world, hand_world - loop.formation)
+        pose = PoseEstimate(readings.body_pose, hand_world, hand_world - loop.formation)
     problem = Problem(
         network=loop.network,
-        p=estimate.p,
+        p=pose.p,
         xi=state.xi,
         rows=rows,
         reference=operator_reference(scenario.operator, time),
@@ -119,7 +119,7 @@ def control_tick(loop: ClosedLoop, state: LoopState, index: int) -> tuple[LoopSt
         index=index,
         time=time,
         readings=readings,
-        hand_world=estimate.hand_world,
+        hand_world=pose.hand_world,
         half_spaces=half_spaces,
         problem=problem,
         solution=solution,
@@ -129,4 +129,4 @@ def control_tick(loop: ClosedLoop, state: LoopState, index: int) -> tuple[LoopSt
         timestamps=timestamps,
     )
     xi = state.xi + scenario.timing.tick * xi_rate
-    return LoopState(readings, walls, rows, estimate, memory, xi), tick
+    return LoopState(readings, estimator, half_spaces, rows, pose, memory, xi), tick

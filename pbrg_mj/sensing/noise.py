@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
+from pbrg_mj import plugins
 from pbrg_mj.scenario.random_streams import Source, Streams
 from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.sensing.noise_model import PlugInNoise
 
 
 @dataclass(frozen=True)
@@ -26,6 +29,7 @@ class SensorNoise:
     range_ratio: float = 0.0  # multiplicative part: standard deviation per range [-]
     quantum: float = 0.0  # ranges are whole multiples of this [m]; 0: any range
     outliers: float = 0.0  # probability that a beam returns anything within the limits
+    model: PlugInNoise | None = None  # in place of all that, but for the limits
 
     @cached_property
     def camera_streams(self) -> Streams:
@@ -38,8 +42,20 @@ class SensorNoise:
         return Streams(self.seed, Source.BEAMS)
 
 
-def sensor_noise(scenario: Scenario) -> SensorNoise:
-    """Return the noise of a scenario's sensors; the ideal plant is seen exactly (range limits still hold)."""
+def sensor_noise(scenario: Scenario, given: Any = None) -> SensorNoise:
+    """Return the noise of a scenario's sensors, with the model of a plug-in, or the object `given`, if there is one.
+
+    Raises InputError for an unknown name and wrong options, PlugInError when a plug-in cannot be built.
+    """
+    name, numbers = scenario.sensors.noise_model, noise_parameters(scenario)
+    if scenario.plant == "ideal" or (given is None and name in plugins.NOISE_MODEL.built_in):
+        return numbers
+    name, built = plugins.build(plugins.NOISE_MODEL, scenario, given)
+    return replace(numbers, model=PlugInNoise(built, name))
+
+
+def noise_parameters(scenario: Scenario) -> SensorNoise:
+    """Return the numbers of a scenario's sensors; the ideal plant is seen exactly (range limits still hold)."""
     beams, camera = scenario.sensors.beams, scenario.sensors.camera
     exact = scenario.plant == "ideal"
     return SensorNoise(

@@ -32,6 +32,9 @@ def _poses(observation: Observation, noise: SensorNoise) -> np.ndarray:
     true = observation.body_pose
     if observation.pose_frame < 0:
         return np.full_like(true, np.nan)
+    if noise.model is not None:
+        at = [noise.camera_streams.at(robot, observation.pose_frame) for robot in range(len(true))]
+        return np.array([noise.model.pose(pose, random) for pose, random in zip(true, at, strict=True)])
     std = np.array([noise.position_std, noise.position_std, noise.heading_std])
     draws, streams = np.empty_like(true), noise.camera_streams
     for robot in range(len(true)):
@@ -44,5 +47,11 @@ def _ranges(observation: Observation, noise: SensorNoise) -> np.ndarray:
     raw = observation.ranges
     if observation.scan_frame < 0:
         return np.full_like(raw, np.nan)
-    streams = noise.beam_streams
+    streams, model = noise.beam_streams, noise.model
+    if model is not None:
+        seen = np.empty_like(raw)
+        for row, robot in enumerate(noise.beam_robots):
+            random = streams.at(robot, observation.scan_frame)
+            seen[row] = model.scan(raw[row], random, noise.range_min, noise.range_max)
+        return seen
     return noisy_scans(raw, noise, (streams.at(robot, observation.scan_frame) for robot in noise.beam_robots))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics
@@ -96,13 +96,19 @@ SHORT = (
 )
 
 
-def comparison_table(runs: Sequence[RunMetrics]) -> str:
-    """Return the table; values are those of `RunMetrics.as_dict`, four digits, "-" where one does not apply."""
+def comparison_table(runs: Sequence[RunMetrics], own: Sequence[Mapping[str, float | None]] = ()) -> str:
+    """Return the table; values are those of `RunMetrics.as_dict`, four digits, "-" where one does not apply.
+
+    `own` are numbers besides, by name, of each run; they come last.
+    """
     data = [run.as_dict() for run in runs]
     lines: list[str] = []
     for group, rows in LAYOUT.items():
         lines += ["", group] if lines else [group]
         lines += [_line(f"  {label}", [look_up(run, key) for run in data]) for label, key in rows]
+    names = list(dict.fromkeys(name for values in own for name in values))
+    lines += ["", "own metrics"] if names else []
+    lines += [_line(f"  {plain(name)}", [values.get(name) for values in own]) for name in names]
     return "\n".join(lines)
 
 

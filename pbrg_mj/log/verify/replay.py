@@ -11,7 +11,6 @@ from pathlib import Path
 
 from google.protobuf.message import Message
 
-from pbrg_mj.governor.problem.interface import Governor
 from pbrg_mj.log.read.header import open_mcap
 from pbrg_mj.log.read.ticks import LoggedTicks
 from pbrg_mj.log.schema import channels
@@ -21,6 +20,7 @@ from pbrg_mj.log.write.messages import MessageStream, dims_of
 from pbrg_mj.log.write.provenance import run_metadata, versions
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.loop.simulation import Simulation
+from pbrg_mj.plugins import Objects
 
 ABSENT = Difference("the message", "nothing", "a message", float("inf"))
 UNEXPECTED = Difference("the message", "a message", "nothing", float("inf"))
@@ -69,18 +69,18 @@ class Verification:
 def verify(
     path: Path,
     on_record: Callable[[TickRecord], object] = lambda _record: None,
-    plug_in: Governor | None = None,
+    objects: Objects = Objects(),  # noqa: B008 - a frozen tuple
 ) -> Verification:
     """Run the log's scenario again and compare; `on_record` is called with every record of the replay.
 
-    `plug_in` is the governor of a run whose governor was an object.
+    `objects` are the parts of a run that were objects.
 
     Ends at the first mismatch, unless the log comes from another environment: then what differs is gathered to the
     log's end. Raises InputError when the file is no log of this package or its scenario cannot be run here.
     """
     with open_mcap(path) as (file, size):
         logged = LoggedTicks(file, size, str(path))
-        simulation = Simulation.build(logged.header.scenario, plug_in)
+        simulation = Simulation.build(logged.header.scenario, objects)
         found = Verification(_environment_changes(logged.header.versions), logged.header.scenario.timing.duration)
         _compare_models(found, logged.header.model_xml, simulation.model_xml)
         if found.first is None or found.environment_changes:

@@ -16,7 +16,7 @@ import numpy as np
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.scan.line_fit import wrapped
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.sensing.noise import sensor_noise
+from pbrg_mj.sensing.noise import noise_parameters
 
 LONGEST = 0.5  # [s] speeds are not taken over longer gaps
 FRESH = 1e-6  # [s] a pose this old is as old as the scan
@@ -71,7 +71,7 @@ class ScanPose(NamedTuple):
 
 def pose_model(scenario: Scenario) -> PoseModel:
     """Return the pose model for a scenario."""
-    noise, step = sensor_noise(scenario), scenario.timing.physics_step
+    noise, step = noise_parameters(scenario), scenario.timing.physics_step
     camera, beams = scenario.sensors.camera, scenario.sensors.beams
     frame, scan = max(1 / camera.rate_hz, step), max(1 / beams.rate_hz, step)
     shared = max(1.0, frame / scan)

@@ -78,7 +78,7 @@ def _sensing(scenario: Scenario) -> Iterator[Diagnostic]:
             ("sensors", "beams"),
             f"has range_min {beams.range_min} m; allowed: less than range_max, {beams.range_max} m",
         )
-    if estimator.source == "given":
+    if estimator.source != "beams":
         return
     if scenario.plant == "ideal":
         yield Diagnostic(("plant",), "is ideal, which has no beams; allowed: with `estimator.source: given` only")

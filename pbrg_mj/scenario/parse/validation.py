@@ -10,21 +10,23 @@ from pydantic import ValidationError
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.checks.check import check
+from pbrg_mj.scenario.checks.plug_ins import plug_ins
 from pbrg_mj.scenario.diagnostics import Diagnostic, KeyPath, dotted_key, yaml_text
 from pbrg_mj.scenario.parse.document import Document
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.scenario.schema.describe import describe_at, describe_field, keys, section_at
 
 
-def build(document: Document, file: str) -> Scenario:
+def build(document: Document, file: str, installed: bool = True) -> Scenario:
     """Return the scenario that a document holds.
 
-    Raises InputError with file, line and key of the first thing that is wrong.
+    Parts of other packages must be installed and their options fit, unless `installed` is false: of an earlier run it
+    is enough that they were. Raises InputError with file, line and key of the first thing that is wrong.
     """
     try:
         # Strict: neither `true` nor "1" is a number. By alias: a wall has `from` and `to`, no second spelling.
         scenario = Scenario.model_validate(_tuples(document.data), strict=True, by_alias=True, by_name=False)
-        diagnostics: Sequence[Diagnostic] = check(scenario)
+        diagnostics: Sequence[Diagnostic] = [*check(scenario), *(plug_ins(scenario) if installed else ())]
     except ValidationError as error:
         raise _first_error(_diagnostics(error, document.data), document, file) from None
     if diagnostics:

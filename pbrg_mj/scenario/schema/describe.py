@@ -50,6 +50,8 @@ def describe(kind: Any, metadata: Sequence[Any] = (), many: bool = False) -> str
         return _list(kind, metadata, many)
     if isinstance(kind, type) and issubclass(kind, Section):
         return f"{'sections' if many else 'a section'} with the keys {', '.join(keys(kind))}"
+    if get_origin(kind) is dict:
+        return "keys and values"
     one, several = {
         float: ("a number", "numbers"),
         int: ("a whole number", "whole numbers"),

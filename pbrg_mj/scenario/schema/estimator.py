@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -22,9 +22,10 @@ class GivenHalfSpace(Section):
 class Estimator(Section):
     """From scans to half-spaces."""
 
-    source: Literal["beams", "given"] = Field(
-        default="beams", description="fit lines to the beams, or use `given` as it is"
+    source: str = Field(
+        default="beams", description="beams: lines are fitted to them; given: `given` as it is; or a plug-in's name"
     )
+    options: dict[str, Any] = Field(default={}, description="of a plug-in's estimator")
     given: tuple[GivenHalfSpace, ...] = Field(default=(), description="the half-spaces for `source: given`")
     half_spaces_per_robot: Annotated[int, Field(ge=1, le=16)] = Field(
         default=4, description="most half-spaces a robot holds"

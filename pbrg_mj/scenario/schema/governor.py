@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -29,17 +29,19 @@ class Governor(Section):
     """The reference governor."""
 
     kind: str = Field(
-        default="distributed", description="distributed (the paper), centralized, none, or a registered name"
+        default="distributed", description="distributed (the paper), centralized, none, or a plug-in's name"
     )
+    options: dict[str, Any] = Field(default={}, description="of a plug-in's governor")
     alpha: Positive = Field(default=2.0, description="gain of the distributed optimization [-]")
     rounds: Annotated[int, Field(ge=1)] = Field(default=10, description="communication rounds per tick")
     step: Positive | None = Field(
         default=None,
         description="step of one round [s]; default tick / rounds: the paper's algorithm in real time",
     )
-    certificate: Literal["ball"] = Field(
-        default="ball", description="how half-spaces and state become constraints (eq. 13)"
+    certificate: str = Field(
+        default="ball", description="how half-spaces and state become constraints: ball (eq. 13), or a plug-in's name"
     )
+    certificate_options: dict[str, Any] = Field(default={}, description="of a plug-in's certificate")
     initial: Literal["zero", "start"] = Field(
         default="zero", description="first estimates: zero, or m_i = p_i(0), z_p = p(0), z_xi = 0"
     )
@@ -62,7 +64,9 @@ class Governor(Section):
 class Reference(Section):
     """The centralized optimum beside the distributed answer; it is never fed back."""
 
-    solver: Literal["clarabel", "cvxpy", "none"] = Field(
-        default="clarabel", description="Clarabel on the small form, CVXPY as the readable oracle, or none"
+    solver: str = Field(
+        default="clarabel",
+        description="clarabel on the small form, cvxpy as the readable oracle, none, or a plug-in's name",
     )
+    options: dict[str, Any] = Field(default={}, description="of a plug-in's solver")
     period: Positive = Field(default=0.1, description="time between solves [s]; a whole number of ticks")

@@ -101,6 +101,10 @@ class Sensors(Section):
 
     beams: Beams = Beams()
     camera: Camera = Camera()
+    noise_model: str = Field(
+        default="standard", description="of beams and camera: standard, by the numbers above, or a plug-in's name"
+    )
+    noise_options: dict[str, Any] = Field(default={}, description="of a plug-in's noise model")
 
 
 def beam_angles(beams: Beams) -> np.ndarray:

@@ -1,0 +1,192 @@
+"""Whether a governor of one's own keeps the protocol: made problems, and what every answer to them must satisfy."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pbrg_mj import plugins
+from pbrg_mj.errors import PlugInError
+from pbrg_mj.governor.plug_in import PlugInGovernor, checked_solution
+from pbrg_mj.governor.problem.ball import ball_rows
+from pbrg_mj.governor.problem.interface import Governor, Problem, Solution
+from pbrg_mj.perception.half_spaces import HalfSpaces
+from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.team.graph import network
+
+TICKS = 5  # of each problem
+SLOTS = 3  # half-spaces of a robot
+
+
+class GovernorCheck(NamedTuple):
+    """One thing that a governor must do."""
+
+    what: str
+    failures: tuple[str, ...]  # what it does instead, and on which problem; empty: it does as it must
+
+    @property
+    def passed(self) -> bool:
+        """Whether nothing failed."""
+        return not self.failures
+
+
+@dataclasses.dataclass(frozen=True)
+class GovernorReport:
+    """What `check_governor` found."""
+
+    name: str
+    checks: tuple[GovernorCheck, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether all checks passed."""
+        return all(check.passed for check in self.checks)
+
+    def __str__(self) -> str:
+        """Return a line for each check, and the failures below theirs."""
+        lines = [f"{self.name}: {'keeps' if self.passed else 'breaks'} the protocol of governors"]
+        for check in self.checks:
+            lines.append(f"  {'ok    ' if check.passed else 'FAILED'}  {check.what}")
+            lines += [f"            {failure}" for failure in check.failures]
+        return "\n".join(lines)
+
+
+def check_governor(
+    build: Callable[..., Governor] | Governor, scenario: Scenario, options: Mapping[str, Any] | None = None
+) -> GovernorReport:
+    """Test a governor on made problems of a scenario's team and return the report.
+
+    `build` is a build function, as an entry point names it, or a governor itself.
+
+    Raises InputError for options that do not fit the governor's own model, PlugInError whose text is the report when a
+    check fails or the governor cannot be built.
+    """
+    name, building = getattr(build, "__name__", type(build).__name__), _build_function(build)
+
+    def made() -> PlugInGovernor:
+        part = plugins.make(plugins.GOVERNOR, name, building, scenario, options or {}, network=network(scenario))
+        return PlugInGovernor(part, name)
+
+    made()  # what keeps it from being built is no check
+    failures = {"answers": [], "writes": [], "repeats": []}
+    for title, problems in _courses(scenario):
+        try:
+            _follow(title, made, problems, failures)
+        except PlugInError as error:
+            failures["answers"].append(f"{title}: {error}")
+    whats = {
+        "answers": "init and step answer every problem: shapes, finite numbers, a known status, bytes and counts >= 0",
+        "writes": "init and step leave problem and memory as they were given",
+        "repeats": "the same problem and memory give the same answer, bit for bit",
+    }
+    report = GovernorReport(name, tuple(GovernorCheck(whats[key], tuple(found)) for key, found in failures.items()))
+    if not report.passed:
+        raise PlugInError(str(report))
+    return report
+
+
+def _build_function(build: Callable[..., Governor] | Governor) -> Callable[..., Governor]:
+    return build if callable(build) else lambda scenario: copy.deepcopy(build)
+
+
+def _follow(
+    title: str, made: Callable[[], PlugInGovernor], problems: list[Problem], failures: dict[str, list[str]]
+) -> None:
+    """Step two governors through problems side by side and note what they do wrong, up to the first thing."""
+    one, other = made(), made()
+    whose, memory, twin = f"{one.name}: the governor", None, None
+    for tick, problem in enumerate(problems):
+        at, kept = f"{title}, tick {tick}", copy.deepcopy(problem)
+        if tick == 0:
+            memory, twin = one.init(problem), other.init(copy.deepcopy(problem))
+            if not same(problem, kept):
+                failures["writes"].append(f"{at}: init wrote into the problem")
+        with plugins.blaming("governor", one.name, "a copy of its memory"):
+            before = copy.deepcopy(memory)
+        solution, after = _step(one, problem, memory)
+        found = checked_solution(whose, problem, solution)
+        failures["answers"] += [f"{at}: {wrong}" for wrong in _unsound(found, problem)]
+        given = {"problem": (problem, kept), "memory": (memory, before)}
+        wrote = [what for what, (now, then) in given.items() if not same(now, then)]
+        failures["writes"] += [f"{at}: step wrote into the {what}" for what in wrote]
+        again, twin = _step(other, kept, twin)
+        if not same(found, checked_solution(whose, problem, again)):
+            failures["repeats"].append(f"{at}: two governors built alike answer differently")
+        elif not wrote and not same(found, checked_solution(whose, problem, _step(one, problem, before)[0])):
+            failures["repeats"].append(f"{at}: a second step from the same memory answers differently")
+        memory = after
+        if any(failures.values()):
+            return
+
+
+def _step(governor: PlugInGovernor, problem: Problem, memory: Any) -> tuple[Solution, Any]:
+    """Return the answer as it is."""
+    with plugins.blaming("governor", governor.name, "step"):
+        answer = governor.inner.step(problem, memory)
+    if not (isinstance(answer, tuple) and len(answer) == 2):
+        returned = type(answer).__name__
+        raise PlugInError(f"{governor.name}: the governor's step returned {returned}, not solution and memory")
+    return answer
+
+
+def _unsound(solution: Solution, problem: Problem) -> Iterator[str]:
+    for name in ("m", "multipliers"):
+        if not np.isfinite(getattr(solution, name)).all():
+            yield f"{name} is not finite; hold the last reference and say so by the status"
+    if np.any(solution.multipliers < 0):
+        yield "multipliers are negative"
+    if np.any(solution.lost > problem.network.degree):
+        yield "lost is more than a robot has neighbours"
+
+
+def _courses(scenario: Scenario) -> Iterator[tuple[str, list[Problem]]]:
+    """Yield problems in a row, under a title: without rows, with a wall ahead, with nothing admissible, and random."""
+    graph, formation = network(scenario), np.array(scenario.team.formation, dtype=float)
+    n, start = graph.robots, np.array(scenario.team.start, dtype=float) - formation
+    rng = np.random.default_rng(1)
+
+    def course(half_spaces: HalfSpaces, spread: float, reference: np.ndarray) -> list[Problem]:
+        rows = ball_rows(half_spaces, formation)
+        return [
+            Problem(graph, start + spread * rng.normal(size=(n, 2)), spread * rng.normal(size=(n, 2)), rows, reference)
+            for _ in range(TICKS)
+        ]
+
+    nothing = HalfSpaces.empty(n, SLOTS)
+    yield "no half-spaces", course(nothing, 0.0, np.array([1.0, 2.0]))
+    reach = float(np.abs(start + formation).max()) + 1.0
+    for title, offset in (("a wall ahead", 10.0 * reach), ("no admissible reference", -10.0 * reach)):
+        wall = HalfSpaces.empty(n, SLOTS)
+        wall.G[0, 0], wall.h[0, 0], wall.active[0, 0], wall.binds[0, 0] = (0.6, 0.8), offset, True, True
+        yield title, course(wall, 0.01, np.array([20.0 * reach, 0.0]))
+    turn = rng.uniform(0, 2 * np.pi, (n, SLOTS))
+    active = rng.random((n, SLOTS)) < 0.6
+    G = np.stack([np.cos(turn), np.sin(turn)], axis=-1) * active[..., None]
+    binds = np.repeat(active[..., None], n, axis=2)
+    seen = HalfSpaces(G, rng.uniform(1.0, 3.0, (n, SLOTS)) * reach * active, active, binds)
+    yield "walls around", course(seen, 0.1, reach * rng.normal(size=2))
+
+
+def same(one: Any, other: Any) -> bool:
+    """Return whether two values are alike to the bit, arrays and what holds them included."""
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, np.ndarray):
+        return one.dtype == other.dtype and one.shape == other.shape and one.tobytes() == other.tobytes()
+    if isinstance(one, Mapping):
+        return list(one) == list(other) and all(same(one[key], other[key]) for key in one)
+    if isinstance(one, list | tuple):
+        return len(one) == len(other) and all(map(same, one, other))
+    if isinstance(one, np.random.Generator):
+        return same(one.bit_generator.state, other.bit_generator.state)
+    if isinstance(one, float):
+        return one == other or (one != one and other != other)
+    if dataclasses.is_dataclass(one):  # by its fields: what it caches besides is no part of it
+        return all(same(getattr(one, field.name), getattr(other, field.name)) for field in dataclasses.fields(one))
+    if hasattr(one, "__dict__") and not callable(one):
+        return same(vars(one), vars(other))
+    return bool(one == other)

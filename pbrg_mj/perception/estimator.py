@@ -1,0 +1,98 @@
+"""What turns readings into half-spaces: our own pipeline, or a plug-in's."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from pbrg_mj import plugins
+from pbrg_mj.errors import PlugInError
+from pbrg_mj.perception.half_spaces import HalfSpaces
+from pbrg_mj.perception.perceive import PerceptionMemory, initial, perceive
+from pbrg_mj.perception.setup import PerceptionSetup, perception_setup
+from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.sensing.readings import Readings
+from pbrg_mj.world.scene.robot import RobotModel
+
+UNIT = 1e-9  # how far the length of a normal may be from 1
+
+
+class Estimator(Protocol):
+    """Frozen parameters; all that changes is the memory that goes in and comes out."""
+
+    def init(self) -> Any:
+        """Return the memory before the first tick."""
+        ...
+
+    def step(self, readings: Readings, time: float, memory: Any) -> tuple[HalfSpaces, Any]:
+        """Return the half-spaces every robot knows at `time` [s], the same object while they do not change."""
+        ...
+
+
+@dataclass(frozen=True)
+class LineEstimator:
+    """Scans to lines to tracks to half-spaces, or the half-spaces given."""
+
+    setup: PerceptionSetup
+
+    def init(self) -> PerceptionMemory:
+        """Return the given half-spaces, or none."""
+        return initial(self.setup)
+
+    def step(self, readings: Readings, time: float, memory: PerceptionMemory) -> tuple[HalfSpaces, PerceptionMemory]:
+        """Do what `perceive` does."""
+        return perceive(readings, time, memory, self.setup)
+
+
+def estimator(scenario: Scenario, robot: RobotModel, given: Any = None) -> Estimator:
+    """Return the scenario's estimator: ours, one of an installed package, or the object `given`.
+
+    Raises InputError for an unknown name and wrong options, PlugInError when a plug-in cannot be built.
+    """
+    if given is None and scenario.estimator.source in plugins.ESTIMATOR.built_in:
+        return LineEstimator(perception_setup(scenario, robot.clearance, robot.hand_offset))
+    name, built = plugins.build(plugins.ESTIMATOR, scenario, given, robot=robot)
+    return PlugInEstimator(built, name, scenario.robots, scenario.estimator.half_spaces_per_robot)
+
+
+@dataclass(frozen=True)
+class PlugInEstimator:
+    """An estimator of another package, whose half-spaces are checked and copied when they are others than before."""
+
+    inner: Estimator
+    name: str
+    robots: int
+    slots: int
+
+    def init(self) -> tuple[Any, HalfSpaces | None, HalfSpaces | None]:
+        """Return its memory; with it goes what it answered last, and our copy of that."""
+        with plugins.blaming("estimator", self.name, "init"):
+            return self.inner.init(), None, None
+
+    def step(self, readings: Readings, time: float, memory: Any) -> tuple[HalfSpaces, Any]:
+        """Return a copy of its half-spaces. Raises PlugInError when it fails, for other shapes and normals."""
+        own, last, copy = memory
+        with plugins.blaming("estimator", self.name, "step"):
+            found, own = self.inner.step(readings, time, own)
+        if found is not last or copy is None:
+            copy = self._checked(found)
+        return copy, (own, found, copy)
+
+    def _checked(self, found: HalfSpaces) -> HalfSpaces:
+        whose, shape = f"{self.name}: the estimator", (self.robots, self.slots)
+        if not isinstance(found, HalfSpaces):
+            raise PlugInError(f"{whose}'s step returned {type(found).__name__} and memory, not HalfSpaces and memory")
+        checked = HalfSpaces(
+            G=plugins.copied(whose, "G", found.G, (*shape, 2)),
+            h=plugins.copied(whose, "h", found.h, shape),
+            active=plugins.copied(whose, "active", found.active, shape, bool),
+            binds=plugins.copied(whose, "binds", found.binds, (*shape, self.robots), bool),
+        )
+        lengths = np.linalg.norm(checked.G[checked.active], axis=1)
+        if not (np.all(np.abs(lengths - 1.0) < UNIT) and np.isfinite(checked.h[checked.active]).all()):
+            raise PlugInError(f"{whose}'s active half-spaces have a normal not of length 1, or an h that is not finite")
+        if np.any(checked.binds & ~checked.active[..., None]):
+            raise PlugInError(f"{whose}'s binds is true in a slot that is not active")
+        return checked

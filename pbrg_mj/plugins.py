@@ -1,0 +1,250 @@
+"""Parts of other packages: found by name among entry points, built with options of their own, or objects of one's own.
+
+An entry point names a build function `build(scenario)`. Where it has parameters of these names it is given more:
+`options`, annotated with a pydantic model that the scenario's options must fit, and what the kind of part comes with,
+such as `network`. A scenario file alone never runs code: the package must be installed.
+"""
+
+from __future__ import annotations
+
+import inspect
+import json
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any, NamedTuple, get_type_hints
+
+import numpy as np
+from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
+
+from pbrg_mj.errors import InputError, PbrgError, PlugInError
+
+OBJECT = "object:"
+"""What a scenario's name of a part begins with where the part is an object handed over in Python."""
+
+
+class Kind(NamedTuple):
+    """One kind of part that other packages may offer."""
+
+    noun: str
+    group: str  # of entry points
+    key: str  # where a scenario names it; empty: no scenario does
+    options: str  # where a scenario gives its options
+    built_in: tuple[str, ...]  # names of our own
+    methods: tuple[str, ...]  # what the built object must have
+
+
+GOVERNOR = Kind(
+    "governor",
+    "pbrg_mj.governors",
+    "governor.kind",
+    "governor.options",
+    ("distributed", "centralized", "none"),
+    ("init", "step"),
+)
+CERTIFICATE = Kind(
+    "certificate",
+    "pbrg_mj.certificates",
+    "governor.certificate",
+    "governor.certificate_options",
+    ("ball",),
+    ("rows",),
+)
+ESTIMATOR = Kind(
+    "estimator",
+    "pbrg_mj.estimators",
+    "estimator.source",
+    "estimator.options",
+    ("beams", "given"),
+    ("init", "step"),
+)
+NOISE_MODEL = Kind(
+    "noise model",
+    "pbrg_mj.noise_models",
+    "sensors.noise_model",
+    "sensors.noise_options",
+    ("standard",),
+    ("scan", "pose"),
+)
+REFERENCE_SOLVER = Kind(
+    "reference solver",
+    "pbrg_mj.reference_solvers",
+    "reference.solver",
+    "reference.options",
+    ("clarabel", "cvxpy", "none"),
+    ("solve",),
+)
+METRIC = Kind("metric", "pbrg_mj.metrics", "", "", (), ())
+IN_SCENARIOS = (GOVERNOR, CERTIFICATE, ESTIMATOR, NOISE_MODEL, REFERENCE_SOLVER)
+
+
+class Objects(NamedTuple):
+    """Parts handed over in Python, in place of those that a scenario names; in the order of `IN_SCENARIOS`."""
+
+    governor: Any = None
+    certificate: Any = None
+    estimator: Any = None
+    noise_model: Any = None
+    reference_solver: Any = None
+
+
+def object_name(part: Any) -> str:
+    """Return what a scenario says of a part that is an object: `object:` and the name of its class."""
+    return OBJECT + type(part).__name__
+
+
+def object_overrides(objects: Objects) -> dict[str, str]:
+    """Return the keys that name parts, with the names of those that are objects.
+
+    Raises InputError for an object without the methods of its kind.
+    """
+    given = [(kind, part) for kind, part in zip(IN_SCENARIOS, objects, strict=True) if part is not None]
+    for kind, part in given:
+        if isinstance(part, type) or _missing(kind, part):
+            methods = " and ".join(kind.methods)
+            raise InputError(f"{part!r} is no {kind.noun}; allowed: an object with the methods {methods}")
+    return {kind.key: object_name(part) for kind, part in given}
+
+
+def value_at(scenario: Any, key: str) -> Any:
+    """Return the value at a dotted key of a scenario."""
+    for part in key.split("."):
+        scenario = getattr(scenario, part)
+    return scenario
+
+
+def installed(kind: Kind) -> dict[str, EntryPoint]:
+    """Return the entry points that installed packages offer for a kind of part, by name."""
+    return {entry.name: entry for entry in sorted(entry_points(group=kind.group), key=lambda entry: entry.name)}
+
+
+def find(kind: Kind, name: str) -> Callable[..., Any]:
+    """Return the build function of a name.
+
+    Raises InputError when no installed package offers it, PlugInError when it cannot be imported.
+    """
+    offered = installed(kind)
+    if name.startswith(OBJECT):
+        of_class = name.removeprefix(OBJECT)
+        hand_over = f"hand it to pbrg_mj.run or pbrg_mj.verify as `{kind.noun.replace(' ', '_')}`"
+        raise InputError(
+            f"the {kind.noun} was an object of the class {of_class} in a Python program; {hand_over}", key=kind.key
+        )
+    if name not in offered:
+        raise InputError(unknown(kind, name, offered), key=kind.key or None)
+    with blaming(kind.noun, name, "import"):
+        return offered[name].load()
+
+
+def unknown(kind: Kind, name: str, offered: Mapping[str, Any]) -> str:
+    """Return what is wrong with a name that nobody offers."""
+    names = ", ".join([*kind.built_in, *offered])
+    return f"no {kind.noun} is called {name!r}; allowed: {names or f'what entry points of {kind.group} offer'}"
+
+
+def options_model(build: Callable[..., Any]) -> type[BaseModel] | None:
+    """Return the pydantic model of a build function's parameter `options`; None if it takes none.
+
+    Raises PlugInError when that parameter is not annotated with a model.
+    """
+    if "options" not in _parameters(build):
+        return None
+    function = build.__init__ if isinstance(build, type) else build
+    try:
+        model = get_type_hints(function).get("options")
+    except NameError as error:
+        raise PlugInError(f"the annotations of {build!r} cannot be read: {error}") from error
+    if not (isinstance(model, type) and issubclass(model, BaseModel)):
+        raise PlugInError(f"the parameter `options` of {build!r} is not annotated with a pydantic model")
+    return model
+
+
+def option_keys(model: type[BaseModel]) -> dict[str, FieldInfo]:
+    """Return a model's fields by the keys they have in YAML."""
+    return {field.alias or name: field for name, field in model.model_fields.items()}
+
+
+def unknown_options(model: type[BaseModel], options: Mapping[str, Any]) -> list[str]:
+    """Return the keys that no field of the model has, unless the model says that it allows any."""
+    open_ended = model.model_config.get("extra") == "allow"
+    return [] if open_ended else [key for key in options if key not in option_keys(model)]
+
+
+def validated(model: type[BaseModel], options: Mapping[str, Any]) -> BaseModel:
+    """Return a model of options as YAML or JSON has them: no text for a number. Raises ValidationError."""
+    return model.model_validate_json(json.dumps(options), strict=True)
+
+
+def build(kind: Kind, scenario: Any, given: Any = None, **context: Any) -> tuple[str, Any]:
+    """Return the name and the object of the part that a scenario names; `given` in its place where it is not None.
+
+    Raises InputError for an unknown name or wrong options, PlugInError when the build fails.
+    """
+    name = value_at(scenario, kind.key)
+    if given is not None:
+        return type(given).__name__, given
+    return name, make(kind, name, find(kind, name), scenario, value_at(scenario, kind.options), **context)
+
+
+def make(
+    kind: Kind, name: str, build: Callable[..., Any], first: Any, options: Mapping[str, Any], **context: Any
+) -> Any:
+    """Return what a build function makes of its first argument, of options and of what else it has parameters for."""
+    arguments = {key: value for key, value in context.items() if key in _parameters(build)}
+    model = options_model(build)
+    if model is not None:
+        for key in unknown_options(model, options):
+            raise InputError(f"is unknown; known: {', '.join(option_keys(model))}", key=_option(kind, key))
+        try:
+            arguments["options"] = validated(model, options)
+        except ValidationError as error:
+            item = error.errors(include_url=False)[0]
+            raise InputError(f"is {item['input']!r}: {item['msg']}", key=_option(kind, *item["loc"])) from None
+    elif options:
+        raise InputError(f"{kind.noun} {name!r} takes no options", key=kind.options or None)
+    with blaming(kind.noun, name, "build" if kind.methods else "its function"):
+        part = build(first, **arguments)
+    if _missing(kind, part):
+        raise PlugInError(f"{name}: the {kind.noun} has no method {' or '.join(_missing(kind, part))}: {part!r}")
+    return part
+
+
+@contextmanager
+def blaming(noun: str, name: str, where: str) -> Iterator[None]:
+    """Turn whatever a part raises into a PlugInError that names it."""
+    try:
+        yield
+    except PbrgError:
+        raise
+    except Exception as error:
+        raise PlugInError(f"{name}: the {noun} raised {type(error).__name__} in {where}: {error}") from error
+
+
+def copied(whose: str, what: str, value: Any, shape: tuple[int, ...], kind: Any = float) -> np.ndarray:
+    """Return a copy of an array that a part answered; `whose` is its name and noun, such as `mine: the governor`.
+
+    Raises PlugInError for another shape, or values of another kind.
+    """
+    try:
+        array = np.array(value, dtype=kind, order="C")
+    except (TypeError, ValueError) as error:
+        raise PlugInError(f"{whose}'s {what} is no array of {np.dtype(kind)}: {error}") from None
+    if array.shape != shape:
+        raise PlugInError(f"{whose}'s {what} has shape {array.shape}, not {shape}")
+    return array
+
+
+def _option(kind: Kind, *loc: str | int) -> str:
+    return ".".join(map(str, (kind.options or "options", *loc)))
+
+
+def _missing(kind: Kind, part: Any) -> list[str]:
+    return [name for name in kind.methods if not callable(getattr(part, name, None))]
+
+
+def _parameters(build: Callable[..., Any]) -> Mapping[str, inspect.Parameter]:
+    try:
+        return inspect.signature(build).parameters
+    except (TypeError, ValueError):  # some compiled functions have none
+        return {}

@@ -205,7 +205,7 @@ def records(*overrides):
 def test_a_governor_with_options():
     found = records("governor.kind=walker", "governor.options={gain: 0.5}")
     m = np.array([record.solution.m[0] for record in found])
-    np.testing.assert_allclose(m[1:], 0.5 * ((*m[:-1], 2.0, 1.0)), rtol=1e-12)
+    np.testing.assert_allclose(m[1:], 0.5 * (m[:-1] + np.array((2.0, 1.0))), rtol=1e-12)
 
 
 def test_a_certificate_with_options():

@@ -94,12 +94,22 @@ def perceive_scans(scans, packed, before, after):  # pragma: no cover - compiled
     ranges, poses, pose_frame, scan_frame, time = scans
     clock, known = Clock(pose_frame, scan_frame, time), PerceptionArrays(*after)
     parameters = _named(packed)
-    known.tracks[:], known.anchors[:] = before
+    _copy(before, known)
     work = _scan_workspace(len(parameters.directions))
     for row in range(len(parameters.robots)):
         robot = parameters.robots[row]
         if not math.isnan(poses[robot, 0] + poses[robot, 1] + poses[robot, 2]):  # else it cannot place a line
             _perceive_scan(ranges[row], (robot, poses[robot], clock), parameters, work, known)
+
+
+@kernel
+def _copy(before, known):  # pragma: no cover - compiled
+    """Begin with what was known before, one by one: numba compiles a check with a formatted error for whole arrays."""
+    tracks, anchors = before
+    for robot in range(len(anchors)):
+        known.anchors[robot] = anchors[robot]
+        for i in range(tracks.shape[1]):
+            known.tracks[robot, i] = tracks[robot, i]
 
 
 @kernel
@@ -130,7 +140,8 @@ def _perceive_scan(read, whose, parameters, work, known):  # pragma: no cover - 
     for k in range(len(h)):
         h[k] += G[k, 0] * pose.x + G[k, 1] * pose.y
         if active[k]:
-            known.binds[robot, k] = parameters.binds[robot]
+            for other in range(len(parameters.binds)):
+                known.binds[robot, k, other] = parameters.binds[robot, other]
 
 
 @kernel

@@ -62,7 +62,8 @@ def _merge_pair(points, params, order, pair, work):  # pragma: no cover - compil
         return False
     inner = fits[high, 6] < fits[low, 6]  # the one lies within the other
     ends[a, 0], ends[a, 1] = ends[low, 0], ends[low, 1] if inner else ends[high, 1]
-    fits[a] = joint
+    for k in range(len(joint)):
+        fits[a, k] = joint[k]
     for member in members:
         work.owner[member] = a
     return True

@@ -144,7 +144,8 @@ def _fit_segments(params, order, found, work):  # pragma: no cover - compiled
             continue
         start, stop = without_stub(points, params, order, work.segments[i])
         members = work.members[: stop - start]
-        members[:] = order[start:stop]
+        for k in range(stop - start):
+            members[k] = order[start + k]
         count = fit_segment(points, params, members, work.at, work.fits[i])
         if count > 0:
             work.ends[i, 0], work.ends[i, 1] = members[0], members[count - 1]

@@ -1,4 +1,3 @@
-#!/usr/bin/env python
 """Measure the speed of everything in docs/performance.md.
 
 scripts/perf [--json] [--page]    # --page writes the tables into docs/performance.md
@@ -14,6 +13,7 @@ import sys
 from dataclasses import asdict
 from pathlib import Path
 
+from performance.batch import batch_throughput
 from performance.closed_loop import closed_loop
 from performance.page import tables, write_page
 from performance.perception import perception
@@ -21,7 +21,6 @@ from performance.rounds import round_times
 from performance.scale import governor_of_a_thousand, team_speeds
 from performance.solvers import round_peers, solvers
 from performance.start_up import memory_growth, starts
-from performance.batch import batch_throughput
 
 
 def measured() -> dict:
@@ -49,7 +48,7 @@ def main() -> None:
     chosen = parser.parse_args()
     figures = measured()
     if chosen.page:
-        write_page(Path(__file__).parents[1] / "docs" / "performance.md", figures)
+        write_page(Path(__file__).parents[2] / "docs" / "performance.md", figures)
     sys.stdout.write((json.dumps(figures, indent=2) if chosen.json else tables(figures)) + "\n")
 
 

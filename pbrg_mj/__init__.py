@@ -65,33 +65,33 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from pbrg_mj.api.batches import Batch, batch
+    from pbrg_mj.api.batch import Batch, batch
     from pbrg_mj.api.checking import check_governor
-    from pbrg_mj.api.checkup import doctor
-    from pbrg_mj.api.comparing import Comparison, compare
-    from pbrg_mj.api.films import render
+    from pbrg_mj.api.compare import Comparison, compare
+    from pbrg_mj.api.doctor import doctor
     from pbrg_mj.api.interrupt import Interrupted
-    from pbrg_mj.api.paper import reproduce
-    from pbrg_mj.api.replaying import Repair, Verification, repair, verify
-    from pbrg_mj.api.runs import Run, open, report  # noqa: A004 - pbrg.open
-    from pbrg_mj.api.scenarios import Scenario, list_scenarios, load, schema, template, validate
-    from pbrg_mj.api.simulating import run, serve, simulate
+    from pbrg_mj.api.replay import Repair, Verification, repair, verify
+    from pbrg_mj.api.reproduce import reproduce
+    from pbrg_mj.api.run import Run, open, report  # noqa: A004 - pbrg.open
+    from pbrg_mj.api.scenario import Scenario, list_scenarios, load, schema, template, validate
+    from pbrg_mj.api.simulate import run, serve, simulate
+    from pbrg_mj.api.video import render
     from pbrg_mj.errors import InputError, PbrgError, PlugInError
     from pbrg_mj.governor.problem.interface import Governor, Problem, Solution, Status
     from pbrg_mj.loop.record import TickRecord
 
 _MODULES = {
-    "api.batches": ("Batch", "batch"),
+    "api.batch": ("Batch", "batch"),
     "api.checking": ("check_governor",),
-    "api.checkup": ("doctor",),
-    "api.comparing": ("Comparison", "compare"),
-    "api.films": ("render",),
+    "api.doctor": ("doctor",),
+    "api.compare": ("Comparison", "compare"),
+    "api.video": ("render",),
     "api.interrupt": ("Interrupted",),
-    "api.paper": ("reproduce",),
-    "api.replaying": ("Repair", "Verification", "repair", "verify"),
-    "api.runs": ("Run", "open", "report"),
-    "api.scenarios": ("Scenario", "list_scenarios", "load", "schema", "template", "validate"),
-    "api.simulating": ("run", "serve", "simulate"),
+    "api.reproduce": ("reproduce",),
+    "api.replay": ("Repair", "Verification", "repair", "verify"),
+    "api.run": ("Run", "open", "report"),
+    "api.scenario": ("Scenario", "list_scenarios", "load", "schema", "template", "validate"),
+    "api.simulate": ("run", "serve", "simulate"),
     "errors": ("InputError", "PbrgError", "PlugInError"),
     "governor.problem.interface": ("Governor", "Problem", "Solution", "Status"),
     "loop.record": ("TickRecord",),

@@ -12,7 +12,7 @@ import pytest
 from pbrg_mj.analysis.metrics.run_metrics import metrics
 from pbrg_mj.analysis.metrics.table import COLUMN_WIDTH, LAYOUT, cell, comparison_table, look_up
 from pbrg_mj.analysis.text import plain
-from pbrg_mj.api import checkup
+from pbrg_mj.api import doctor as checkup
 from pbrg_mj.cli.main import main
 from pbrg_mj.log.read import run as reader
 from pbrg_mj.video import gl

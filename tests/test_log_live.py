@@ -12,7 +12,7 @@ import pytest
 from mcap.reader import make_reader
 
 from pbrg_mj.cli.main import main
-from pbrg_mj.cli.pace import pacer
+from pbrg_mj.cli.real_time import pacer
 from pbrg_mj.log.live import LiveServer
 from pbrg_mj.log.write.writer import LogWriter
 from tests.needs import need_module

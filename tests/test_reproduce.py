@@ -15,7 +15,7 @@ import pytest
 import pbrg_mj as pbrg
 from pbrg_mj.analysis.metrics import paper_table as paper
 from pbrg_mj.analysis.metrics.run_metrics import metrics
-from pbrg_mj.api import paper as reproducing
+from pbrg_mj.api import reproduce as reproducing
 from pbrg_mj.cli.main import main
 from tests.needs import need_module
 from tests.runs import replaced, run

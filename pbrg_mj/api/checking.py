@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from pbrg_mj.api.scenarios import Scenario, as_scenario
+from pbrg_mj.api.scenario import Scenario, as_scenario
 from pbrg_mj.governor import check
 from pbrg_mj.governor.check import GovernorReport
 from pbrg_mj.governor.problem.interface import Governor

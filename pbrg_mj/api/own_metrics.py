@@ -11,7 +11,7 @@ from pbrg_mj.errors import PlugInError
 from pbrg_mj.plugins import METRIC, find, make
 
 if TYPE_CHECKING:
-    from pbrg_mj.api.runs import Run
+    from pbrg_mj.api.run import Run
 
 Metric = str | Callable[..., float | Mapping[str, float]]
 """The name of an entry point of `pbrg_mj.metrics`, or a function `metric(run)` or `metric(run, options)`."""

@@ -11,7 +11,7 @@ import typer
 
 def _bundled(incomplete: str) -> list[str]:
     """Return the bundled scenarios that begin so, for the shell to complete; files are the shell's own business."""
-    from pbrg_mj.api.scenarios import bundled_names
+    from pbrg_mj.api.scenario import bundled_names
 
     return [name for name in bundled_names() if name.startswith(incomplete)]
 

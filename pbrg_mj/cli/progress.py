@@ -42,7 +42,7 @@ class SoFar:
 @contextmanager
 def compiling_noted() -> Iterator[None]:
     """Say on a terminal, once, why nothing seems to happen while kernels are compiled."""
-    from pbrg_mj.api.simulating import watching_compilation
+    from pbrg_mj.api.simulate import watching_compilation
 
     said = not sys.stderr.isatty()
 
@@ -65,7 +65,7 @@ def progress(duration: float, wanted: bool) -> Iterator[Callable[[TickRecord], N
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn
 
-    from pbrg_mj.api.simulating import clock, watching_compilation
+    from pbrg_mj.api.simulate import clock, watching_compilation
 
     columns = (BarColumn(bar_width=20), TextColumn("{task.description}", markup=False))
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:

@@ -45,7 +45,7 @@ def _replay(log: Path, *, json: bool) -> int:
 
 def _verify(log: Path, tolerance: float, *, json: bool) -> int:
     without_drawing()
-    from pbrg_mj.api.replaying import logged_duration
+    from pbrg_mj.api.replay import logged_duration
 
     with progress(logged_duration(log), not json) as shown:
         found = pbrg.verify(log, tolerance=tolerance, watch=shown)

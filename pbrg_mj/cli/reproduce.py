@@ -30,7 +30,7 @@ def reproduce(
     The same files at every repetition: wall-clock times are left out. Exit code 1 when a run was violated or diverged.
     """
     without_drawing()
-    from pbrg_mj.api.paper import RUNS
+    from pbrg_mj.api.reproduce import RUNS
 
     numbers = count(1)
 

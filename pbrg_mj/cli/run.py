@@ -12,8 +12,8 @@ import typer
 import pbrg_mj as pbrg
 from pbrg_mj.cli.arguments import Duration, Overrides, ScenarioName, without_drawing
 from pbrg_mj.cli.console import emit, emit_json, note
-from pbrg_mj.cli.pace import pacer
 from pbrg_mj.cli.progress import INTERRUPTED, progress
+from pbrg_mj.cli.real_time import pacer
 
 if TYPE_CHECKING:
     from pbrg_mj import Run, Scenario, TickRecord
@@ -36,7 +36,7 @@ def run(
     """Run a scenario headlessly and write its log. Exit code 1 when it was violated or diverged."""
     without_drawing()
     from pbrg_mj.api.profile import Profile
-    from pbrg_mj.api.simulating import log_path
+    from pbrg_mj.api.simulate import log_path
 
     loaded = pbrg.load(scenario, overrides or (), seed=seed, duration=duration)
     path = log_path(output or f"{loaded.name.rsplit('/', 1)[-1]}.mcap")

@@ -38,7 +38,7 @@ def new(
     force: Annotated[bool, typer.Option("--force", help="Replace FILE if it is there.")] = False,
 ) -> None:
     """Write a small scenario with comments, to start one of your own from."""
-    from pbrg_mj.api.scenarios import write_template
+    from pbrg_mj.api.scenario import write_template
 
     if file is None:
         emit(pbrg.template().rstrip("\n"))
@@ -50,7 +50,7 @@ def schema(
     output: Annotated[Path | None, typer.Option("-o", "--output", metavar="FILE", help="FILE.json to write.")] = None,
 ) -> None:
     """Print the JSON Schema of a scenario, by which editors complete and check the YAML."""
-    from pbrg_mj.api.scenarios import write_schema
+    from pbrg_mj.api.scenario import write_schema
 
     if output is None:
         emit_json(pbrg.schema())

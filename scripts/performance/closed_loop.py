@@ -16,7 +16,7 @@ from time import perf_counter
 import mujoco
 import numpy as np
 
-from pbrg_mj.api.garbage import settle
+from pbrg_mj.api.garbage_collection import settle
 from pbrg_mj.log.write.writer import LogWriter
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.loop.simulation import Simulation

@@ -11,7 +11,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from statistics import median
 
-from pbrg_mj.api.garbage import settle
+from pbrg_mj.api.garbage_collection import settle
 from pbrg_mj.log.write.writer import LogWriter
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_scenario

@@ -11,11 +11,11 @@ from pathlib import Path
 from pbrg_mj.analysis.metrics.paper_table import RUNS, as_json, markdown
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics
 from pbrg_mj.analysis.output_file import write_atomically
-from pbrg_mj.api.comparing import Comparison
+from pbrg_mj.api.compare import Comparison
 from pbrg_mj.api.interrupt import Interrupted
-from pbrg_mj.api.runs import Run
-from pbrg_mj.api.scenarios import Scenario, load
-from pbrg_mj.api.simulating import Sink, run
+from pbrg_mj.api.run import Run
+from pbrg_mj.api.scenario import Scenario, load
+from pbrg_mj.api.simulate import Sink, run
 from pbrg_mj.errors import InputError
 
 Watch = Callable[[Scenario], AbstractContextManager[Sink]]

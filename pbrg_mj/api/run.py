@@ -26,7 +26,7 @@ from pbrg_mj.analysis.report.report_run import report_run
 from pbrg_mj.analysis.series import series
 from pbrg_mj.api.arrays import Arrays
 from pbrg_mj.api.own_metrics import Metric, evaluate_metric
-from pbrg_mj.api.scenarios import Scenario
+from pbrg_mj.api.scenario import Scenario
 from pbrg_mj.log.read import run as reader
 from pbrg_mj.log.read.run import Run as Recorded
 from pbrg_mj.scenario.load import Loaded
@@ -155,7 +155,7 @@ class Run:
 
     def render(self, path: str | Path, **options: Any) -> Path:
         """Film the run (.mp4, .webm, .gif, .webp) or take a still (.png); return its path; options as in `render`."""
-        from pbrg_mj.api.films import render
+        from pbrg_mj.api.video import render
 
         return render(self, path, **options)
 

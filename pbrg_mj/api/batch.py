@@ -9,7 +9,7 @@ from typing import Any
 from pbrg_mj.analysis.metrics.batch_metrics import WRITERS, arrays, batch_metrics, save_batch
 from pbrg_mj.analysis.output_file import by_suffix
 from pbrg_mj.api.arrays import Arrays
-from pbrg_mj.api.scenarios import Scenario, as_scenario
+from pbrg_mj.api.scenario import Scenario, as_scenario
 from pbrg_mj.kernel import clock
 from pbrg_mj.log.write.writer import check_writable
 from pbrg_mj.loop.batch import BatchHistories, BatchSimulation

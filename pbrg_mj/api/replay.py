@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from pbrg_mj.analysis.output_file import by_suffix, write_atomically
-from pbrg_mj.api.runs import LOG, Run
+from pbrg_mj.api.run import LOG, Run
 from pbrg_mj.errors import InputError
 from pbrg_mj.governor.centralized.optimum import CentralizedSolver
 from pbrg_mj.governor.problem.interface import Certificate, Governor

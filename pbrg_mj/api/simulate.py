@@ -8,12 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pbrg_mj.api.garbage import collecting_rarely
+from pbrg_mj.api.garbage_collection import collecting_rarely
 from pbrg_mj.api.interrupt import Interrupted, interruptible
 from pbrg_mj.api.profile import Profile
-from pbrg_mj.api.runs import IN_MEMORY, Run
-from pbrg_mj.api.runs import open as open_log
-from pbrg_mj.api.scenarios import Scenario, as_scenario
+from pbrg_mj.api.run import IN_MEMORY, Run
+from pbrg_mj.api.run import open as open_log
+from pbrg_mj.api.scenario import Scenario, as_scenario
 from pbrg_mj.errors import InputError
 from pbrg_mj.governor.centralized.optimum import CentralizedSolver
 from pbrg_mj.governor.problem.interface import Certificate, Governor

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import pbrg_mj as pbrg
+from pbrg_mj.analysis.metrics.table import LAYOUT, cell, look_up
 from pbrg_mj.cli.main import main
 from pbrg_mj.log.read.run import open_run
 from tests.needs import need_module
@@ -106,6 +107,15 @@ def test_the_commands_print_the_apis_numbers(logged, capsys):
     ):
         assert main(arguments) == 0
         assert capsys.readouterr().out == text + "\n", arguments
+
+
+def test_the_commands_table_holds_the_apis_metrics(logged, capsys):
+    assert main(["compare", str(logged.path)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    numbers = logged.metrics.as_dict()
+    for label, key in (row for rows in LAYOUT.values() for row in rows):
+        (line,) = (line for line in lines if line.startswith(f"  {label}  "))
+        assert line.removeprefix(f"  {label}").strip() == cell(look_up(numbers, key)), key
 
 
 def test_the_command_runs_what_the_api_runs(scenario, logged, tmp_path, capsys):

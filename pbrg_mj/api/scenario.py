@@ -50,7 +50,7 @@ class Scenario:
         return Scenario(load_text(self.yaml, self.name, texts, file=self.name))
 
     def warnings(self) -> list[str]:
-        """Return one line for everything that makes a run likely to fail; empty when nothing is foreseen."""
+        """Return one line for everything that makes a run likely to fail; empty when no risk is known."""
         return stability_warnings(self.settings)
 
     def __repr__(self) -> str:

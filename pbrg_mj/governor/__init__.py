@@ -1,14 +1,14 @@
 """The reference governor: from half-spaces and states to the reference that each robot may follow.
 
 In: `HalfSpaces` of perception, the states p and xi, the operator's reference. Out: a `Solution` with every robot's
-governed reference m_i, and beside it numbers that nobody acts on.
+governed reference m_i, and beside it numbers that are never fed back.
 
 - `problem`: what a governor is given and answers; how half-spaces become rows of constraints
 - `centralized`: the optimum of the whole problem, by solvers that know everything
 - `distributed`: the paper's algorithm, rounds of messages between neighbours
 - `baselines`, `guard`, `plug_in`: other governors, what may stand behind one, governors of other packages
 - `monitor`: what is evaluated of every tick and never fed back
-- `stability`: how long a round and how late a message may be, foreseen from the scenario
+- `stability`: how long a round and how late a message may be, predicted from the scenario
 - `registry`: all of them by the names a scenario calls them
 - `check`: whether a governor of one's own keeps the protocol
 """

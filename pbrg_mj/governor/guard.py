@@ -10,7 +10,7 @@ with ||m - c_i|| <= r_i satisfies them:
 
 The smallest radius that robot i has heard of bounds what it applies: m_i, moved to within that radius of c_i. Where
 even c_i breaks a row (a wall seen late) the radius is 0: the team is called to where it is, and V, which does not grow
-under a constant reference, shrinks until there is room again.
+under a constant reference, shrinks until the rows hold again.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class GuardedGovernor:
     inner: DistributedGovernor
 
     def init(self, problem: Problem) -> GuardedMemory:
-        """Return the optimizer's first memory, and that nobody has heard of anybody."""
+        """Return the optimizer's first memory, before any message was received."""
         n = problem.network.robots
         return GuardedMemory(self.inner.init(problem), np.zeros((n, n, 5)), np.full((n, n), UNHEARD, dtype=np.int64))
 

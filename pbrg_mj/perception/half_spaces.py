@@ -17,7 +17,7 @@ class HalfSpaces:
     G: np.ndarray  # (n, K, 2) unit outward normals in the world; zeros in an empty slot
     h: np.ndarray  # (n, K) [m]; zeros in an empty slot
     active: np.ndarray  # (n, K) bool
-    binds: np.ndarray  # (n, K, n) bool: which robots the half-space must hold for; an empty slot binds nobody
+    binds: np.ndarray  # (n, K, n) bool: which robots the half-space must hold for; an empty slot binds none
 
     @classmethod
     def empty(cls, robots: int, slots: int) -> HalfSpaces:

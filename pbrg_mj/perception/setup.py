@@ -27,7 +27,7 @@ class PerceptionParameters(NamedTuple):
     pose: PoseModel
     robots: np.ndarray  # (R,) robot of each row of the ranges
     teams: np.ndarray  # (n, k, 2) hull of the robots its half-spaces bind, from its hand point [m]
-    binds: np.ndarray  # (n, n) bool: whom the half-spaces of each robot bind
+    binds: np.ndarray  # (n, n) bool: which robots the half-spaces of each robot bind
     hand_offset: float  # of the hand point ahead of the body's centre [m]
 
     def packed(self) -> tuple:

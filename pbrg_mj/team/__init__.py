@@ -1,4 +1,4 @@
-"""The team: who hears whom, and how robots move together between the governor's answers.
+"""The team: the communication graph, and how robots move together between the governor's answers.
 
 - `network`: the communication graph and the leaders
 - `graph`: the network of a scenario

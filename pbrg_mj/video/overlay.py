@@ -1,4 +1,4 @@
-"""What the picture shows beyond things: beams, half-spaces, the network, references, trails."""
+"""What the picture shows beside the scene: beams, half-spaces, the network, references, trails."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ class Overlay:
             )
 
     def _network(self, markers: Markers, frame: FrameState) -> None:
-        """Join neighbours in the network: who talks to whom, and the formation's shape."""
+        """Join neighbours in the network, and show the formation's shape."""
         q = between(self._run.ticks.time, self._hand, frame.time)
         for i, j in self._edges:
             markers.line(_above(q[i], EDGE), _above(q[j], EDGE), 1.5, EDGE_COLOUR)

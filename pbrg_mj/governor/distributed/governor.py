@@ -41,7 +41,7 @@ class DistributedGovernor:
     def init(self, problem: Problem) -> DistributedMemory:
         """Return first estimates: all zero (paper, simulations), or from the start positions (experiments).
 
-        From the start: m_i = p_i(0), z_p = p(0), z_xi = 0; the overhead camera tells everyone p(0) once.
+        From the start: m_i = p_i(0), z_p = p(0), z_xi = 0; the overhead camera gives every robot p(0) once.
         """
         n = problem.network.robots
         z = np.zeros((n, 4 * n + 2))

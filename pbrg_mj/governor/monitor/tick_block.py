@@ -45,7 +45,7 @@ class TickBlock:
 
     @property
     def network(self) -> Network:
-        """Who hears whom, the same in a whole run."""
+        """The communication graph, the same in a whole run."""
         return self.problems[0].network
 
     @property

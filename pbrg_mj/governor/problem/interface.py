@@ -45,7 +45,7 @@ class Solution:
     rounds: int  # communication rounds used
     bytes_sent: np.ndarray  # (n,) int64, payload sent by each robot to all its neighbours
     lost: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    """(n,) int64, how many neighbours each robot counts as lost; nobody is lost unless the governor says so."""
+    """(n,) int64, how many neighbours each robot counts as lost; 0 unless the governor reports otherwise."""
 
     def __post_init__(self) -> None:
         if len(self.lost) != len(self.bytes_sent):

@@ -4,7 +4,7 @@
 - `build`: from a scenario to its plant
 - `compose`: from a scenario to a MuJoCo model
 - `physics`: that model, stepped
-- `batch`: many copies of it, stepped side by side
+- `batch`: many copies of it, stepped in a batch
 - `truth`: the true state, read from MuJoCo's arrays
 - `ideal`: the paper's integrators
 - `mujoco_warnings`: MuJoCo's warnings as log messages

@@ -1,4 +1,4 @@
-"""Many worlds of one scenario, stepped side by side by mujoco.batch."""
+"""Many worlds of one scenario, stepped in a batch by mujoco.batch."""
 
 # MuJoCo ships no type stubs for its compiled modules.
 # pyright: reportAttributeAccessIssue=false
@@ -30,7 +30,7 @@ class PlantBatch:
     """
 
     def __init__(self, scenario: Scenario, worlds: int, threads: int):
-        """Compose the model once. Raises InputError for what cannot be stepped side by side."""
+        """Compose the model once. Raises InputError for what cannot be stepped in a batch."""
         check_batchable(scenario)
         timing, camera, beams = scenario.timing, scenario.sensors.camera, scenario.sensors.beams
         self._robot = load_robot_model()

@@ -166,7 +166,7 @@ def test_verifying_such_a_log_needs_the_object(tmp_path, capsys):
 
 @pytest.mark.parametrize("governor", [Scaled, object(), "distributed"])
 def test_what_is_no_governor_is_refused(governor):
-    with pytest.raises(pbrg.InputError, match=r"is no governor; allowed: an object with init\(problem\) and step"):
+    with pytest.raises(pbrg.InputError, match="is no governor; allowed: an object with the methods init and step"):
         pbrg.run("paper/simulation_near", governor)
 
 

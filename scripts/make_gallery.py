@@ -1,11 +1,11 @@
-"""Write docs/gallery.md and its films in docs/img/gallery: run bundled scenarios, film their logs.
+"""Write docs/gallery.md and its videos in docs/img/gallery: run bundled scenarios, render their logs.
 
-python scripts/make_gallery.py                  # every film
+python scripts/make_gallery.py                  # every video
 python scripts/make_gallery.py corner doorway   # some of them; the page is written in any case
-python scripts/make_gallery.py --logs DIR       # keep the logs in DIR, and film those that are there already
-python scripts/make_gallery.py --check          # exit with 1 if page or films are not those of this script
+python scripts/make_gallery.py --logs DIR       # keep the logs in DIR, and render those that are there already
+python scripts/make_gallery.py --check          # exit with 1 if page or videos are not those of this script
 
-A film is an animated WebP, which browsers show like any picture. Filming needs PyAV and a software GL: docs/video.md.
+A video is an animated WebP, shown by browsers like any picture. Rendering needs PyAV and a software GL: docs/video.md.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ HEAD = """# Gallery
 
 <!-- Written by scripts/make_gallery.py: change it there. -->
 
-Bundled scenarios, filmed by the commands below each. [Films and stills](video.md) explains the layers: robots in their
+Bundled scenarios, with their commands below each. [Videos and stills](video.md) explains the layers: robots in their
 colours, each robot's reference m_i (disc) and where it is sent, m_i + b_i (pale disc), the operator's reference r (red
 star), the centralized optimum m\\* (black cross), beams, and every half-space that a robot senses, shaded on its
 forbidden side. `python scripts/make_gallery.py` makes them all again.
@@ -37,16 +37,16 @@ forbidden side. `python scripts/make_gallery.py` makes them all again.
 
 
 @dataclass(frozen=True)
-class Film:
-    """One film of one scenario."""
+class Video:
+    """One video of one scenario."""
 
     name: str
     title: str
     shows: str
     scenario: str
-    end: float  # of the run and the film [s]
+    end: float  # of the run and the video [s]
     speed: float  # simulated seconds per second
-    start: float = 0.0  # of the film [s]
+    start: float = 0.0  # of the video [s]
     camera: str = "top"
     hide: str = "beams,text"
 
@@ -57,15 +57,15 @@ class Film:
 
     @property
     def render(self) -> list[str]:
-        """The command that films the log."""
+        """The command that renders the log."""
         start = ["--start", f"{self.start:g}"] if self.start else []
         hide = ["--hide", self.hide] if self.hide else []
         look = ["--camera", self.camera, "--size", SIZE, "--fps", f"{FPS}", "--speed", f"{self.speed:g}"]
         return ["render", f"{self.name}.mcap", "-o", f"{self.name}.webp", *look, *start, *hide]
 
 
-FILMS = (
-    Film(
+VIDEOS = (
+    Video(
         "experiment_near",
         "The paper's experiment, r near the wall",
         "Only the leader, robot 5, sees the wall. The formation around r fits before it, and the team converges to it.",
@@ -75,7 +75,7 @@ FILMS = (
         camera="chase",
         hide="text",
     ),
-    Film(
+    Video(
         "experiment_inadmissible",
         "The paper's experiment, r behind the wall",
         "The operator asks for what the wall forbids. References and robots converge to the optimum before it.",
@@ -84,7 +84,7 @@ FILMS = (
         speed=8.0,
         hide="text",
     ),
-    Film(
+    Video(
         "corner",
         "Two walls at once",
         "Both half-spaces of a concave corner are active at the best formation.",
@@ -93,7 +93,7 @@ FILMS = (
         speed=6.0,
         camera="chase",
     ),
-    Film(
+    Video(
         "doorway",
         "Through a doorway",
         "Five robots pass a doorway of 1.8 m. Each post binds only the robots that see it.",
@@ -102,7 +102,7 @@ FILMS = (
         speed=5.0,
         hide="beams,half_spaces,text",
     ),
-    Film(
+    Video(
         "corridor",
         "Along a corridor",
         "The certificate's ball must fit between two walls, so the team only creeps along.",
@@ -110,7 +110,7 @@ FILMS = (
         end=60.0,
         speed=7.5,
     ),
-    Film(
+    Video(
         "moving_box",
         "A box drives past",
         "A box crosses 0.6 m before the team. The team neither stops for good nor remembers a wall.",
@@ -121,7 +121,7 @@ FILMS = (
         camera="chase",
         hide="text",
     ),
-    Film(
+    Video(
         "late_detection",
         "A wall seen too late",
         "Beams reach 1 m only. The team is too fast when the wall appears, and a robot touches it.",
@@ -131,7 +131,7 @@ FILMS = (
         speed=2.5,
         camera="chase",
     ),
-    Film(
+    Video(
         "late_detection_guarded",
         "The same wall with the guard",
         "With guard and leak the team stops before the wall, and the problem becomes feasible again.",
@@ -141,7 +141,7 @@ FILMS = (
         speed=2.5,
         camera="chase",
     ),
-    Film(
+    Video(
         "push",
         "A push towards the wall",
         "Robot 4 is pushed with 3 N for half a second. Its neighbours draw it back, and nobody touches the wall.",
@@ -151,7 +151,7 @@ FILMS = (
         speed=2.0,
         camera="chase",
     ),
-    Film(
+    Video(
         "kidnapped_robot",
         "A kidnapped robot",
         "Robot 2 is lifted at 20 s and put down 1.35 m away. The references retreat until it is back in the formation.",
@@ -160,7 +160,7 @@ FILMS = (
         end=40.0,
         speed=2.5,
     ),
-    Film(
+    Video(
         "delayed_plain",
         "Messages 0.8 s late, plain exchange",
         "Delay alone makes the references oscillate and diverge, and the team follows them across the line.",
@@ -168,7 +168,7 @@ FILMS = (
         end=22.0,
         speed=2.75,
     ),
-    Film(
+    Video(
         "delayed_scattering",
         "Messages 0.8 s late, scattering",
         "The same delay with wave variables: the references agree, and the team stops before the line.",
@@ -176,7 +176,7 @@ FILMS = (
         end=60.0,
         speed=7.5,
     ),
-    Film(
+    Video(
         "fifty_robots",
         "Fifty robots",
         "Fifty robots on a grid network, one of them the leader, line up as a regular grid.",
@@ -190,35 +190,35 @@ FILMS = (
 def page() -> str:
     """Return the text of the page."""
     parts = [HEAD]
-    for film in FILMS:
-        commands = "\n".join(f"    pbrg {shlex.join(words)}" for words in (film.run, film.render))
-        picture = f"![{film.title}](img/gallery/{film.name}.webp)"
-        times = f"From {film.start:g} s to {film.end:g} s, {film.speed:g} times as fast."
-        parts.append(f"## {film.title}\n\n{film.shows} {times}\n\n{picture}\n\n{commands}\n")
+    for video in VIDEOS:
+        commands = "\n".join(f"    pbrg {shlex.join(words)}" for words in (video.run, video.render))
+        picture = f"![{video.title}](img/gallery/{video.name}.webp)"
+        times = f"From {video.start:g} s to {video.end:g} s, {video.speed:g} times as fast."
+        parts.append(f"## {video.title}\n\n{video.shows} {times}\n\n{picture}\n\n{commands}\n")
     return "\n".join(parts)
 
 
-def make(film: Film, logs: Path) -> None:
-    """Simulate and film it, by the commands of the page. Raises SystemExit when one fails."""
+def make(video: Video, logs: Path) -> None:
+    """Simulate and render it, by the commands of the page. Raises SystemExit when one fails."""
     FOLDER.mkdir(parents=True, exist_ok=True)
     os.chdir(logs)
-    # 1: the run failed its purpose, which some films show
-    if not Path(f"{film.name}.mcap").exists() and pbrg([*film.run, "--quiet"]) not in (0, 1):
-        raise SystemExit(f"{film.name}: the run failed")
-    if pbrg(film.render) != 0:
-        raise SystemExit(f"{film.name}: filming failed")
-    made = Path(f"{film.name}.webp")
+    # 1: the run failed its purpose, which some videos show
+    if not Path(f"{video.name}.mcap").exists() and pbrg([*video.run, "--quiet"]) not in (0, 1):
+        raise SystemExit(f"{video.name}: the run failed")
+    if pbrg(video.render) != 0:
+        raise SystemExit(f"{video.name}: rendering failed")
+    made = Path(f"{video.name}.webp")
     (FOLDER / made.name).write_bytes(made.read_bytes())
-    print(f"{film.name}: {made.stat().st_size / 1000:.0f} kB", flush=True)
+    print(f"{video.name}: {made.stat().st_size / 1000:.0f} kB", flush=True)
 
 
 def findings() -> Iterator[str]:
-    """Yield what is wrong with page and films."""
+    """Yield what is wrong with page and videos."""
     if not PAGE.exists() or PAGE.read_text() != page():
         yield f"{PAGE.name} is not what this script writes"
     sizes = {path.stem: path.stat().st_size for path in FOLDER.glob("*.webp")}
-    for name in sorted({film.name for film in FILMS} ^ sizes.keys()):
-        yield f"{name}: {'no scenario' if name in sizes else 'no film'}"
+    for name in sorted({video.name for video in VIDEOS} ^ sizes.keys()):
+        yield f"{name}: {'no scenario' if name in sizes else 'no video'}"
     for name, size in sizes.items():
         if size > LARGEST:
             yield f"{name}: {size} bytes; at most {LARGEST}"
@@ -227,21 +227,21 @@ def findings() -> Iterator[str]:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description="Write docs/gallery.md and its films.")
-    parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(film.name for film in FILMS))
+    parser = argparse.ArgumentParser(description="Write docs/gallery.md and its videos.")
+    parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(video.name for video in VIDEOS))
     parser.add_argument("--logs", type=Path, help="keep the logs here")
     parser.add_argument("--check", action="store_true")
     asked = parser.parse_args()
-    if unknown := set(asked.names) - {film.name for film in FILMS}:
-        parser.error(f"no film {unknown.pop()!r}")
+    if unknown := set(asked.names) - {video.name for video in VIDEOS}:
+        parser.error(f"no video {unknown.pop()!r}")
     if not asked.check:
         PAGE.write_text(page())
         with tempfile.TemporaryDirectory() as temporary:
             logs = (asked.logs or Path(temporary)).resolve()
             logs.mkdir(parents=True, exist_ok=True)
-            for film in FILMS:
-                if not asked.names or film.name in asked.names:
-                    make(film, logs)
+            for video in VIDEOS:
+                if not asked.names or video.name in asked.names:
+                    make(video, logs)
             os.chdir(DOCS)
     wrong = [] if asked.names else list(findings())
     print("\n".join(wrong), file=sys.stderr, end="\n" if wrong else "")

@@ -90,7 +90,7 @@ def test_the_apis_design_reads_as_it_was_meant(tmp_path, monkeypatch):
     again = pbrg.open("mine.mcap")
     assert "object:MyGovernor" in pbrg.compare(run, again).table()
     assert {path.name for path in tmp_path.iterdir()} == {"mine.mcap", "mine.html", "mine.mp4"}
-    # A run kept in memory can be filmed as well.
+    # A run kept in memory can be rendered as well.
     frames = []
     pbrg.run(scenario).render("kept.png", size=(160, 90))
     pbrg.run(scenario).render("kept.mp4", size=(160, 90), fps=10, progress=lambda *done: frames.append(done))

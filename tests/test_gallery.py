@@ -1,4 +1,4 @@
-"""The gallery's page, films and script belong together."""
+"""The gallery's page, videos and script belong together."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ def test_page_and_films_are_those_of_the_script(gallery):
 
 
 def test_every_film_is_of_a_bundled_scenario_and_has_a_name_of_its_own(gallery):
-    names = [film.name for film in gallery["FILMS"]]
+    names = [video.name for video in gallery["VIDEOS"]]
     assert len(set(names)) == len(names)
-    assert {film.scenario for film in gallery["FILMS"]} <= set(bundled_scenarios())
+    assert {video.scenario for video in gallery["VIDEOS"]} <= set(bundled_scenarios())
 
 
 def test_a_page_by_hand_and_films_too_many_or_too_large_are_found(gallery, monkeypatch, tmp_path):
@@ -32,11 +32,11 @@ def test_a_page_by_hand_and_films_too_many_or_too_large_are_found(gallery, monke
     monkeypatch.setitem(inside, "PAGE", tmp_path / "gallery.md")
     monkeypatch.setitem(inside, "FOLDER", tmp_path)
     (tmp_path / "gallery.md").write_text(gallery["page"]() + "more")
-    for film in gallery["FILMS"][1:]:
-        (tmp_path / f"{film.name}.webp").write_bytes(bytes(10))
+    for video in gallery["VIDEOS"][1:]:
+        (tmp_path / f"{video.name}.webp").write_bytes(bytes(10))
     (tmp_path / "old.webp").write_bytes(bytes(inside["LARGEST"] + 1))
     assert sorted(gallery["findings"]()) == [
-        f"{gallery['FILMS'][0].name}: no film",
+        f"{gallery['VIDEOS'][0].name}: no video",
         "gallery.md is not what this script writes",
         "old: 1000001 bytes; at most 1000000",
         "old: no scenario",

@@ -75,9 +75,9 @@ def test_text_from_a_log_is_never_markup():
     assert parsed.text("script")[1] == harmless.text("script")[1]
     assert {tag for tag, _ in parsed.elements} == {tag for tag, _ in harmless.elements}
     assert not any(name.startswith("on") for _, attributes in parsed.elements for name in attributes)
-    film = json.loads(parsed.text("script")[0])[0]
-    assert film["name"] == EVIL
-    assert film["events"][0]["text"] == f"governor: {EVIL}"
+    video = json.loads(parsed.text("script")[0])[0]
+    assert video["name"] == EVIL
+    assert video["events"][0]["text"] == f"governor: {EVIL}"
     shown = "".join(data for tag, data in parsed.texts if tag != "script")
     assert shown.count(f"Damaged log: {EVIL}") == 2
     assert f"description: {EVIL}" in shown
@@ -123,7 +123,7 @@ def test_several_runs_stand_side_by_side():
     assert parsed.text("title") == ["first, second, third - pbrg report"]
     heads = [attributes for attributes in parsed.all("th") if attributes.get("scope") == "col"]
     assert len(heads) == 2 * (1 + 3)  # of the comparison and of the versions
-    assert [film["name"] for film in json.loads(parsed.text("script")[0])] == ["first", "second", "third"]
+    assert [video["name"] for video in json.loads(parsed.text("script")[0])] == ["first", "second", "third"]
 
 
 def long_run(robots, steps):
@@ -163,7 +163,7 @@ def logs(monkeypatch, tmp_path):
 
 def test_the_command_writes_one_page_of_all_logs(logs, capsys):
     assert main(["report", "a.mcap", "b.mcap", "-o", "out.html"]) == 0
-    assert [film["log"] for film in json.loads(Parsed((logs / "out.html").read_text()).text("script")[0])] == [
+    assert [video["log"] for video in json.loads(Parsed((logs / "out.html").read_text()).text("script")[0])] == [
         "a.mcap",
         "b.mcap",
     ]

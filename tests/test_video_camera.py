@@ -111,7 +111,7 @@ def test_frames_are_evenly_spaced_and_end_before_the_end():
         (lambda: shown_layers(("beam",)), "no layer 'beam' to hide; allowed: beams, half_spaces"),
     ],
 )
-def test_what_cannot_be_filmed_is_said_in_one_line(call, says):
+def test_what_cannot_be_rendered_is_said_in_one_line(call, says):
     with pytest.raises(InputError, match=r"^[^\n]*$") as error:
         call()
     assert says in str(error.value)

@@ -1,4 +1,4 @@
-"""Films and stills made of logs, decoded again."""
+"""Videos and stills made of logs, decoded again."""
 
 from __future__ import annotations
 
@@ -62,8 +62,8 @@ def moving():
 
 def pictures(path):
     if path.suffix == ".webp":  # PyAV writes animations, but does not read them
-        with Image.open(path) as film:
-            return [np.asarray(frame.convert("RGB")) for frame in ImageSequence.Iterator(film)]
+        with Image.open(path) as video:
+            return [np.asarray(frame.convert("RGB")) for frame in ImageSequence.Iterator(video)]
     with av.open(str(path)) as container:
         return [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)]
 
@@ -92,7 +92,7 @@ def assert_robots_where_the_log_says(made, time, picture):
 @pytest.mark.render
 @pytest.mark.parametrize("suffix", [".mp4", ".webm", ".gif", ".webp"])
 def test_a_film_has_its_frames_with_the_robots_where_the_log_says(draws, tmp_path, suffix):
-    made, path, count = moving(), tmp_path / f"film{suffix}", []
+    made, path, count = moving(), tmp_path / f"video{suffix}", []
     render_movie(made, path, BARE, Clip(fps=5.0, speed=5.0, start=2.0, end=10.0), lambda: count.append(1))
     frames = pictures(path)
     assert len(frames) == len(count) == 8
@@ -125,20 +125,22 @@ def test_a_still_shows_what_is_not_hidden(draws, tmp_path):
 @pytest.mark.render
 @pytest.mark.parametrize("suffix", [".mp4", ".webp"])
 def test_the_same_log_makes_the_same_film(draws, log, tmp_path, suffix):
-    films = [tmp_path / f"a{suffix}", tmp_path / f"b{suffix}"]
-    for path in films:
+    videos = [tmp_path / f"a{suffix}", tmp_path / f"b{suffix}"]
+    for path in videos:
         assert main(["render", str(log), "-o", str(path), "--size", "160x90", "--fps", "10"]) == 0
-    assert films[0].read_bytes() == films[1].read_bytes()
-    assert len(pictures(films[0])) == 10
+    assert videos[0].read_bytes() == videos[1].read_bytes()
+    assert len(pictures(videos[0])) == 10
 
 
 def test_an_animated_picture_plays_over_and_over_at_its_rate(tmp_path):
     black = np.zeros((91, 161, 3), dtype=np.uint8)  # no side need be even
     write_movie([black, black + 200, black], tmp_path / "a.webp", 5.0, lambda: None)
-    with Image.open(tmp_path / "a.webp") as film:
-        assert film.size == (161, 91)
-        assert film.info["loop"] == 0
-        frames = [(frame.getpixel((80, 45))[0] > 100, frame.info["duration"]) for frame in ImageSequence.Iterator(film)]
+    with Image.open(tmp_path / "a.webp") as video:
+        assert video.size == (161, 91)
+        assert video.info["loop"] == 0
+        frames = [
+            (frame.getpixel((80, 45))[0] > 100, frame.info["duration"]) for frame in ImageSequence.Iterator(video)
+        ]
     assert frames == [(False, 200), (True, 200), (False, 200)]
 
 

@@ -1,4 +1,4 @@
-"""A run: its arrays under the export's names, its numbers, figures, page and film."""
+"""A run: its arrays under the export's names, its numbers, figures, page and video."""
 
 from __future__ import annotations
 
@@ -154,7 +154,7 @@ class Run:
         return report([self], path)
 
     def render(self, path: str | Path, **options: Any) -> Path:
-        """Film the run (.mp4, .webm, .gif, .webp) or take a still (.png); return its path; options as in `render`."""
+        """Write a video (.mp4, .webm, .gif, .webp) or a still (.png) of the run; return its path; options as in `render`."""
         from pbrg_mj.api.video import render
 
         return render(self, path, **options)

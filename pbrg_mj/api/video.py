@@ -1,4 +1,4 @@
-"""Films and stills of a run."""
+"""Videos and stills of a run."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def render(
     hide: Sequence[str] = (),
     progress: Callable[[int, int], object] = lambda done, frames: None,
 ) -> Path:
-    """Film a run, or a log, offscreen (.mp4, .webm, .gif, .webp), or take a still (.png); return the path.
+    """Render a run, or a log, offscreen as a video (.mp4, .webm, .gif, .webp), or take a still (.png); return the path.
 
     `camera` is chase, top or robot:K; `size` is width and height [pixels]; `fps` defaults to 30, in .gif and .webp to
     12.5; `speed` is simulated seconds per second; `start`, `end`, and of a still `at`, are times [s]; `hide` names

@@ -17,7 +17,7 @@ STILL = ".png"
 
 
 def render(
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="The log to film.")],
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="The log to render.")],
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="VIDEO", help="VIDEO.mp4, .webm, .gif, .webp, or a still, .png.")
     ],
@@ -25,14 +25,14 @@ def render(
     size: Annotated[str, typer.Option(help="Width and height [pixels].")] = "1280x720",
     fps: Annotated[float | None, typer.Option(help="Frames per second.", show_default="30; .gif, .webp: 12.5")] = None,
     speed: Annotated[float, typer.Option(help="Simulated seconds per second of video.")] = 1.0,
-    start: Annotated[float | None, typer.Option(help="Film from this time on [s].")] = None,
-    end: Annotated[float | None, typer.Option(help="Film up to this time [s].")] = None,
+    start: Annotated[float | None, typer.Option(help="Start of the video [s].")] = None,
+    end: Annotated[float | None, typer.Option(help="End of the video [s].")] = None,
     at: Annotated[float | None, typer.Option(help="Time of a still [s].", show_default="the last tick")] = None,
     hide: Annotated[
         str, typer.Option(metavar="LAYERS", help="beams,half_spaces,formation,references,trails,text or all.")
     ] = "",
 ) -> None:
-    """Film a log offscreen, or take a still of it."""
+    """Render a log offscreen as a video, or take a still of it."""
     still = output.suffix.lower() == STILL
     if still and (speed != 1.0 or any(value is not None for value in (fps, start, end))):
         raise InputError("a still has one time: give --at, not --fps, --speed, --start or --end")

@@ -14,5 +14,5 @@ def report(
     logs: Annotated[list[Path], typer.Argument(metavar="LOG...", help="Logs, side by side.")],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="REPORT", help="REPORT.html.")],
 ) -> None:
-    """Write one self-contained page: numbers, figures, a film seen from above, the scenario."""
+    """Write one self-contained page: numbers, figures, a video seen from above, the scenario."""
     pbrg.report(logs, output)

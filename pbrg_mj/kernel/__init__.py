@@ -4,7 +4,7 @@
     compiler     one library of machine code for all that a call from Python leads to
     fingerprint  what compiled code depends on: the function, and the kernels and constants it uses
     cache        compiled kernels on disk, by their fingerprints
-    stopwatch    a clock that stands still while kernels are compiled, and who is told of it
+    stopwatch    a clock that stands still while kernels are compiled, and who is notified
 
 Without compiling (NUMBA_DISABLE_JIT=1) kernels are the plain functions.
 """

@@ -1,8 +1,8 @@
-"""Logs as films and stills: drawn offscreen by MuJoCo in a process of its own, encoded by PyAV. Only the log is read.
+"""Logs as videos and stills: drawn offscreen by MuJoCo in a process of its own, encoded by PyAV. Only the log is read.
 
 A run goes in, a `.mp4`, `.webm`, `.gif`, `.webp` or `.png` comes out.
 
-- `settings`: what to film: camera, size, layers, the frames' times
+- `settings`: what to draw: camera, size, layers, the frames' times
 - `playback`: where robots, wheels and boxes were at any time; the model in that pose
 - `camera`: cameras with a known projection, and their paths
 - `overlay`, `markers`, `caption`: what is drawn beyond the model: beams, half-spaces, references, trails, text

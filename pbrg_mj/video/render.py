@@ -19,7 +19,7 @@ from pbrg_mj.video.worker import frames
 
 
 def render_movie(run: Run, path: Path, view: ViewSettings, clip: Clip, on_frame: Callable[[], None]) -> None:
-    """Film `clip` of a run into .mp4, .webm, .gif or .webp; `on_frame` is called after every frame.
+    """Render `clip` of a run into .mp4, .webm, .gif or .webp; `on_frame` is called after every frame.
 
     Raises InputError when something asked for cannot be, PbrgError when drawing fails; then no file is left.
     """

@@ -1,4 +1,4 @@
-"""What to film: the frames' times, the camera, the layers; checked before anything is drawn."""
+"""What to draw: the frames' times, the camera, the layers; checked before anything is drawn."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class ViewSettings:
 
 @dataclass(frozen=True)
 class Clip:
-    """The part of a run to film, and how fast. None: from the first tick, to the last one."""
+    """The part of a run to show, and how fast. None: from the first tick, to the last one."""
 
     fps: float = 30.0  # [frames/s]
     speed: float = 1.0  # simulated seconds per second of video

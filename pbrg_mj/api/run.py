@@ -154,7 +154,7 @@ class Run:
         return report([self], path)
 
     def render(self, path: str | Path, **options: Any) -> Path:
-        """Write a video (.mp4, .webm, .gif, .webp) or a still (.png) of the run; return its path; options as in `render`."""
+        """Write a video (.mp4, .webm, .gif, .webp) or a still (.png) of the run; return its path; options: `render`."""
         from pbrg_mj.api.video import render
 
         return render(self, path, **options)

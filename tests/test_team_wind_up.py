@@ -95,7 +95,7 @@ def test_it_does_not_matter_how_many_ticks_are_told_at_once(sizes):
         memory, winding = wind_up(RULE, memory, p[some], xi[some], u[some])
         found.append(winding)
     np.testing.assert_array_equal(np.concatenate(found), expected)
-    np.testing.assert_array_equal(memory.sums, whole.ways)
+    np.testing.assert_array_equal(memory.sums, whole.sums)
     assert expected.any()
 
 

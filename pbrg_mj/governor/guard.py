@@ -94,7 +94,7 @@ def admissible_radii(rows: Rows, states: np.ndarray, centre: np.ndarray) -> np.n
 
 
 @kernel
-def _gossip(heard, age, own, first, neighbours):  # pragma: no cover - compiled
+def _gossip(heard, age, own, first, neighbours):
     """Return the freshest that each robot has heard of everyone, and how old it is, after one exchange."""
     n = len(own)
     known, older = heard.copy(), np.minimum(age + 1, UNHEARD)

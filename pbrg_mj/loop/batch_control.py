@@ -125,7 +125,7 @@ class BatchState:
 
 
 @kernel
-def _step(worlds, states, estimates, rows, team, numbers):  # pragma: no cover - compiled
+def _step(worlds, states, estimates, rows, team, numbers):
     """Do for each of the worlds what `tick` does between perception and physics."""
     pose, xi, m, diverged, command = states
     graph, formation, r = team

@@ -83,7 +83,7 @@ class ScanWorkspace(NamedTuple):
 
 
 @kernel
-def perceive_scans(scans, packed, before, after):  # pragma: no cover - compiled
+def perceive_scans(scans, packed, before, after):
     """Write to `after` what is known after the scans of all robots that have beams. All arguments are plain tuples.
 
     - scans: ranges (R, beams) [m], estimated poses (n, 3) [m, rad], pose_frame, scan_frame, time of use [s]
@@ -103,7 +103,7 @@ def perceive_scans(scans, packed, before, after):  # pragma: no cover - compiled
 
 
 @kernel
-def _copy(before, known):  # pragma: no cover - compiled
+def _copy(before, known):
     """Begin with what was known before, one by one: numba compiles a check with a formatted error for whole arrays."""
     tracks, anchors = before
     for robot in range(len(anchors)):
@@ -113,19 +113,19 @@ def _copy(before, known):  # pragma: no cover - compiled
 
 
 @kernel
-def _named(packed):  # pragma: no cover - compiled
+def _named(packed):
     directions, blocked, params, track_params, pose, robots, teams, binds, hand_offset = packed
     params, track_params, pose = LineParameters(*params), TrackParameters(*track_params), PoseModel(*pose)
     return PerceptionParameters(directions, blocked, params, track_params, pose, robots, teams, binds, hand_offset)
 
 
 @kernel
-def _scan_workspace(beams):  # pragma: no cover - compiled
+def _scan_workspace(beams):
     return ScanWorkspace(np.empty(beams), np.empty((beams, 2)), line_workspace(beams), line_buffer(beams))
 
 
 @kernel
-def _perceive_scan(read, whose, parameters, work, known):  # pragma: no cover - compiled
+def _perceive_scan(read, whose, parameters, work, known):
     robot, estimate, clock = whose
     pose = pose_at_scan(estimate, clock, known.anchors[robot], parameters.pose)
     _mask_own_wheels(read, parameters.blocked, work.ranges)
@@ -145,14 +145,14 @@ def _perceive_scan(read, whose, parameters, work, known):  # pragma: no cover - 
 
 
 @kernel
-def _mask_own_wheels(read, blocked, ranges):  # pragma: no cover - compiled
+def _mask_own_wheels(read, blocked, ranges):
     """Write the ranges read to `ranges`, BLOCKED where they can only be the robot's own wheels."""
     for k in range(len(read)):
         ranges[k] = BLOCKED if blocked[k] else read[k]
 
 
 @kernel
-def _bound_robots(pose, team, hand_offset):  # pragma: no cover - compiled
+def _bound_robots(pose, team, hand_offset):
     hand = np.empty((1, 2))
     hand[0, 0], hand[0, 1] = hand_offset * math.cos(pose.heading), hand_offset * math.sin(pose.heading)
     return BoundRobots(team + hand, hand, pose.position_var, pose.heading_var)

@@ -53,7 +53,7 @@ def _drawn(
 
 
 @kernel
-def _reported(raw, drawn, spread, shares, limits):  # pragma: no cover - compiled
+def _reported(raw, drawn, spread, shares, limits):
     additive, dropped, ratio, outlier = drawn
     low, high, quantum = limits
     beams = raw.shape[1]
@@ -75,6 +75,6 @@ def _reported(raw, drawn, spread, shares, limits):  # pragma: no cover - compile
 
 
 @kernel
-def quantised(distance, quantum):  # pragma: no cover - compiled
+def quantised(distance, quantum):
     """Return the nearest whole multiple of `quantum` [m]; the distance as it is if that is 0."""
     return np.rint(distance / quantum) * quantum if quantum > 0.0 else distance

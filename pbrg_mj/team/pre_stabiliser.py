@@ -40,7 +40,7 @@ def pre_stabilise(
 
 
 @kernel
-def write_pre_stabilised(graph, state, alpha_r, leak, u, rate):  # pragma: no cover - compiled
+def write_pre_stabilised(graph, state, alpha_r, leak, u, rate):
     """Write u and dxi/dt, both (n, 2), of first, neighbours, leader of `GraphArrays` and p, xi, m, each (n, 2)."""
     first, neighbours, leader = graph
     p, xi, m = state

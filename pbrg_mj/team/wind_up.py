@@ -75,7 +75,7 @@ def wind_up(
 
 
 @kernel
-def _follow(before, states, detector, sums, winding):  # pragma: no cover - compiled
+def _follow(before, states, detector, sums, winding):
     """Bring the sums to the last tick, `commanded` with the next tick included, and write who winds up."""
     p_before, xi_before = before
     p, xi, u = states

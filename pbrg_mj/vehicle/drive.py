@@ -62,7 +62,7 @@ class SpeedDrive:
 
 
 @kernel
-def wheel_voltages(velocity, body_pose, sizes, motor):  # pragma: no cover - compiled
+def wheel_voltages(velocity, body_pose, sizes, motor):
     """Compute what DifferentialDrive commands; `sizes` and `motor` are its parameters."""
     constant, supply, levels = motor
     voltage = saturated(constant * wheel_speeds_of(velocity, body_pose[:, 2], sizes), supply)

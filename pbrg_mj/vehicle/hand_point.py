@@ -37,7 +37,7 @@ def robot_dimensions(robot: RobotModel) -> tuple[float, float, float]:
 
 
 @kernel
-def write_hand_points(body_pose, hand_offset, q):  # pragma: no cover - compiled
+def write_hand_points(body_pose, hand_offset, q):
     """Write what `hand_point` returns."""
     for j in range(len(body_pose)):
         heading = body_pose[j, 2]
@@ -46,7 +46,7 @@ def write_hand_points(body_pose, hand_offset, q):  # pragma: no cover - compiled
 
 
 @kernel
-def wheel_speeds_of(velocity, heading, sizes):  # pragma: no cover - compiled
+def wheel_speeds_of(velocity, heading, sizes):
     """Compute what `wheel_speeds` returns; `sizes` are `robot_dimensions`."""
     hand_offset, half_track, wheel_radius = sizes
     speeds = np.empty((len(velocity), 2))

@@ -127,7 +127,7 @@ def small_bounds(problem: Problem, tightest: tuple[np.ndarray, np.ndarray]) -> n
 
 
 @kernel
-def _tightest_rows(a, C, d, active):  # pragma: no cover - compiled
+def _tightest_rows(a, C, d, active):
     """Return robot and row of the active row with the smallest d in each run of active rows equal in a and C."""
     robot, chosen, count = np.empty(a.size, dtype=np.int64), np.empty(a.size, dtype=np.int64), 0
     for i in range(a.shape[0]):
@@ -147,7 +147,7 @@ def _tightest_rows(a, C, d, active):  # pragma: no cover - compiled
 
 
 @kernel
-def _write_bounds(robot, row, d, p, xi, b):  # pragma: no cover - compiled
+def _write_bounds(robot, row, d, p, xi, b):
     n, count = len(p), len(robot)
     for k in range(count):
         b[k] = d[robot[k], row[k]]

@@ -62,7 +62,7 @@ def run_network_rounds(
 
 
 @kernel
-def _run(arguments, link_arrays, link_parameters, events):  # pragma: no cover - compiled
+def _run(arguments, link_arrays, link_parameters, events):
     """Run len(bad) rounds and return z, zeta, lam, nu; `link_arrays` change in place.
 
     `arguments` are the first five of `rounds.write_rounds`, `link_arrays` and `link_parameters` plain tuples of the
@@ -97,7 +97,7 @@ def _run(arguments, link_arrays, link_parameters, events):  # pragma: no cover -
 
 
 @kernel
-def _copy_row(old, new, i):  # pragma: no cover - compiled
+def _copy_row(old, new, i):
     new.z[i] = old.z[i]
     new.zeta[i] = old.zeta[i]
     new.lam[i] = old.lam[i]
@@ -105,7 +105,7 @@ def _copy_row(old, new, i):  # pragma: no cover - compiled
 
 
 @kernel
-def _list_heard(first, up, heard):  # pragma: no cover - compiled
+def _list_heard(first, up, heard):
     """List the links that are up, robot after robot: as `Heard` wants them."""
     count = 0
     for i in range(len(first) - 1):
@@ -117,7 +117,7 @@ def _list_heard(first, up, heard):  # pragma: no cover - compiled
 
 
 @kernel
-def _send_estimates(old, links, parameters, now, bad, silent):  # pragma: no cover - compiled
+def _send_estimates(old, links, parameters, now, bad, silent):
     flight, flight_hops, hops = links.flight, links.flight_hops, links.hops
     first, reverse = parameters.first, parameters.reverse
     slot = now % flight.shape[2]
@@ -130,7 +130,7 @@ def _send_estimates(old, links, parameters, now, bad, silent):  # pragma: no cov
 
 
 @kernel
-def _receive(links, parameters, now, silent):  # pragma: no cover - compiled
+def _receive(links, parameters, now, silent):
     """Hold on every link the message that comes in this round, if one comes; cut links that are silent for long."""
     flight, flight_hops, held, held_hops = links.flight, links.flight_hops, links.held, links.held_hops
     first, delay, age, up = parameters.first, parameters.delay, links.age, links.up
@@ -148,7 +148,7 @@ def _receive(links, parameters, now, silent):  # pragma: no cover - compiled
 
 
 @kernel
-def _send_waves(old, seen, links, parameters, now, bad, silent):  # pragma: no cover - compiled
+def _send_waves(old, seen, links, parameters, now, bad, silent):
     """Solve every robot's end of every link: what the update sees, and the wave that is sent."""
     flight, flight_hops, held, up, hops = links.flight, links.flight_hops, links.held, links.up, links.hops
     first, reverse, eta = parameters.first, parameters.reverse, parameters.impedance
@@ -176,7 +176,7 @@ def _send_waves(old, seen, links, parameters, now, bad, silent):  # pragma: no c
 
 
 @kernel
-def _count_hops(links, parameters):  # pragma: no cover - compiled
+def _count_hops(links, parameters):
     """Count how many links ago some robot lost a neighbour; counts beyond n - 1 are echoes and die out."""
     held_hops, age, up, hops = links.held_hops, links.age, links.up, links.hops
     first, delay = parameters.first, parameters.delay

@@ -56,7 +56,7 @@ def round_arguments(problem: Problem, estimates: Estimates, flow: Flow) -> tuple
 
 
 @kernel
-def rounds_in_new_arrays(estimates, graph, states, rows, flow, rounds):  # pragma: no cover - compiled
+def rounds_in_new_arrays(estimates, graph, states, rows, flow, rounds):
     """Return z, zeta, lam, nu after so many rounds, all of them new; arguments are those of `write_rounds`."""
     after = empty_estimates(estimates)
     write_rounds(estimates, graph, states, rows, flow, rounds, after)
@@ -64,7 +64,7 @@ def rounds_in_new_arrays(estimates, graph, states, rows, flow, rounds):  # pragm
 
 
 @kernel
-def write_rounds(estimates, graph, states, rows, flow, rounds, after):  # pragma: no cover - compiled
+def write_rounds(estimates, graph, states, rows, flow, rounds, after):
     """Write the estimates after so many rounds.
 
     `estimates` and `after` are z, zeta, lam, nu of `Estimates`, those before are kept, lam of those after is all 0;
@@ -82,14 +82,14 @@ def write_rounds(estimates, graph, states, rows, flow, rounds, after):  # pragma
 
 
 @kernel
-def empty_estimates(estimates):  # pragma: no cover - compiled
+def empty_estimates(estimates):
     """Return new arrays like z, zeta, lam, nu for `update_robots` to write."""
     z, zeta, lam, nu = estimates
     return np.empty(z.shape), np.empty(zeta.shape), np.zeros(lam.shape), np.empty(nu.shape)
 
 
 @kernel
-def private_data(graph, states, rows):  # pragma: no cover - compiled
+def private_data(graph, states, rows):
     """Return `Private` of plain tuples as `write_rounds` takes them."""
     (p, xi, reference), own = states, Rows(*rows)
     first = np.zeros(len(own.active) + 1, dtype=np.int64)
@@ -104,7 +104,7 @@ def private_data(graph, states, rows):  # pragma: no cover - compiled
 
 
 @kernel
-def update_robots(old, new, heard, private, flow):  # pragma: no cover - compiled
+def update_robots(old, new, heard, private, flow):
     """Write every robot's row of `new` from its own row of `old`, from what it heard and from what it alone knows.
 
     Arguments: `Estimates` twice, `Heard`, `Private`, `Flow`. `new.lam` has zeros where there are no rows: they are not
@@ -118,7 +118,7 @@ def update_robots(old, new, heard, private, flow):  # pragma: no cover - compile
 
 
 @kernel
-def _consensus(old, new, heard, step):  # pragma: no cover - compiled
+def _consensus(old, new, heard, step):
     """Write z_i - step (sum_k L_ik z_k - sum_k L_ik zeta_k) and zeta_i - step sum_k L_ik z_k; its loops vectorise."""
     z, zeta, new_z, new_zeta = old.z, old.zeta, new.z, new.zeta
     first, which, seen_z, seen_zeta = heard.first, heard.which, heard.z, heard.zeta
@@ -146,7 +146,7 @@ def _consensus(old, new, heard, step):  # pragma: no cover - compiled
 
 
 @kernel
-def _descend(old, new, private, flow):  # pragma: no cover - compiled
+def _descend(old, new, private, flow):
     """Take step alpha (grad f_i + grad g_i' lambda_i) from new z_i (eq. 25); write new lambda_i (eq. 29)."""
     z, lam, new_z, new_lam = old.z, old.lam, new.z, new.lam
     leader, r, first, existing = private.leader, private.reference, private.first, private.row
@@ -182,7 +182,7 @@ def _descend(old, new, private, flow):  # pragma: no cover - compiled
 
 
 @kernel
-def _pin_states(old, new, private, flow):  # pragma: no cover - compiled
+def _pin_states(old, new, private, flow):
     """Take step alpha grad h_i' nu_i from new z_i, of which it moves robot i's own blocks; write new nu_i (eq. 30)."""
     z, nu, new_z, new_nu = old.z, old.nu, new.z, new.nu
     p, xi, alpha, step = private.p, private.xi, flow.alpha, flow.step
@@ -197,7 +197,7 @@ def _pin_states(old, new, private, flow):  # pragma: no cover - compiled
 
 
 @kernel
-def _radius(z, i):  # pragma: no cover - compiled
+def _radius(z, i):
     """Return rho(m, z_p, z_xi) of robot i's estimate, and sum_j (m - z_pj)."""
     n = len(z)
     square_x = square_y = square_xi = square_eta = 0.0  # four sums that need not wait for each other
@@ -215,7 +215,7 @@ def _radius(z, i):  # pragma: no cover - compiled
 
 
 @kernel
-def check_limits(z, lam, limit, cap):  # pragma: no cover - compiled
+def check_limits(z, lam, limit, cap):
     """Return whether estimates z and lambda are finite and z within `limit`, and whether some lambda is at `cap`."""
     bounded, capped = True, False
     for value in z.flat:

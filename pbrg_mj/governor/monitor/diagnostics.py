@@ -39,7 +39,7 @@ def diagnose(block: TickBlock, m: np.ndarray, multipliers: np.ndarray, before: D
 
 
 @kernel
-def _evaluate_ticks(leader, block_arrays, m, lam, last_m, last_storage, applied, values):  # pragma: no cover - compiled
+def _evaluate_ticks(leader, block_arrays, m, lam, last_m, last_storage, applied, values):
     """Write of every tick the mean of the leaders' m to `applied` (T, 2), the other fields to `values` (T, 6).
 
     `block_arrays` are those of `TickBlock.arrays`, `leader` (n,), `m` (T, n, 2), `lam` (T, n, R), `last_m` (2,).
@@ -57,7 +57,7 @@ def _evaluate_ticks(leader, block_arrays, m, lam, last_m, last_storage, applied,
 
 
 @kernel
-def _mean_of_leaders(leader, m):  # pragma: no cover - compiled
+def _mean_of_leaders(leader, m):
     leaders, mean = leader.sum(), np.zeros(2)
     for i in range(len(leader)):
         mean[0] += leader[i] * m[i, 0] / leaders
@@ -76,7 +76,7 @@ class _RowSums(NamedTuple):
 
 
 @kernel
-def _evaluate_rows(m, rho, lam, rows):  # pragma: no cover - compiled
+def _evaluate_rows(m, rho, lam, rows):
     a, C, d = rows.a, rows.C, rows.d
     worst, largest = -np.inf, 0.0
     pull = push_x = push_y = 0.0
@@ -92,7 +92,7 @@ def _evaluate_rows(m, rho, lam, rows):  # pragma: no cover - compiled
 
 
 @kernel
-def _stationarity(leaders, m, storage, problem, rows):  # pragma: no cover - compiled
+def _stationarity(leaders, m, storage, problem, rows):
     """Return || sum delta 2 (m - r) + sum lambda grad g ||."""
     p, r, n = problem.p, problem.reference, len(problem.p)
     rho = math.sqrt(2.0 * storage)
@@ -107,7 +107,7 @@ def _stationarity(leaders, m, storage, problem, rows):  # pragma: no cover - com
 
 
 @kernel
-def _storage(m, p, xi):  # pragma: no cover - compiled
+def _storage(m, p, xi):
     total = 0.0
     for j in range(len(p)):
         total += (m[0] - p[j, 0]) ** 2 + (m[1] - p[j, 1]) ** 2 + xi[j, 0] ** 2 + xi[j, 1] ** 2
@@ -115,7 +115,7 @@ def _storage(m, p, xi):  # pragma: no cover - compiled
 
 
 @kernel
-def _spread(m):  # pragma: no cover - compiled
+def _spread(m):
     largest = 0.0
     for i in range(len(m)):
         for k in range(i):

@@ -49,7 +49,7 @@ def equilibrium_arguments(problem: Problem, optimum: Optimum, alpha: float) -> t
 
 
 @kernel
-def equilibrium_arrays(optimum_arrays, zeta_mean):  # pragma: no cover - compiled
+def equilibrium_arrays(optimum_arrays, zeta_mean):
     """Return z, zeta (n, 4n + 2), nu (n, 4), and grad g_i' lambda_i + grad h_i' nu_i of every robot, (n, 4n + 2).
 
     `optimum_arrays` are the members of `OptimumArrays`, `zeta_mean` (4n + 2,) the mean of zeta over the robots.
@@ -68,7 +68,7 @@ def equilibrium_arrays(optimum_arrays, zeta_mean):  # pragma: no cover - compile
 
 
 @kernel
-def _primal_and_nu(optimum):  # pragma: no cover - compiled
+def _primal_and_nu(optimum):
     """Return z, nu, and the force of all rows and of nu, which cancels it in z_p and z_xi as a sum over the robots."""
     m, p, xi = optimum.m, optimum.p, optimum.xi
     n = len(p)
@@ -93,7 +93,7 @@ def _primal_and_nu(optimum):  # pragma: no cover - compiled
 
 
 @kernel
-def dual_force(z, lam, nu, a, C):  # pragma: no cover - compiled
+def dual_force(z, lam, nu, a, C):
     """Return Gamma lambda + Psi nu (eqs. 26, 27): grad g_i(z_i)' lambda_i + grad h_i' nu_i of every robot, (n, 4n + 2).
 
     z (n, 4n + 2), lam (n, R), nu (n, 4), a (n, R), C (n, R, 2).

@@ -63,7 +63,7 @@ def passivity(problem: Problem, optimum: Optimum, alpha: float, before: Estimate
 
 
 @kernel
-def balance_about_optimum(optimum_arrays, before, rates):  # pragma: no cover - compiled
+def balance_about_optimum(optimum_arrays, before, rates):
     """Compute what `passivity` returns.
 
     `optimum_arrays` are the members of `OptimumArrays`, `before` and `rates` z, zeta, lam, nu of `Estimates`.
@@ -80,7 +80,7 @@ def balance_about_optimum(optimum_arrays, before, rates):  # pragma: no cover - 
 
 
 @kernel
-def _mean_row(array):  # pragma: no cover - compiled
+def _mean_row(array):
     mean = np.zeros(array.shape[1])
     for i in range(array.shape[0]):
         for c in range(array.shape[1]):
@@ -89,7 +89,7 @@ def _mean_row(array):  # pragma: no cover - compiled
 
 
 @kernel
-def _supply(z, other_z, force, other_force):  # pragma: no cover - compiled
+def _supply(z, other_z, force, other_force):
     """Return the product of the differences of two states and of the forces there."""
     supply = 0.0
     for i in range(z.shape[0]):
@@ -99,7 +99,7 @@ def _supply(z, other_z, force, other_force):  # pragma: no cover - compiled
 
 
 @kernel
-def _difference(rest, now, rate):  # pragma: no cover - compiled
+def _difference(rest, now, rate):
     """Return half the square of an array's difference from its rest, and the rate at which that grows."""
     square = growth = 0.0
     for i in range(rest.shape[0]):
@@ -122,7 +122,7 @@ def flow_passivity(problem: Problem, flow: Flow, rounds: tuple[Estimates, Estima
 
 
 @kernel
-def flow_balance(first, second, third, a, C, alpha, step):  # pragma: no cover - compiled
+def flow_balance(first, second, third, a, C, alpha, step):
     """Compute what `flow_passivity` returns, of z, zeta, lam, nu of `Estimates` after three rounds in a row."""
     x, y, w = Estimates(*first), Estimates(*second), Estimates(*third)
     before, after = dual_force(x.z, x.lam, x.nu, a, C), dual_force(y.z, y.lam, y.nu, a, C)
@@ -136,7 +136,7 @@ def flow_balance(first, second, third, a, C, alpha, step):  # pragma: no cover -
 
 
 @kernel
-def _motion(first, second, third, step):  # pragma: no cover - compiled
+def _motion(first, second, third, step):
     """Return half the square of the velocity v, and v . dv/dt, of an array in three successive rounds."""
     square = growth = 0.0
     for i in range(first.shape[0]):

@@ -37,9 +37,7 @@ def flow_passivities_of_block(block: TickBlock, flow: Flow, estimates: Sequence[
 
 
 @kernel
-def _one_round_balances(
-    states, graph, block_arrays, flow, m, lam, pinv, limit, balances
-):  # pragma: no cover - compiled
+def _one_round_balances(states, graph, block_arrays, flow, m, lam, pinv, limit, balances):
     """Write a row of `balances` (T, 4) for every tick, NaN where the round leaves `limit`.
 
     `states` are z, zeta, lam, nu of `Estimates` with T as their first axis, `graph` the members of `GraphArrays`,
@@ -63,7 +61,7 @@ def _one_round_balances(
 
 
 @kernel
-def _two_rounds_balances(states, graph, block_arrays, flow, balances):  # pragma: no cover - compiled
+def _two_rounds_balances(states, graph, block_arrays, flow, balances):
     """Write a row of `balances` (T, 4) for every tick; arguments as of `_one_round_balances`."""
     block, gains, net = BlockArrays(*block_arrays), Flow(*flow), GraphArrays(*graph)
     for t in range(len(balances)):
@@ -76,13 +74,13 @@ def _two_rounds_balances(states, graph, block_arrays, flow, balances):  # pragma
 
 
 @kernel
-def _estimates_at(states, t):  # pragma: no cover - compiled
+def _estimates_at(states, t):
     z, zeta, lam, nu = states
     return Estimates(z[t], zeta[t], lam[t], nu[t])
 
 
 @kernel
-def _next_round(now, graph, private, flow):  # pragma: no cover - compiled
+def _next_round(now, graph, private, flow):
     """Return the estimates a round later when every message arrives within it, arrays of their own."""
     new = Estimates(*empty_estimates(now))
     update_robots(now, new, Heard(graph.first, graph.neighbours, now.z, now.zeta), private, flow)
@@ -90,7 +88,7 @@ def _next_round(now, graph, private, flow):  # pragma: no cover - compiled
 
 
 @kernel
-def _to_rate(after, before, step):  # pragma: no cover - compiled
+def _to_rate(after, before, step):
     """Turn an array a round later into the rate of its change."""
     for i in range(after.shape[0]):
         for c in range(after.shape[1]):
@@ -98,5 +96,5 @@ def _to_rate(after, before, step):  # pragma: no cover - compiled
 
 
 @kernel
-def _write_balance(balance, balances, t):  # pragma: no cover - compiled
+def _write_balance(balance, balances, t):
     balances[t, 0], balances[t, 1], balances[t, 2], balances[t, 3] = balance

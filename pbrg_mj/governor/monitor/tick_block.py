@@ -77,7 +77,7 @@ class TickArrays(NamedTuple):
 
 
 @kernel
-def problem_at(block, t):  # pragma: no cover - compiled
+def problem_at(block, t):
     """Return the `TickArrays` of a tick of `BlockArrays`."""
     u = block.rows_at[t]
     rows = Rows(block.a[u], block.C[u], block.d[u], block.active[u])

@@ -30,7 +30,7 @@ def ball_rows(half_spaces: HalfSpaces, formation: np.ndarray) -> Rows:
 
 
 @kernel
-def _write_ball_rows(G, h, formation, C, d):  # pragma: no cover - compiled
+def _write_ball_rows(G, h, formation, C, d):
     for i in range(d.shape[0]):
         for row in range(d.shape[1]):
             k, j = divmod(row, len(formation))

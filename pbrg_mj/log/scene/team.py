@@ -87,7 +87,7 @@ def line_ends(half_spaces: HalfSpaces, hand_world: np.ndarray) -> tuple[list[int
 
 
 @kernel
-def _line_ends(G, h, active, hand):  # pragma: no cover - compiled
+def _line_ends(G, h, active, hand):
     counts, ends, total = np.zeros(len(h), dtype=np.int64), np.empty((2 * h.size, 2)), 0
     for j in range(len(h)):
         x, y = hand[j, 0], hand[j, 1]

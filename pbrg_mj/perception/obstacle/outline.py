@@ -137,7 +137,7 @@ def outline(tracks, root, links, hand, params):
 
 
 @kernel
-def _faces(root, after):  # pragma: no cover - compiled
+def _faces(root, after):
     """Return how many faces an obstacle has from its first on."""
     count, face = 1, after[root]
     while face >= 0 and face != root:

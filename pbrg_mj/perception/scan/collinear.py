@@ -15,7 +15,7 @@ NOISE_MARGIN = 4.0  # standard deviations of a point from its line, or of an ang
 
 
 @kernel
-def merge_collinear(points, params, order, work, lines):  # pragma: no cover - compiled
+def merge_collinear(points, params, order, work, lines):
     """Merge collinear lines, longest first; return how many lines are left, listed in `work.ranking`."""
     rank_by_length(work.fits, work.ranking, lines)
     kept = 0
@@ -33,7 +33,7 @@ def merge_collinear(points, params, order, work, lines):  # pragma: no cover - c
 
 
 @kernel
-def rank_by_length(fits, ranking, count):  # pragma: no cover - compiled
+def rank_by_length(fits, ranking, count):
     """Sort the line numbers in `ranking` by length, longest first (insertion sort: stable, and there are few)."""
     for i in range(1, count):
         line, k = ranking[i], i
@@ -45,7 +45,7 @@ def rank_by_length(fits, ranking, count):  # pragma: no cover - compiled
 
 
 @kernel
-def _merge_pair(points, params, order, pair, work):  # pragma: no cover - compiled
+def _merge_pair(points, params, order, pair, work):
     """Merge line b of `pair` into line a if one line without a gap goes through both; return whether it did."""
     a, b = pair
     fits, ends, joint = work.fits, work.ends, work.joint
@@ -70,7 +70,7 @@ def _merge_pair(points, params, order, pair, work):  # pragma: no cover - compil
 
 
 @kernel
-def gather(order, owner, a, b, members):  # pragma: no cover - compiled
+def gather(order, owner, a, b, members):
     """Write the beams that line a or line b owns; return how many there are."""
     count = 0
     for beam in order:
@@ -81,7 +81,7 @@ def gather(order, owner, a, b, members):  # pragma: no cover - compiled
 
 
 @kernel
-def _near(points, params, members, line):  # pragma: no cover - compiled
+def _near(points, params, members, line):
     """Tell whether all points are on the line: within the split distance, or the noise if that is larger."""
     nx, ny, c = math.cos(line[0]), math.sin(line[0]), line[1]
     for b in members:

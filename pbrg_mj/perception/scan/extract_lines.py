@@ -69,7 +69,7 @@ class LineWorkspace(NamedTuple):
 
 
 @kernel
-def line_buffer(beams):  # pragma: no cover - compiled
+def line_buffer(beams):
     """Return a LineBuffer for all lines that a scan of so many beams can have: each takes three points at least."""
     most = beams // 3 + 1
     angle, offset, covariance = np.empty(most), np.empty(most), np.empty((most, 2, 2))
@@ -78,7 +78,7 @@ def line_buffer(beams):  # pragma: no cover - compiled
 
 
 @kernel
-def line_workspace(beams):  # pragma: no cover - compiled
+def line_workspace(beams):
     """Return a LineWorkspace for scans of so many beams."""
     return LineWorkspace(
         points=np.empty((beams, 6)),
@@ -110,7 +110,7 @@ def extract_lines(ranges: np.ndarray, directions: np.ndarray, params: LineParame
 
 
 @kernel
-def extract_lines_into(ranges, directions, params, work, out):  # pragma: no cover - compiled
+def extract_lines_into(ranges, directions, params, work, out):
     """Write the lines of one scan to `out` (LineBuffer), longest first; return how many there are.
 
     `ranges` (beams,) and `directions` (beams, 2) are contiguous floats, `work` is a LineWorkspace.
@@ -134,7 +134,7 @@ def extract_lines_into(ranges, directions, params, work, out):  # pragma: no cov
 
 
 @kernel
-def _fit_segments(params, order, found, work):  # pragma: no cover - compiled
+def _fit_segments(params, order, found, work):
     """Fit all segments that are not curved; return how many are lines, listed in `work.ranking`."""
     points, (segments, ring) = work.points, found
     work.owner[:] = -1
@@ -157,7 +157,7 @@ def _fit_segments(params, order, found, work):  # pragma: no cover - compiled
 
 
 @kernel
-def _write_line(params, work, line, out, i):  # pragma: no cover - compiled
+def _write_line(params, work, line, out, i):
     fit = work.fits[line]
     out.angle[i], out.offset[i], out.low[i], out.high[i] = fit[0], fit[1], fit[5], fit[6]
     out.covariance[i, 0, 0], out.covariance[i, 1, 1] = fit[2], fit[4]

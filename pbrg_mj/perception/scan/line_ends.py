@@ -14,7 +14,7 @@ LEAST_GAP = 0.1  # [m] along the line that beams must pass: nothing gets through
 
 
 @kernel
-def passes(points, params, fit, b):  # pragma: no cover - compiled
+def passes(points, params, fit, b):
     """Tell whether beam b is known to pass where the line, continued, would be.
 
     It returned something clearly farther away, or nothing although the line would be well within range. `fit` (7,) is
@@ -35,7 +35,7 @@ def passes(points, params, fit, b):  # pragma: no cover - compiled
 
 
 @kernel
-def is_free(points, params, fit, b, side):  # pragma: no cover - compiled
+def is_free(points, params, fit, b, side):
     """Tell whether a line truly ends at beam b: enough beams next to it pass, on its side -1 (clockwise) or +1."""
     start = _along(points, fit, b)
     for k in range(1, len(points) // 2):
@@ -47,7 +47,7 @@ def is_free(points, params, fit, b, side):  # pragma: no cover - compiled
 
 
 @kernel
-def has_gap(points, params, fit, low, high):  # pragma: no cover - compiled
+def has_gap(points, params, fit, low, high):
     """Tell whether enough neighbouring beams between `low` and `high`, counter-clockwise, pass the line."""
     between = (high - low) % len(points) - 1
     if between > len(points) // 2:  # the segments overlap
@@ -64,7 +64,7 @@ def has_gap(points, params, fit, low, high):  # pragma: no cover - compiled
 
 
 @kernel
-def _along(points, fit, b):  # pragma: no cover - compiled
+def _along(points, fit, b):
     """Return where beam b meets the line, along t = (-sin, cos) [m]."""
     b %= len(points)
     nx, ny = math.cos(fit[0]), math.sin(fit[0])

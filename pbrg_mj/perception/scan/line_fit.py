@@ -26,14 +26,14 @@ LEAST_COSINE = 0.1  # keeps the weight of a beam that runs along the line finite
 
 
 @kernel
-def weight_of(params, cosine, c):  # pragma: no cover - compiled
+def weight_of(params, cosine, c):
     """Return 1 / variance [1/m^2] of the residual of a point whose beam meets the line (n, c) at n . d = cosine."""
     cosine_2 = max(cosine**2, LEAST_COSINE**2)
     return 1.0 / (cosine_2 * params.range_std**2 + (params.noise_ratio * c) ** 2)
 
 
 @kernel
-def meeting(points, nx, ny, c, b):  # pragma: no cover - compiled
+def meeting(points, nx, ny, c, b):
     """Return (n . d, s) of a beam: the cosine of its incidence, and where along the line it meets it [m].
 
     Where the beam of a point runs along the line, s is where the point is: the meeting place is anywhere.
@@ -45,7 +45,7 @@ def meeting(points, nx, ny, c, b):  # pragma: no cover - compiled
 
 
 @kernel
-def fit_line(points, params, members, guess):  # pragma: no cover - compiled
+def fit_line(points, params, members, guess):
     """Return (theta, c) of the line; `guess` (theta, c) is good enough for weights.
 
     Total least squares come near whatever the guess; one step from there solves the ranges' equations as well as the
@@ -55,7 +55,7 @@ def fit_line(points, params, members, guess):  # pragma: no cover - compiled
 
 
 @kernel
-def _scored(points, params, members, line):  # pragma: no cover - compiled
+def _scored(points, params, members, line):
     """Return (theta, c) one step of Fisher scoring on from `line`."""
     nx, ny, c = math.cos(line[0]), math.sin(line[0]), line[1]
     total = ws = wss = we = wse = 0.0
@@ -77,7 +77,7 @@ def _scored(points, params, members, line):  # pragma: no cover - compiled
 
 
 @kernel
-def _outward(theta, c):  # pragma: no cover - compiled
+def _outward(theta, c):
     """Return the line (theta, c) with c >= 0 and theta in [-pi, pi]."""
     if c < 0.0:
         theta, c = theta + math.pi, -c
@@ -85,7 +85,7 @@ def _outward(theta, c):  # pragma: no cover - compiled
 
 
 @kernel
-def _principal_axis(points, params, members, guess):  # pragma: no cover - compiled
+def _principal_axis(points, params, members, guess):
     nx, ny, c = math.cos(guess[0]), math.sin(guess[0]), guess[1]
     total = x = y = sxx = sxy = syy = 0.0
     for b in members:  # moments about the guess's foot point
@@ -105,7 +105,7 @@ def _principal_axis(points, params, members, guess):  # pragma: no cover - compi
 
 
 @kernel
-def chord_line(points, first, last):  # pragma: no cover - compiled
+def chord_line(points, first, last):
     """Return (theta, c) of the line through the points of two beams, `last` counter-clockwise of `first`."""
     theta = math.atan2(points[first, X] - points[last, X], points[last, Y] - points[first, Y])
     c = math.cos(theta) * points[first, X] + math.sin(theta) * points[first, Y]
@@ -113,7 +113,7 @@ def chord_line(points, first, last):  # pragma: no cover - compiled
 
 
 @kernel
-def extent(points, params, members, line, at):  # pragma: no cover - compiled
+def extent(points, params, members, line, at):
     """Return (total weight, weighted mean of s, weighted sum of (s - mean)^2, least s, largest s), s along the line.
 
     What it takes of each point is written to `at`, for all who ask more of the line: the divisions are what costs.
@@ -136,13 +136,13 @@ def extent(points, params, members, line, at):  # pragma: no cover - compiled
 
 
 @kernel
-def covariance(total, mean, spread):  # pragma: no cover - compiled
+def covariance(total, mean, spread):
     """Return (var theta, cov, var c): the inverse of sum w (s, -1)(s, -1)', since de/dtheta = s and de/dc = -1."""
     return 1.0 / spread, mean / spread, 1.0 / total + mean**2 / spread
 
 
 @kernel
-def worst_point(at, count, moments):  # pragma: no cover - compiled
+def worst_point(at, count, moments):
     """Return (its deviation, its place in `at`) of the point that fits least of `count`.
 
     Deviations are residuals in their own standard deviations: N(0, 1) each for points of a straight wall.
@@ -159,7 +159,7 @@ def worst_point(at, count, moments):  # pragma: no cover - compiled
 
 
 @kernel
-def straightness(at, count, moments):  # pragma: no cover - compiled
+def straightness(at, count, moments):
     """Return (misfit, bend) of N = `count` points: for a straight wall chi-squared with N - 2 degrees, and |N(0, 1)|.
 
     The misfit is the weighted sum of squared residuals; the bend is their part along s^2, made orthogonal to a line.
@@ -179,7 +179,7 @@ def straightness(at, count, moments):  # pragma: no cover - compiled
 
 
 @kernel
-def chi_squared_limit(freedom, score):  # pragma: no cover - compiled
+def chi_squared_limit(freedom, score):
     """Return what a chi-squared variable exceeds as often as N(0, 1) exceeds `score` (Wilson and Hilferty)."""
     k = 2.0 / (9.0 * freedom)
     return freedom * (1.0 - k + score * math.sqrt(k)) ** 3

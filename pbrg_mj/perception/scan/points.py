@@ -21,7 +21,7 @@ CHORD_MARGIN = 3.5  # standard deviations of a point's distance from a chord
 
 
 @kernel
-def points_into(ranges, directions, params, points, order):  # pragma: no cover - compiled
+def points_into(ranges, directions, params, points, order):
     """Write the points, and to `order` the beams that hit something; return how many there are."""
     count = 0
     for b in range(len(ranges)):
@@ -36,13 +36,13 @@ def points_into(ranges, directions, params, points, order):  # pragma: no cover 
 
 
 @kernel
-def range_variance(params, r):  # pragma: no cover - compiled
+def range_variance(params, r):
     """Return sigma^2 [m^2] of a range r."""
     return params.range_std**2 + (params.noise_ratio * r) ** 2
 
 
 @kernel
-def apart(points, params, b, after, skipped):  # pragma: no cover - compiled
+def apart(points, params, b, after, skipped):
     """Tell whether two points belong to different things, by an adaptive breakpoint.
 
     `after` follows b counter-clockwise; `skipped` beams between them do not count. A wall whose far point is met at
@@ -62,7 +62,7 @@ def apart(points, params, b, after, skipped):  # pragma: no cover - compiled
 
 
 @kernel
-def chord_normal(points, a, z):  # pragma: no cover - compiled
+def chord_normal(points, a, z):
     """Return (n_x, n_y, length) of the chord a-z; n points away from the robot when z follows a counter-clockwise."""
     x, y = points[z, X] - points[a, X], points[z, Y] - points[a, Y]
     length = math.sqrt(x * x + y * y)
@@ -70,7 +70,7 @@ def chord_normal(points, a, z):  # pragma: no cover - compiled
 
 
 @kernel
-def chord_error(points, params, ends, chord, b):  # pragma: no cover - compiled
+def chord_error(points, params, ends, chord, b):
     """Return how far point b lies from the chord between `ends`, in what is allowed; negative on the robot's side.
 
     Allowed is the split distance, or more where the noise of the three points is larger. Within the split distance it
@@ -91,12 +91,12 @@ def chord_error(points, params, ends, chord, b):  # pragma: no cover - compiled
 
 
 @kernel
-def _across(points, b, nx, ny):  # pragma: no cover - compiled
+def _across(points, b, nx, ny):
     return points[b, VARIANCE] * (nx * points[b, DX] + ny * points[b, DY]) ** 2
 
 
 @kernel
-def without_outliers(points, params, order, count, kept):  # pragma: no cover - compiled
+def without_outliers(points, params, order, count, kept):
     """Write to `kept` the points of `order` that are no lone outliers; return how many there are.
 
     A lone outlier has the same straight surface on both sides. So do two neighbours that are both NEARER than that
@@ -124,13 +124,13 @@ def without_outliers(points, params, order, count, kept):  # pragma: no cover - 
 
 
 @kernel
-def _nth(order, count, i):  # pragma: no cover - compiled
+def _nth(order, count, i):
     """Return the i-th beam of a ring of `count`, -count <= i < 2 count; a remainder takes a division."""
     return order[i - count if i >= count else i + count if i < 0 else i]
 
 
 @kernel
-def _side(points, params, a, z, b):  # pragma: no cover - compiled
+def _side(points, params, a, z, b):
     """Return -1 if b may be off the chord a-z on the robot's side, 1 on the far side, 0 if it is on it.
 
     On it is surely on it, whatever is rounded: within 0.9995 of the split distance.
@@ -143,7 +143,7 @@ def _side(points, params, a, z, b):  # pragma: no cover - compiled
 
 
 @kernel
-def _is_lone(points, params, beams):  # pragma: no cover - compiled
+def _is_lone(points, params, beams):
     """Tell whether the third of five points is off the surface that the others lie on."""
     before, a, b, z, after = beams
     error = chord_error(points, params, (a, z), chord_normal(points, a, z), b)
@@ -151,7 +151,7 @@ def _is_lone(points, params, beams):  # pragma: no cover - compiled
 
 
 @kernel
-def _is_pair(points, params, beams):  # pragma: no cover - compiled
+def _is_pair(points, params, beams):
     """Tell whether the third and fourth of six points are nearer than the surface that the others lie on."""
     before, a, b, c, z, after = beams
     chord = chord_normal(points, a, z)
@@ -161,7 +161,7 @@ def _is_pair(points, params, beams):  # pragma: no cover - compiled
 
 
 @kernel
-def _is_surface(points, params, beams, hidden):  # pragma: no cover - compiled
+def _is_surface(points, params, beams, hidden):
     """Tell whether four points lie on one surface, of which so many beams between the middle two are hidden."""
     before, a, z, after = beams
     if apart(points, params, before, a, 0) or apart(points, params, a, z, hidden) or apart(points, params, z, after, 0):

@@ -42,7 +42,7 @@ LIMIT_MARGIN = 3.0  # standard deviations of a range from the range limit
 
 
 @kernel
-def fit_segment(points, params, members, at, fit):  # pragma: no cover - compiled
+def fit_segment(points, params, members, at, fit):
     """Fit a line to the beams `members`, write `fit` (7,) and return how many of them it kept, first; 0: no line.
 
     `fit` is theta, c, var theta, cov, var c, low, high. Outliers are removed from `members`; `at` (B, 4) is scratch.
@@ -75,7 +75,7 @@ def fit_segment(points, params, members, at, fit):  # pragma: no cover - compile
 
 
 @kernel
-def write_fit(line, moments, fit):  # pragma: no cover - compiled
+def write_fit(line, moments, fit):
     """Write theta, c, var theta, cov, var c, low, high."""
     total, mean, spread, low, high = moments
     fit[0], fit[1] = line
@@ -84,7 +84,7 @@ def write_fit(line, moments, fit):  # pragma: no cover - compiled
 
 
 @kernel
-def _is_straight(params, fit, misfit, bend):  # pragma: no cover - compiled
+def _is_straight(params, fit, misfit, bend):
     """Return whether a segment is long, certain and straight enough; `misfit` is a share of what is allowed.
 
     A short segment may be a row of robots. It must be straighter, and not seen so obliquely that the gaps are hidden.
@@ -97,12 +97,12 @@ def _is_straight(params, fit, misfit, bend):  # pragma: no cover - compiled
 
 
 @kernel
-def _length(points, first, last):  # pragma: no cover - compiled
+def _length(points, first, last):
     return math.hypot(points[last, X] - points[first, X], points[last, Y] - points[first, Y])
 
 
 @kernel
-def _drop_at_limit(points, params, members, line):  # pragma: no cover - compiled
+def _drop_at_limit(points, params, members, line):
     """Take out points where the line is within noise of the range limit; return how many are left, first.
 
     There only ranges that happen to be too short are seen. The line decides, not the range: else it would be bent.
@@ -122,7 +122,7 @@ HALF_LOG_2PI = 0.5 * math.log(2.0 * math.pi)
 
 
 @kernel
-def inflate_for_outliers(points, params, members, at, fit):  # pragma: no cover - compiled
+def inflate_for_outliers(points, params, members, at, fit):
     """Inflate the covariance in `fit` (7,) of the line through the beams `members` (N,) for outliers among them."""
     total, mean, spread, _, _ = extent(points, params, members, (fit[0], fit[1]), at)
     paa, pac, pcc = fit[2], fit[3], fit[4]
@@ -139,7 +139,7 @@ def inflate_for_outliers(points, params, members, at, fit):  # pragma: no cover 
 
 
 @kernel
-def _probability(params, square, std):  # pragma: no cover - compiled
+def _probability(params, square, std):
     """Return how likely a point is an outlier: its squared deviation, and the standard deviation of its range [m].
 
     Outliers are spread evenly, points of the line are Gaussian about where the others put it.

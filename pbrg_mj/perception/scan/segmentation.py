@@ -14,7 +14,7 @@ MIN_TURN, MAX_TURN = math.radians(5.0), math.radians(40.0)  # between the segmen
 
 
 @kernel
-def clusters_into(points, params, order, count, turned, stops, breaks):  # pragma: no cover - compiled
+def clusters_into(points, params, order, count, turned, stops, breaks):
     """Write the points turned so that no cluster wraps, and where each cluster stops; return (clusters, ring).
 
     `breaks` (B,) is scratch.
@@ -34,7 +34,7 @@ def clusters_into(points, params, order, count, turned, stops, breaks):  # pragm
 
 
 @kernel
-def _first(points, params, order, count, breaks):  # pragma: no cover - compiled
+def _first(points, params, order, count, breaks):
     """Return where to begin, and whether the points form a ring; write to `breaks` after which points it is broken."""
     first = farthest = -1
     for i in range(count):
@@ -48,7 +48,7 @@ def _first(points, params, order, count, breaks):  # pragma: no cover - compiled
 
 
 @kernel
-def _broken(points, params, order, i, after):  # pragma: no cover - compiled
+def _broken(points, params, order, i, after):
     """Tell whether the i-th point and the one after it are apart.
 
     Lone outliers taken out in between do not count if they are nearer: then they hide the surface, as does the robot
@@ -63,7 +63,7 @@ def _broken(points, params, order, i, after):  # pragma: no cover - compiled
 
 
 @kernel
-def segments_into(points, params, order, clusters, work):  # pragma: no cover - compiled
+def segments_into(points, params, order, clusters, work):
     """Write the segments (start, stop, cluster) of all clusters, in order; return how many there are.
 
     No point of a segment is farther than allowed from the chord between the segment's ends.
@@ -77,7 +77,7 @@ def segments_into(points, params, order, clusters, work):  # pragma: no cover - 
 
 
 @kernel
-def _split(points, params, order, whole, segments, work):  # pragma: no cover - compiled
+def _split(points, params, order, whole, segments, work):
     """Cut at the point farthest from the chord until none is too far (iterative end point fit)."""
     start, stop, cluster = whole
     first = segments
@@ -97,7 +97,7 @@ def _split(points, params, order, whole, segments, work):  # pragma: no cover - 
 
 
 @kernel
-def _merge(points, params, order, segment, first, segments, out):  # pragma: no cover - compiled
+def _merge(points, params, order, segment, first, segments, out):
     """Append a segment, or merge it with the one before if they are straight together; return how many there are.
 
     A split may leave a line's last point with the next line.
@@ -110,7 +110,7 @@ def _merge(points, params, order, segment, first, segments, out):  # pragma: no 
 
 
 @kernel
-def _cut(points, params, order, low, high):  # pragma: no cover - compiled
+def _cut(points, params, order, low, high):
     """Return the point of low..high-1 that is farthest from their chord, never an end; -1 if none is too far."""
     worst, cut = 1.0, -1
     ends = (order[low], order[high - 1])
@@ -123,7 +123,7 @@ def _cut(points, params, order, low, high):  # pragma: no cover - compiled
 
 
 @kernel
-def without_stub(points, params, order, segment):  # pragma: no cover - compiled
+def without_stub(points, params, order, segment):
     """Return where a segment starts and stops without a stub on the far side of beams that the robot itself stops.
 
     Whether it goes on behind them nobody sees. It does if both sides show half of a line's least length, more than
@@ -140,7 +140,7 @@ def without_stub(points, params, order, segment):  # pragma: no cover - compiled
 
 
 @kernel
-def _hidden(points, b, after):  # pragma: no cover - compiled
+def _hidden(points, b, after):
     """Tell whether the robot itself stops a beam between two."""
     hidden = False
     for k in range(1, (after - b) % len(points)):
@@ -149,12 +149,12 @@ def _hidden(points, b, after):  # pragma: no cover - compiled
 
 
 @kernel
-def _length(points, b, after):  # pragma: no cover - compiled
+def _length(points, b, after):
     return math.hypot(points[after, X] - points[b, X], points[after, Y] - points[b, Y])
 
 
 @kernel
-def is_curved(points, order, segments, count, ring, i):  # pragma: no cover - compiled
+def is_curved(points, order, segments, count, ring, i):
     """Tell whether segment i turns gently the same way into both its neighbours: then it is part of a curve.
 
     Five points of a circle can pass for a straight line by themselves.
@@ -167,7 +167,7 @@ def is_curved(points, order, segments, count, ring, i):  # pragma: no cover - co
 
 
 @kernel
-def _turn(points, order, segments, i, after, ring):  # pragma: no cover - compiled
+def _turn(points, order, segments, i, after, ring):
     """Return the turn [rad] from one segment to the next if it is gentle, else 0.
 
     Neighbours of fewer than three points have no direction of their own, those of another cluster do not count.
@@ -182,6 +182,6 @@ def _turn(points, order, segments, i, after, ring):  # pragma: no cover - compil
 
 
 @kernel
-def _chord(points, order, segment):  # pragma: no cover - compiled
+def _chord(points, order, segment):
     low, high = order[segment[0]], order[segment[1] - 1]
     return points[high, X] - points[low, X], points[high, Y] - points[low, Y]

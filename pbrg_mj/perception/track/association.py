@@ -21,7 +21,7 @@ NEW, UPDATE, EXTEND, CONFLICT = 0, 1, 2, 3
 
 
 @kernel
-def associate(tracks, lines):  # pragma: no cover - compiled
+def associate(tracks, lines):
     """Write the role of every line (L,) of a scan, and the track it belongs to (-1 for NEW).
 
     Nearest pairs first (Mahalanobis), one line a track: it UPDATEs it. A further line of the same track EXTENDs it.
@@ -45,7 +45,7 @@ def associate(tracks, lines):  # pragma: no cover - compiled
 
 
 @kernel
-def _cheapest(cost):  # pragma: no cover - compiled
+def _cheapest(cost):
     """Return the line and the track of the least cost (L, M) within the gate, the first of equals, or -1, -1."""
     line, track, least = -1, -1, math.inf
     for k in range(cost.shape[0]):
@@ -56,7 +56,7 @@ def _cheapest(cost):  # pragma: no cover - compiled
 
 
 @kernel
-def _is_taken(lines, track):  # pragma: no cover - compiled
+def _is_taken(lines, track):
     taken = False
     for k in range(len(lines)):
         taken = taken or (lines[k]["role"] == UPDATE and lines[k]["track"] == track)

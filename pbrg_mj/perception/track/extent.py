@@ -22,7 +22,7 @@ BEHIND = 0.1  # [m] an echo this far behind a line passed it by; so much before 
 
 
 @kernel
-def beam_on_line(cos, sin, offset, beams, k):  # pragma: no cover - compiled
+def beam_on_line(cos, sin, offset, beams, k):
     """Return the coordinate along the line and the range where beam k meets it from the front, else inf.
 
     The line's normal is (cos, sin), the beams (B, 2) are unit vectors.
@@ -35,7 +35,7 @@ def beam_on_line(cos, sin, offset, beams, k):  # pragma: no cover - compiled
 
 
 @kernel
-def end_bounds(line, scan, params):  # pragma: no cover - compiled
+def end_bounds(line, scan, params):
     """Return coordinates before and beyond which the line of a scan does not go; infinite for ends not free."""
     low = end_bound(line, scan, -1, params) if line["free_low"] else -math.inf
     high = end_bound(line, scan, 1, params) if line["free_high"] else math.inf
@@ -43,7 +43,7 @@ def end_bounds(line, scan, params):  # pragma: no cover - compiled
 
 
 @kernel
-def end_bound(line, scan, end, params):  # pragma: no cover - compiled
+def end_bound(line, scan, end, params):
     """Return a coordinate beyond which the line of a scan does not go, at its high (end = 1) or low (-1) end.
 
     It is where the first echo from behind came through, or where so many neighbours got no echo that they cannot all

@@ -137,7 +137,7 @@ def _delete_contradicted(tracks, scan, params):
 
 
 @kernel
-def contradicted(track, scan, params):  # pragma: no cover - compiled
+def contradicted(track, scan, params):
     """Return whether a scan shows that a track is no longer where it was: beams that should meet it went past.
 
     Beams stopped before it say nothing. A scan without any echo says nothing: the sensor may be blind.

@@ -107,7 +107,7 @@ def pose_at_scan(estimate, clock, last, model):
 
 
 @kernel
-def lines_in_world(lines, count, pose):  # pragma: no cover - compiled
+def lines_in_world(lines, count, pose):
     """Return the first `count` of `lines` (a LineBuffer) in the world, as records LINE (count,).
 
     The noise of the ScanPose `pose` is added to every line: with the robot's own position as the anchor, an error of
@@ -126,7 +126,7 @@ def lines_in_world(lines, count, pose):  # pragma: no cover - compiled
 
 
 @kernel
-def turn_into(beams, directions, heading):  # pragma: no cover - compiled
+def turn_into(beams, directions, heading):
     """Write the `directions` (B, 2) of a robot that heads [rad] to `beams`, in the world."""
     cos, sin = math.cos(heading), math.sin(heading)
     for k in range(len(directions)):

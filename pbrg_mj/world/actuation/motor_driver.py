@@ -18,7 +18,7 @@ def quantise(voltage: np.ndarray, supply: float, levels: int) -> np.ndarray:
 
 
 @kernel
-def saturated(wanted, limit):  # pragma: no cover - compiled
+def saturated(wanted, limit):
     """Compute what `saturate` returns."""
     kept = np.empty((len(wanted), 2))
     for j in range(len(wanted)):
@@ -28,6 +28,6 @@ def saturated(wanted, limit):  # pragma: no cover - compiled
 
 
 @kernel
-def quantised(voltage, supply, levels):  # pragma: no cover - compiled
+def quantised(voltage, supply, levels):
     """Compute what `quantise` returns for one level or more."""
     return np.rint(voltage / supply * levels) * (supply / levels)

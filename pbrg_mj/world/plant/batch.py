@@ -101,7 +101,7 @@ def check_batchable(scenario: Scenario) -> None:
 
 
 @kernel
-def _write_truths(arrays, index, walls, clearance, truths):  # pragma: no cover - compiled
+def _write_truths(arrays, index, walls, clearance, truths):
     """Write hand points, margins and contacts of every world w; `arrays` are MujocoArrays of all worlds."""
     arrays, index, walls = MujocoArrays(*arrays), TruthIndex(*index), Rectangles(*walls)
     hand_world, margins, touched = truths

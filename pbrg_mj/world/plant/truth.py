@@ -46,13 +46,13 @@ def truth_index(index: ModelIndex) -> TruthIndex:
 
 
 @kernel
-def write_truth_of(arrays, index, walls, clearance, truth):  # pragma: no cover - compiled
+def write_truth_of(arrays, index, walls, clearance, truth):
     """Call `write_truth` with plain tuples: handing over named ones from Python costs 20 us more."""
     write_truth(MujocoArrays(*arrays), TruthIndex(*index), Rectangles(*walls), clearance, Truth(*truth))
 
 
 @kernel
-def write_truth(arrays, index, walls, clearance, truth):  # pragma: no cover - compiled
+def write_truth(arrays, index, walls, clearance, truth):
     """Write poses, hand points, wheel speeds, margins and contacts of all robots into the arrays of a `Truth`.
 
     `arrays` are MujocoArrays, `index` is a TruthIndex, `walls` are Rectangles. The caller makes the arrays of `truth`:
@@ -73,7 +73,7 @@ def write_truth(arrays, index, walls, clearance, truth):  # pragma: no cover - c
 
 
 @kernel
-def body_poses(xpos, xmat, body):  # pragma: no cover - compiled
+def body_poses(xpos, xmat, body):
     """Return the poses (n, 3) x, y, heading of bodies (n,), from all bodies' places and matrices."""
     poses = np.empty((len(body), 3))
     _write_poses(xpos, xmat, body, poses)
@@ -81,7 +81,7 @@ def body_poses(xpos, xmat, body):  # pragma: no cover - compiled
 
 
 @kernel
-def _write_poses(xpos, xmat, body, poses):  # pragma: no cover - compiled
+def _write_poses(xpos, xmat, body, poses):
     for j in range(len(body)):
         k = body[j]
         poses[j, 0], poses[j, 1] = xpos[k, 0], xpos[k, 1]

@@ -56,7 +56,7 @@ def wall_margin(hand_world: np.ndarray, walls: Rectangles, clearance: float) -> 
 
 
 @kernel
-def wall_margins(points, walls, clearance):  # pragma: no cover - compiled
+def wall_margins(points, walls, clearance):
     """Compute what `wall_margin` returns; `walls` is Rectangles as a plain tuple, which costs less to hand over."""
     rectangles = Rectangles(*walls)
     margins = np.empty(len(points))
@@ -66,7 +66,7 @@ def wall_margins(points, walls, clearance):  # pragma: no cover - compiled
 
 
 @kernel
-def margin(point_x, point_y, walls, clearance):  # pragma: no cover - compiled
+def margin(point_x, point_y, walls, clearance):
     """Return the margin of one point to the nearest of the Rectangles `walls`."""
     centre, axis, half_size = walls.centre, walls.axis, walls.half_size
     nearest = np.inf

@@ -37,7 +37,7 @@ def fill_camera_history(model: mujoco.MjModel, data: mujoco.MjData, robots: int,
 
 
 @kernel
-def camera_poses(sensordata, position, ahead):  # pragma: no cover - compiled
+def camera_poses(sensordata, position, ahead):
     """Return the poses (n, 3) x, y, heading whose places and x axes stand at these (n, 2) in the readings."""
     poses = np.empty((len(position), 3))
     for j in range(len(position)):

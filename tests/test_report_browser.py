@@ -106,7 +106,7 @@ def test_a_click_on_the_slider_moves_robots_references_and_half_spaces_to_that_t
         browser.click("#time", across=across)
         tick = assert_drawn_as_logged(browser, seen)
         assert abs(tick - 20 * across) <= 1
-        left, _, width, _ = browser.box(".half-space .half_space_changes")
+        left, _, width, _ = browser.box(".half-space .sensed")
         x = to_pixels(browser, 1)((seen.ticks.half_space_h[tick, 0, 0], 0.0))[0]
         assert left + width / 2 == pytest.approx(x, abs=2 * PIXEL)
 

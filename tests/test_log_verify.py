@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from foxglove_schemas_protobuf.Log_pb2 import Log
 from mcap.reader import make_reader
 from mcap.writer import Writer
 
@@ -170,6 +171,22 @@ def test_elsewhere_the_largest_deviation_is_told_instead(log: Path, tmp_path: Pa
 def test_the_other_environment_alone_is_no_difference(log: Path, tmp_path: Path) -> None:
     found = verify(rewritten(log, tmp_path / "log.mcap", keep, versions={"python": "3.99"}))
     assert (found.first, list(found.environment_changes)) == (None, ["python"])
+
+
+@pytest.mark.parametrize(("words", "same"), [(" winds up", True), (" integrates", False)])
+def test_an_event_in_earlier_words_is_the_same_event(log: Path, tmp_path: Path, words: str, same: bool) -> None:
+    reworded = []
+
+    def change(topic: str, _index: int, data: bytes) -> bytes:
+        event = Log.FromString(data) if topic == "/events" else None
+        if event is None or ": integrator wind-up" not in event.message:
+            return data
+        event.message = event.message.replace(": integrator wind-up", words)
+        reworded.append(event.message)
+        return event.SerializeToString(deterministic=True)
+
+    found = verify(rewritten(log, tmp_path / "log.mcap", change))
+    assert reworded and (found.first is None) is same
 
 
 def test_zeros_signs_and_bits_of_nan_count() -> None:

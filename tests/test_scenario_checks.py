@@ -1,4 +1,4 @@
-"""What must hold between keys, and the two helpers that later rooms use."""
+"""What must hold between keys, and the two functions that later packages use."""
 
 import pytest
 

@@ -21,8 +21,17 @@ HEAD = """# Commands, and what they print
 <!-- Written by scripts/make_command_docs.py, which runs them all: change it there. -->
 
 `pbrg COMMAND --help` lists all options. Results go to stdout; progress, on a terminal only, warnings and errors to
-stderr, a line each. Exit codes: 0 done; 1 the run failed its purpose (a robot touched a wall or crossed the line, the
-state diverged, a replay differed); 2 the input is wrong. Where no output stands below, there is none.
+stderr, a line each. Where no output stands below, there is none.
+
+| exit code | meaning |
+|---|---|
+| 0 | done |
+| 1 | the run failed its purpose: a wall touched, a line crossed, a state diverged, a replay that differs |
+| 1 | a plug-in broke its contract; disk or memory ran out |
+| 2 | the input is wrong: one line with file, line, key, value and what is allowed |
+| 3 | a defect of this package: one line; `pbrg --debug COMMAND` prints the traceback before it |
+| 130 | Ctrl-C |
+| 141 | nobody reads standard output any more, as behind `head`; nothing is said |
 """
 WRONG = "team:\n  start: [[0, 0]]\n  formation: [[0, 0]]\n  leaders: [2]\noperator: {reference: [1, 0]}\n"
 # Not shown: it compiles the kernels, which would pass for the speed of the first run that is.

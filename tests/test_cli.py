@@ -202,16 +202,6 @@ def test_export_and_plot_write_their_files(logs, capsys):
     assert capsys.readouterr() == ("", "")
 
 
-def test_a_reader_that_goes_away_is_no_error():
-    read, write = os.pipe()
-    os.close(read)
-    with os.fdopen(write, "w") as gone:
-        command = [sys.executable, "-m", "pbrg_mj.cli.main", "list"]
-        environment = os.environ | {"PYTHONPATH": str(ROOT)}
-        done = subprocess.run(command, stdout=gone, stderr=subprocess.PIPE, text=True, env=environment, check=False)
-    assert (done.returncode, done.stderr) == (0, "")
-
-
 def test_help_waits_for_nothing_heavy():
     code = (
         "import sys; from pbrg_mj.cli.main import main; main(['--help']); "

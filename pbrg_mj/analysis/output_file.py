@@ -9,12 +9,17 @@ from pathlib import Path
 from typing import TypeVar
 
 from pbrg_mj.errors import InputError
+from pbrg_mj.log.write.writer import check_regular
 
 Choice = TypeVar("Choice")
 
 
 def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
-    """Let `write` fill a temporary file in the same folder, then give it its name. Raises InputError if it cannot."""
+    """Let `write` fill a temporary file in the same folder, then give it its name.
+
+    Raises InputError if it cannot, and for a pipe or a device, whose place a file must not take.
+    """
+    check_regular(path)
     try:
         handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
     except OSError as error:

@@ -7,5 +7,6 @@ compare, export, plot, render, report    read logs
 replay, repair    a log again, or what is whole in it
 doctor        this machine
 arguments     what several commands take
-console, progress, pace    the terminal, and the clock of those who look on
+failures      how a command that fails ends
+console, progress, real_time    the terminal, and the clock of those who look on
 """

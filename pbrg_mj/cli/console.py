@@ -9,21 +9,31 @@ import sys
 from typing import Any, TextIO
 
 from pbrg_mj.api.text import plain
+from pbrg_mj.errors import PbrgError
+
+
+class ReaderGoneError(Exception):
+    """Nobody reads stdout any more, as behind `| head`: a command ends without a word, as Unix tools do."""
 
 
 def emit(text: str) -> None:
-    """Print lines to stdout. A reader that has gone away (`| head`) is no error."""
-    _write(sys.stdout, plain(text, keep="\n") + "\n")
+    """Print lines to stdout. Raises ReaderGoneError, and PbrgError when stdout is closed or its disk full."""
+    _print(plain(text, keep="\n") + "\n")
 
 
 def emit_json(data: Any) -> None:
-    """Print data as JSON to stdout; ASCII, and null for what is not a number."""
-    _write(sys.stdout, json.dumps(data, indent=2, allow_nan=False) + "\n")
+    """Print data as JSON to stdout; ASCII, and null for what is not a number. Raises what `emit` does."""
+    _print(json.dumps(data, indent=2, allow_nan=False) + "\n")
 
 
 def note(text: str) -> None:
-    """Print one line to stderr."""
-    _write(sys.stderr, plain(text) + "\n")
+    """Print one line to stderr, if anybody takes it."""
+    if sys.stderr is None:
+        return
+    try:
+        _write(sys.stderr, plain(text) + "\n")
+    except OSError:
+        discard(sys.stderr)
 
 
 class Notes(logging.Handler):
@@ -34,11 +44,36 @@ class Notes(logging.Handler):
         note(f"warning: {record.getMessage()}")
 
 
+def keep_standard_streams() -> None:
+    """Open what the shell closed (`>&-`), for else the next file opened would take its number, and what it prints."""
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDONLY)  # takes the lowest number that is free; writing to it fails
+
+
+def discard(stream: TextIO) -> None:
+    """Let what is still in the stream's buffer go nowhere; Python would complain of it when it flushes at exit."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, stream.fileno())
+    os.close(nowhere)
+
+
+def _print(text: str) -> None:
+    if sys.stdout is None:
+        raise PbrgError("cannot write to standard output: it is closed")
+    try:
+        _write(sys.stdout, text)
+    except BrokenPipeError:
+        discard(sys.stdout)
+        raise ReaderGoneError from None
+    except OSError as error:
+        discard(sys.stdout)
+        raise PbrgError(f"cannot write to standard output: {error.strerror}") from error
+
+
 def _write(stream: TextIO, text: str) -> None:
     encoding = stream.encoding or "utf-8"
-    try:
-        stream.write(text.encode(encoding, "backslashreplace").decode(encoding))
-        stream.flush()
-    except BrokenPipeError:
-        # Python would complain once more when it flushes at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+    stream.write(text.encode(encoding, "backslashreplace").decode(encoding))
+    stream.flush()

@@ -1,25 +1,27 @@
-"""`pbrg`: the commands and their exit codes. 0 done, 1 the run failed its purpose, 2 the input is wrong.
+"""`pbrg`: the commands and their exit codes.
 
-Commands import what they need when they run: help must not wait for the simulator.
+0 done; 1 the run failed its purpose; 2 the input is wrong; 3 a defect of this package; 130 Ctrl-C; 141 nobody reads
+stdout any more. Commands import what they need when they run: help must not wait for the simulator.
 """
 
 from __future__ import annotations
 
 import logging
+import os
 import sys
+from collections.abc import Sequence
 from typing import Annotated
 
 import typer
 
 from pbrg_mj import __version__
 from pbrg_mj.cli import batch, compare, doctor, export, plot, render, repair, replay, report, reproduce, run, scenarios
-from pbrg_mj.cli.console import Notes, emit, note
-from pbrg_mj.cli.progress import INTERRUPTED
-from pbrg_mj.errors import InputError, PbrgError
+from pbrg_mj.cli.console import Notes, emit, keep_standard_streams
+from pbrg_mj.cli.failures import DEFECT, explain, one_line_each
 
 NOTES = Notes(logging.WARNING)
-# typer has it only as the base of what it exports.
-_ClickError: type[Exception] = typer.BadParameter.__mro__[2]
+DEBUG = "--debug"
+COMPLETING = "_PBRG_COMPLETE"  # set by the shell that completes a command; it then ends with an exit of its own
 
 app = typer.Typer(
     rich_markup_mode=None,
@@ -38,6 +40,9 @@ def _version(wanted: bool) -> None:
 def _options(
     version: Annotated[
         bool, typer.Option("--version", is_eager=True, callback=_version, help="Show the version.")
+    ] = False,
+    debug: Annotated[
+        bool, typer.Option(DEBUG, help="Print the traceback of an error; before or after COMMAND.")
     ] = False,
 ) -> None:
     """A physics-based benchmark for distributed reference governors."""
@@ -61,24 +66,27 @@ app.command("reproduce")(reproduce.reproduce)
 app.command("doctor")(doctor.doctor)
 
 
-def main(arguments: list[str] | None = None) -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code; `arguments` default to the process's own."""
+    keep_standard_streams()
     logging.getLogger("pbrg_mj").addHandler(NOTES)
-    try:
-        code = app(arguments, prog_name="pbrg", standalone_mode=False)
-    except PbrgError as error:
-        note(f"error: {error}")
-        return 2 if isinstance(error, InputError) else 1
-    except _ClickError as error:
-        note(f"error: {error.format_message()} See: pbrg --help")  # type: ignore[attr-defined]
-        return 2
-    except OSError as error:
-        name = f"{error.filename}: " if error.filename else ""
-        note(f"error: {name}{error.strerror or error}")
-        return 2
-    except (KeyboardInterrupt, typer.Abort):
-        return INTERRUPTED
-    return code if isinstance(code, int) else 0
+    given, debug = _without_debug(sys.argv[1:] if arguments is None else arguments)
+    with one_line_each(debug=debug) as failed:
+        try:
+            code = app(given, prog_name="pbrg", standalone_mode=False)
+        except BaseException as error:
+            if isinstance(error, SystemExit) and COMPLETING in os.environ:
+                raise
+            return explain(error, debug=debug)
+    code = code if isinstance(code, int) else 0
+    return DEFECT if failed and code == 0 else code
+
+
+def _without_debug(arguments: Sequence[str]) -> tuple[list[str], bool]:
+    """Return the arguments without --debug, which may stand anywhere before a `--`, and whether it was there."""
+    end = arguments.index("--") if "--" in arguments else len(arguments)
+    options = [one for one in arguments[:end] if one != DEBUG]
+    return [*options, *arguments[end:]], len(options) < end
 
 
 if __name__ == "__main__":

@@ -12,7 +12,6 @@ from pbrg_mj.cli.console import note
 if TYPE_CHECKING:
     from pbrg_mj import TickRecord
 
-INTERRUPTED = 130
 REFRESH = 0.1  # [s] wall clock between updates
 
 

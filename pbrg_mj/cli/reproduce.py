@@ -14,7 +14,8 @@ import typer
 import pbrg_mj as pbrg
 from pbrg_mj.cli.arguments import without_drawing
 from pbrg_mj.cli.console import emit, emit_json, note
-from pbrg_mj.cli.progress import INTERRUPTED, progress
+from pbrg_mj.cli.failures import INTERRUPTED
+from pbrg_mj.cli.progress import progress
 
 if TYPE_CHECKING:
     from pbrg_mj import Scenario, TickRecord

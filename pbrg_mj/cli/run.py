@@ -12,7 +12,8 @@ import typer
 import pbrg_mj as pbrg
 from pbrg_mj.cli.arguments import Duration, Overrides, ScenarioName, without_drawing
 from pbrg_mj.cli.console import emit, emit_json, note
-from pbrg_mj.cli.progress import INTERRUPTED, progress
+from pbrg_mj.cli.failures import INTERRUPTED
+from pbrg_mj.cli.progress import progress
 from pbrg_mj.cli.real_time import pacer
 
 if TYPE_CHECKING:

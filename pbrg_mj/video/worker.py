@@ -20,14 +20,15 @@ from pbrg_mj.video.gl import environment
 from pbrg_mj.video.settings import RenderTask
 
 PREFETCHED = 4  # pictures drawn ahead of those encoded
-WRONG_INPUT = 2  # exit code of the drawing process
+UNCAUGHT, WRONG_INPUT = 1, 2  # exit codes of the drawing process
 
 
 @contextmanager
 def frames(task: RenderTask, backend: str) -> Iterator[Iterator[np.ndarray]]:
     """Give the task's pictures (height, width, 3) RGB, rows from the top down; a thread fetches them ahead.
 
-    Raises InputError when the drawing process refuses the task, PbrgError when it fails.
+    Raises InputError when the drawing process refuses the task, RuntimeError with its traceback as a note when it
+    raises, PbrgError when it ends otherwise.
     """
     with tempfile.TemporaryFile() as errors:
         process = subprocess.Popen(
@@ -98,12 +99,16 @@ def _pictures(
         yield np.frombuffer(picture, dtype=np.uint8).reshape(height, width, 3)[::-1]
 
 
-def _failure(process: subprocess.Popen[bytes], errors: BinaryIO) -> PbrgError:
+def _failure(process: subprocess.Popen[bytes], errors: BinaryIO) -> Exception:
     code = process.wait()
     errors.seek(0)
     lines = errors.read().decode(errors="replace").strip().splitlines()
     if code == WRONG_INPUT and lines:
         return InputError(lines[-1])
+    if code == UNCAUGHT and lines:
+        failure = RuntimeError(f"in the drawing process: {lines[-1]}")
+        failure.add_note("\n".join(lines))
+        return failure
     return PbrgError(f"drawing failed: {lines[-1] if lines else f'the process ended with {code}'}")
 
 

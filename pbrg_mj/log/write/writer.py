@@ -122,7 +122,14 @@ def check_writable(path: Path) -> None:
     folder = path.parent
     if path.is_dir():
         raise InputError(f"cannot write {path}: it is a folder")
+    check_regular(path)
     if not folder.is_dir():
         raise InputError(f"cannot write {path}: there is no folder {folder}")
     if not os.access(path if path.exists() else folder, os.W_OK):
         raise InputError(f"cannot write {path}: permission denied")
+
+
+def check_regular(path: Path) -> None:
+    """Raise InputError for a pipe, which would wait for a reader, and for a device, whose place no file must take."""
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise InputError("is a pipe or a device; allowed: a new name, or a file to replace", file=str(path))

@@ -1,0 +1,102 @@
+"""How a command that fails ends: one line on stderr, an exit code, and with --debug the traceback before it."""
+
+from __future__ import annotations
+
+import errno
+import os
+import sys
+import threading
+import traceback
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+
+import typer
+
+from pbrg_mj.cli.console import ReaderGoneError, note
+from pbrg_mj.errors import InputError, PbrgError
+
+FAILED, WRONG_INPUT, DEFECT, INTERRUPTED, READER_GONE = 1, 2, 3, 130, 141  # the last two as after a signal
+LONGEST = 400  # characters of an exception's text shown
+# The machine is short of something: neither wrong input nor a defect.
+SCARCE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.ENOMEM, errno.EMFILE, errno.ENFILE, errno.EAGAIN}
+# typer has it only as the base of what it exports.
+ClickError: type[Exception] = typer.BadParameter.__mro__[2]
+
+
+def explain(error: BaseException, *, debug: bool) -> int:
+    """Say in one line why a command ended, after the traceback if `debug`; return the exit code."""
+    if isinstance(error, ReaderGoneError) or _is_reader_gone(error):
+        return READER_GONE
+    if isinstance(error, KeyboardInterrupt | typer.Abort):
+        return INTERRUPTED
+    if debug:
+        for line in traceback.format_exception(error):
+            for text in line.splitlines():
+                note(text)
+    code, text = _verdict(error)
+    note(f"error: {text}")
+    return code
+
+
+@contextmanager
+def one_line_each(*, debug: bool) -> Iterator[list[BaseException]]:
+    """Print failures of threads and destructors, and Python's warnings, a line each; give those of threads."""
+    failed: list[BaseException] = []
+    hooks = threading.excepthook, sys.unraisablehook, warnings.showwarning
+
+    def in_thread(hook: threading.ExceptHookArgs) -> None:
+        if hook.exc_value is not None:
+            explain(hook.exc_value, debug=debug)
+            failed.append(hook.exc_value)
+
+    def unraisable(hook: sys.UnraisableHookArgs) -> None:
+        if hook.exc_value is not None:
+            explain(hook.exc_value, debug=debug)
+
+    def warn(message: Warning | str, kind: type[Warning], file: str, line: int, *_: object) -> None:
+        place = f" ({file}:{line})" if debug else ""
+        note(f"warning: {message}{place}")
+
+    threading.excepthook, sys.unraisablehook, warnings.showwarning = in_thread, unraisable, warn  # type: ignore
+    try:
+        yield failed
+    finally:
+        threading.excepthook, sys.unraisablehook, warnings.showwarning = hooks
+
+
+def _verdict(error: BaseException) -> tuple[int, str]:
+    """Return the exit code, and what is wrong."""
+    if isinstance(error, PbrgError):
+        return (WRONG_INPUT if isinstance(error, InputError) else FAILED), str(error)
+    if isinstance(error, ClickError):
+        return WRONG_INPUT, f"{error.format_message()} See: pbrg --help"  # type: ignore[attr-defined]
+    if isinstance(error, MemoryError):
+        return FAILED, f"out of memory{_place(error.__traceback__)}: a smaller scenario, shorter run or log needs less"
+    if isinstance(error, OSError) and (error.filename or error.errno in SCARCE):
+        name = f"{os.fsdecode(error.filename)}: " if isinstance(error.filename, str | bytes) else ""
+        return (FAILED if error.errno in SCARCE else WRONG_INPUT), f"{name}{error.strerror or error}"
+    text = _text(error)
+    told = f"{type(error).__name__}{': ' if text else ''}{text}{_place(error.__traceback__)}"
+    return DEFECT, f"{told}; this is a defect of pbrg, `pbrg --debug` prints where"
+
+
+def _text(error: BaseException) -> str:
+    try:
+        text = " ".join(str(error).split())
+    except Exception:  # an exception of another package, whose text fails
+        return ""
+    return text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."
+
+
+def _place(trace: TracebackType | None) -> str:
+    """Return the innermost line of this package that it passed through."""
+    frames = [frame for frame in traceback.extract_tb(trace) if "pbrg_mj" in Path(frame.filename).parts]
+    return f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
+
+
+def _is_reader_gone(error: BaseException) -> bool:
+    """Return whether it is the exit by which the library for options answers a closed pipe, while it prints help."""
+    return isinstance(error, SystemExit) and isinstance(error.__context__, BrokenPipeError)

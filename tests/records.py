@@ -64,7 +64,9 @@ def _record(rng: np.random.Generator, index: int, n: int, slots: int) -> TickRec
     return TickRecord(
         index=index,
         time=index * TICK,
-        truth=Truth(values(n, 3), values(n, 2), values(n, 2), values(n), rng.random(n) < 0.1),
+        truth=Truth(
+            values(n, 3), values(n, 2), values(n, 2), values(n), rng.random(n) < 0.1, *_added(seed=index, robots=n)
+        ),
         readings=Readings(values(n, 3), values(2, BEAMS), index % 10 == 0, index // 3, index // 10),
         hand_world=hand,
         half_spaces=half_spaces,
@@ -81,6 +83,12 @@ def _record(rng: np.random.Generator, index: int, n: int, slots: int) -> TickRec
         winding_up=rng.random(n) < 0.1,
         timings=Timings(*rng.random(9).tolist()),
     )
+
+
+def _added(seed: int, robots: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return what logs did not have at first, drawn apart from the rest, which a log of then holds."""
+    rng = np.random.default_rng(seed)
+    return rng.normal(size=robots), rng.random(robots) < 0.1, rng.random(robots) < 0.1
 
 
 def _optimum(rng: np.random.Generator, n: int, rows: int) -> Optimum:

@@ -95,6 +95,9 @@ def resting(plan: Scenario, steps: int = 21) -> TickSeries:
         flow_dual_storage=np.zeros(steps),
         flow_primal_dissipation=np.zeros(steps),
         flow_dual_dissipation=np.zeros(steps),
+        moving_margin=np.full((steps, n), np.inf),
+        moving_contact=np.zeros((steps, n), dtype=bool),
+        robot_contact=np.zeros((steps, n), dtype=bool),
     )
 
 

@@ -20,7 +20,12 @@ class Terminal(io.StringIO):
 
 def record(margin=1.0, contact=False, status="ok", time=3.0):
     base = records(1)[0]
-    truth = base.truth._replace(wall_margin=np.full(3, margin), wall_contact=np.full(3, contact))
+    nothing = {
+        "moving_margin": np.full(3, np.inf),
+        "moving_contact": np.zeros(3, bool),
+        "robot_contact": np.zeros(3, bool),
+    }
+    truth = base.truth._replace(wall_margin=np.full(3, margin), wall_contact=np.full(3, contact), **nothing)
     return base._replace(time=time, truth=truth, solution=replace(base.solution, status=status))
 
 
@@ -32,9 +37,17 @@ def test_the_worst_so_far_is_told():
     assert so_far.text() == "governor infeasible at 3.0 s, margin 0.500 m"
     so_far.add(record(margin=-0.01))
     so_far.add(record())
-    assert so_far.text() == "violated: past a wall's line, margin -0.010 m"
+    assert so_far.text() == "past a line, margin -0.010 m"
     so_far.add(record(contact=True))
-    assert so_far.text().startswith("violated: touched a wall")
+    assert so_far.text().startswith("a robot touched a wall at 3.0 s")
+
+
+@pytest.mark.parametrize(("field", "what"), [("moving_contact", "a moving box"), ("robot_contact", "another robot")])
+def test_the_first_contact_of_any_kind_is_told(field, what):
+    so_far, seen = SoFar(), record()
+    so_far.add(seen._replace(truth=seen.truth._replace(**{field: np.array([False, True, False])})))
+    so_far.add(record(contact=True))
+    assert so_far.text().startswith(f"a robot touched {what} at 3.0 s")
 
 
 def test_without_walls_there_is_no_margin_to_tell():

@@ -25,7 +25,12 @@ def test_it_opens_bit_for_bit() -> None:
     run, written = open_run(EARLIER), records(TICKS)
     assert (run.damage, len(run.ticks.time)) == (None, TICKS)
     assert run.scenario == loaded(timings=True).scenario
+    assert run.absent == {"moving_margin", "moving_contact", "robot_contact"}
     for field in MESSAGES["Tick"]:
+        if field.name in run.absent:
+            unknown = np.full((TICKS, 3), np.nan if field.kind == "double" else False)
+            np.testing.assert_array_equal(getattr(run.ticks, field.name), unknown)
+            continue
         truth = np.array([attrgetter(field.source)(record) for record in written])
         read = getattr(run.ticks, field.name)
         assert read.astype(truth.dtype).tobytes() == truth.tobytes(), field.name

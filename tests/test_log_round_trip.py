@@ -159,17 +159,17 @@ def test_events_tell_changes_once(tmp_path: Path) -> None:
         reader = make_reader(file, decoder_factories=[DecoderFactory()])
         events = reader.iter_decoded_messages(topics="/events")
         texts = [(round(message.log_time / 1e9 / TICK), decoded.message) for _, _, message, decoded in events]
-    touching = winding = np.zeros(3, dtype=bool)
+    before = [np.zeros(3, dtype=bool)] * 4
     status, expected = "ok", []
     for record in records(60):
         if record.solution.status != status:
             expected.append((record.index, f"governor: {record.solution.status}, was {status}"))
         status = record.solution.status
-        onsets = np.flatnonzero(record.truth.wall_contact & ~touching)
-        expected.extend((record.index, f"robot {robot + 1} touches a wall") for robot in onsets)
-        onsets = np.flatnonzero(record.winding_up & ~winding)
-        expected.extend((record.index, f"robot {robot + 1}: integrator wind-up") for robot in onsets)
-        touching, winding = record.truth.wall_contact, record.winding_up
+        truth, told = record.truth, (" touches a wall", " touches a moving box", " touches another robot")
+        now = [truth.wall_contact, truth.moving_contact, truth.robot_contact, record.winding_up]
+        for words, was, flags in zip((*told, ": integrator wind-up"), before, now, strict=True):
+            expected.extend((record.index, f"robot {robot + 1}{words}") for robot in np.flatnonzero(flags & ~was))
+        before = now
     assert texts == expected
 
 

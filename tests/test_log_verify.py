@@ -12,6 +12,7 @@ from foxglove_schemas_protobuf.Log_pb2 import Log
 from mcap.reader import make_reader
 from mcap.writer import Writer
 
+from pbrg_mj.log.schema.fields import MESSAGES
 from pbrg_mj.log.schema.protobuf import CLASSES
 from pbrg_mj.log.verify import replay
 from pbrg_mj.log.verify.difference import differences
@@ -66,6 +67,31 @@ def rewritten(
 
 def keep(topic: str, index: int, data: bytes) -> bytes:
     return data
+
+
+def test_a_log_without_the_fields_added_since_still_verifies(log: Path, tmp_path: Path) -> None:
+    def older(topic: str, index: int, data: bytes) -> bytes:
+        if topic != "/tick":
+            return data
+        message = CLASSES["Tick"].FromString(data)
+        for field in MESSAGES["Tick"]:
+            if field.added:
+                message.ClearField(field.name)
+        return message.SerializeToString(deterministic=True)
+
+    found = verify(rewritten(log, tmp_path / "older.mcap", older))
+    assert (found.first, found.ticks) == (None, TICKS)
+
+    def older_and_wrong(topic: str, index: int, data: bytes) -> bytes:
+        message = CLASSES["Tick"].FromString(data) if topic == "/tick" and index == 9 else None
+        if message is None:
+            return older(topic, index, data)
+        message.m[0] += 1e-12
+        return older(topic, index, message.SerializeToString(deterministic=True))
+
+    first = verify(rewritten(log, tmp_path / "wrong.mcap", older_and_wrong)).first
+    assert first is not None
+    assert (first.channel, first.time, first.difference.field) == ("/tick", 0.09, "m[0]")
 
 
 def test_a_run_repeats_bit_for_bit(log: Path, tmp_path: Path) -> None:

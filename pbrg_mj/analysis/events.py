@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from pbrg_mj.analysis.metrics.contacts import FIELDS, contact_flags, is_violation, onsets, words
 from pbrg_mj.log.read.run import Run
 
 MOST_EVENTS = 60
@@ -40,23 +42,21 @@ def _statuses(run: Run) -> list[Event]:
     return [Event(_time(run, k), f"governor: {status[k]}", status[k] != "ok") for k in changed.tolist()]
 
 
-def _touches(run: Run) -> list[Event]:
-    return [Event(_time(run, k), f"robot {j + 1} touches a wall", True) for k, j in _begins(run.ticks.wall_contact)]
+def _touches(run: Run) -> Iterator[Event]:
+    for kind in FIELDS:
+        for k, j in onsets(contact_flags(run, kind)):
+            text = f"robot {j + 1} touches {words(run, kind, k, j)}"
+            yield Event(_time(run, k), text, is_violation(run, kind))
 
 
 def _wind_ups(run: Run) -> list[Event]:
-    return [Event(_time(run, k), f"robot {j + 1}: integrator wind-up", False) for k, j in _begins(run.ticks.winding_up)]
+    return [Event(_time(run, k), f"robot {j + 1}: integrator wind-up", False) for k, j in onsets(run.ticks.winding_up)]
 
 
 def _references(run: Run) -> list[Event]:
     r = run.ticks.reference
     changed = np.flatnonzero((np.diff(r, axis=0) != 0).any(axis=1)) + 1
     return [Event(_time(run, k), f"new reference ({r[k, 0]:.3g}, {r[k, 1]:.3g}) m", False) for k in changed.tolist()]
-
-
-def _begins(flags: np.ndarray) -> list[list[int]]:
-    """Return tick and robot wherever a flag (T, n) goes up."""
-    return np.argwhere(flags & ~np.concatenate([np.zeros_like(flags[:1]), flags[:-1]])).tolist()
 
 
 def _time(run: Run, row: int) -> float:

@@ -57,6 +57,9 @@ def _tick_series(run: Run) -> list[Series]:
         ("wheel_speed", "rad_s", t.wheel_speed, (None, SIDE)),
         ("wall_margin", "m", t.wall_margin, (None,)),
         ("wall_contact", "", t.wall_contact, (None,)),
+        ("moving_margin", "m", t.moving_margin, (None,)),
+        ("moving_contact", "", t.moving_contact, (None,)),
+        ("robot_contact", "", t.robot_contact, (None,)),
         ("q", "m", t.hand, (None, XY)),
         ("heading", "rad", t.body_pose[..., 2], (None,)),
         ("body", "m", t.body_pose[..., :2], (None, XY)),
@@ -89,7 +92,8 @@ def _tick_series(run: Run) -> list[Series]:
         ("flow_primal_dissipation", "m2_s3", t.flow_primal_dissipation, ()),
         ("flow_dual_dissipation", "m2_s3", t.flow_dual_dissipation, ()),
     )
-    return [Series(name, unit, t.index, values, axes) for name, unit, values, axes in layout]
+    known = [row for row in layout if row[0] not in run.absent]
+    return [Series(name, unit, t.index, values, axes) for name, unit, values, axes in known]
 
 
 def _command(run: Run) -> tuple[str, np.ndarray, tuple[tuple[str, ...] | None, ...]]:

@@ -18,8 +18,8 @@ from pbrg_mj.loop.batch import BatchHistories, BatchSimulation
 class Batch(Arrays):
     """W runs of T ticks as arrays by name.
 
-    `seeds` (W,), `time_s` (T,), `hand_world_m` and `m_m` (W, T, n, 2), `wall_margin_m` and `wall_contact` (W, T, n),
-    `diverged` (W, T).
+    `seeds` (W,), `time_s` (T,), `hand_world_m` and `m_m` (W, T, n, 2), `wall_margin_m`, `wall_contact` and
+    `robot_contact` (W, T, n), `diverged` (W, T).
     """
 
     def __init__(self, scenario: Scenario, histories: BatchHistories, speed: float):
@@ -35,13 +35,17 @@ class Batch(Arrays):
     def summary(self) -> dict[str, Any]:
         """Return what the runs have in common and where they differ, units in the names."""
         speed = {"simulated_s_per_s": self._speed}
-        return {"scenario": self._scenario.name, **batch_metrics(self._histories), **speed}
+        numbers = batch_metrics(self._histories, self._scenario.settings.outcome.contacts)
+        return {"scenario": self._scenario.name, **numbers, **speed}
 
     @property
     def failed(self) -> bool:
-        """Whether a robot touched a wall or crossed its line, or a state diverged, in any of the runs."""
+        """Whether a robot touched a wall or another robot, or crossed a wall's line, or a state diverged, in any run.
+
+        Contacts that the scenario allows (`outcome.contacts`) are left out.
+        """
         numbers = self.summary()
-        return any(numbers[f"worlds_{how}"] for how in ("touching", "past_a_wall", "diverged"))
+        return bool(numbers["worlds_violated"] or numbers["worlds_diverged"])
 
     def save(self, path: str | Path) -> Path:
         """Write all arrays (.npz); return the path. Raises InputError."""

@@ -20,15 +20,23 @@ class SoFar:
 
     def __init__(self) -> None:
         self.trouble = ""
+        self.touched = False
         self.margin = float("inf")  # [m]
 
     def add(self, record: TickRecord) -> None:
         """Take one record into account; the first trouble stays."""
-        self.margin = min(self.margin, float(record.truth.wall_margin.min()))
-        if record.truth.wall_contact.any():
-            self.trouble = "violated: touched a wall"
-        elif self.margin < 0 and not self.trouble.startswith("violated"):
-            self.trouble = "violated: past a wall's line"
+        truth = record.truth
+        self.margin = min(self.margin, float(truth.wall_margin.min()), float(truth.moving_margin.min()))
+        contacts = {
+            "a wall": truth.wall_contact,
+            "a moving box": truth.moving_contact,
+            "another robot": truth.robot_contact,
+        }
+        touched = next((what for what, flags in contacts.items() if flags.any()), None)
+        if touched and not self.touched:
+            self.touched, self.trouble = True, f"a robot touched {touched} at {record.time:.1f} s"
+        elif self.margin < 0 and not self.touched:
+            self.trouble = "past a line"
         elif record.solution.status != "ok" and not self.trouble:
             self.trouble = f"governor {record.solution.status} at {record.time:.1f} s"
 

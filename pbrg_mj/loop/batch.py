@@ -38,6 +38,7 @@ class BatchHistories:
     m: np.ndarray  # (W, T, n, 2) governed references as each robot knows them [m]
     wall_margin: np.ndarray  # (W, T, n) truth: hand point to nearest wall's face, less the clearance [m]
     wall_contact: np.ndarray  # (W, T, n) bool, truth
+    robot_contact: np.ndarray  # (W, T, n) bool, truth: with another robot
     diverged: np.ndarray  # (W, T) bool: the governor's estimates have left all bounds
 
     @classmethod
@@ -52,6 +53,7 @@ class BatchHistories:
             m=np.empty((*shape, 2)),
             wall_margin=np.empty(shape),
             wall_contact=np.empty(shape, dtype=bool),
+            robot_contact=np.empty(shape, dtype=bool),
             diverged=np.empty(shape[:2], dtype=bool),
         )
 
@@ -101,8 +103,8 @@ class BatchSimulation:
 
     def _tick(self, pool: ThreadPoolExecutor, index: int, state: BatchState, histories: BatchHistories) -> None:
         time = index * self._scenario.timing.tick
-        at = (histories.hand_world[:, index], histories.wall_margin[:, index], histories.wall_contact[:, index])
-        self._plant.truth(*at)
+        truths = (histories.hand_world, histories.wall_margin, histories.wall_contact, histories.robot_contact)
+        self._plant.truth(*(history[:, index] for history in truths))
         if self._plant.frames() != self._frames:
             self._sense_and_perceive(time, state)
         reference = operator_reference(self._scenario.operator, time)

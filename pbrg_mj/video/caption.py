@@ -17,17 +17,20 @@ def caption(run: Run, time: float) -> tuple[str, str]:
     """Return the names and the values, a line each, that describe the run at `time` [s]; printable ASCII."""
     ticks, k = run.ticks, latest(run.ticks.time, time)
     facts = {"": _ascii(run.name), "time": f"{time:.2f} s"}
-    margin = float(ticks.wall_margin[k].min(initial=np.inf))
+    margins = np.fmin(ticks.wall_margin[k], ticks.moving_margin[k])
+    margin = float(margins.min(initial=np.inf))
     if np.isfinite(margin):
-        robot = int(ticks.wall_margin[k].argmin()) + 1
+        robot = int(margins.argmin()) + 1
         facts["margin"] = f"{margin:.3f} m (robot {robot})"
     facts["governor"] = _ascii(str(ticks.status[k]))
     solved = latest(run.optima.time, time)
     if solved >= 0:
         facts["gap to m*"] = _gap(run, k, solved)
-    touching = np.flatnonzero(ticks.wall_contact[k]) + 1
-    if len(touching):
-        facts["touches a wall"] = "robot " + ", ".join(map(str, touching.tolist()))
+    contacts = {"a wall": ticks.wall_contact, "a moving box": ticks.moving_contact, "a robot": ticks.robot_contact}
+    for what, flags in contacts.items():
+        touching = np.flatnonzero(flags[k]) + 1
+        if len(touching):
+            facts[f"touches {what}"] = "robot " + ", ".join(map(str, touching.tolist()))
     return "\n".join(facts), "\n".join(facts.values())
 
 

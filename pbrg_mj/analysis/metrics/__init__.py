@@ -2,6 +2,7 @@
 
 obstacles         walls and boxes as rectangles with faces
 best_formation    the point where the team should come to rest
+contacts          which contacts there were, and which of them violate the run
 margins           certificate rows and distances to true and sensed lines
 outcome           how the run ended, in one word
 sensing_gap       what sensing costs: the optimum on sensed against true half-spaces

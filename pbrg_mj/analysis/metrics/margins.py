@@ -45,8 +45,14 @@ def sensed_margin(ticks: TickSeries) -> np.ndarray:
 def true_margin(run: Run) -> np.ndarray:
     """Return how far each TRUE hand point stands behind the true line (T, n) [m]; inf where there is none.
 
-    Against walls and boxes; in a run without them, against the half-spaces given to the robots.
+    Against walls, boxes and moving boxes where they are at the time; in a run without any, against the half-spaces
+    given to the robots. Logs too old to have margins to moving boxes leave those out.
     """
+    return np.fmin(static_margin(run), run.ticks.moving_margin)
+
+
+def static_margin(run: Run) -> np.ndarray:
+    """Return the same (T, n) [m] without moving boxes."""
     if obstructed(run.scenario):
         return run.ticks.wall_margin
     if given_half_spaces(run.scenario):

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pbrg_mj.analysis.metrics.best_formation import BestFormation, best_formation
-from pbrg_mj.analysis.metrics.margins import obstructed, true_margin
+from pbrg_mj.analysis.metrics.contacts import FIELDS, Kind, contact_flags, is_violation, words
+from pbrg_mj.analysis.metrics.margins import obstructed, static_margin
 from pbrg_mj.log.read.run import Run
 
+Violation = Kind | Literal["half-space"]
 Word = Literal["converged", "moving", "stalled", "violated", "diverged"]
 ROUNDING = 1e-6  # [m] a margin above -ROUNDING is on the line, not past it
 CLOCK = 1e-9  # [s] rounding of tick times
@@ -19,12 +23,13 @@ CLOCK = 1e-9  # [s] rounding of tick times
 
 @dataclass(frozen=True)
 class Outcome:
-    """The word, and what led to it where it needs saying; robot and time of the first violation."""
+    """The word, and what led to it where it needs saying; robot, time and kind of the first violation."""
 
     word: Word
     reason: str | None = None
     robot: int | None = None  # counted from 1
     time: float | None = None  # [s]
+    kind: Violation | None = None  # with what
 
 
 def outcome(run: Run) -> Outcome:
@@ -44,14 +49,30 @@ def final_target(run: Run) -> BestFormation:
 
 
 def _violated(run: Run) -> Outcome | None:
-    limit = "a wall's line" if obstructed(run.scenario) else "a given half-space"
-    past = true_margin(run) < -ROUNDING
     found = [
-        Outcome("violated", reason, int(robot) + 1, float(run.ticks.time[tick]))
-        for reason, events in (("touched a wall", run.ticks.wall_contact), (f"passed {limit}", past))
-        for tick, robot in np.argwhere(events)[:1]
+        Outcome("violated", reason(tick, robot), robot + 1, float(run.ticks.time[tick]), kind)
+        for kind, flags, reason in _violations(run)
+        for tick, robot in np.argwhere(flags)[:1].tolist()
     ]
     return min(found, key=lambda violation: violation.time or 0.0, default=None)
+
+
+def _violations(run: Run) -> Iterator[tuple[Violation, np.ndarray, Callable[[int, int], str]]]:
+    """Yield kind, flags (T, n) and words of everything that counts as a violation; contacts before lines."""
+    for kind in FIELDS:
+        if is_violation(run, kind):
+            yield kind, contact_flags(run, kind), partial(_touched, run, kind)
+    behind = static_margin(run) < -ROUNDING
+    if not obstructed(run.scenario):
+        yield "half-space", behind, lambda _tick, _robot: "passed a given half-space"
+    elif is_violation(run, "walls"):
+        yield "walls", behind, lambda _tick, _robot: "passed a wall's line"
+    if is_violation(run, "moving"):
+        yield "moving", run.ticks.moving_margin < -ROUNDING, lambda _tick, _robot: "passed a moving box's line"
+
+
+def _touched(run: Run, kind: Kind, tick: int, robot: int) -> str:
+    return f"touched {words(run, kind, tick, robot)}"
 
 
 def _diverged(run: Run) -> Outcome | None:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pbrg_mj.analysis.metrics.contacts import FIELDS, count_contacts
 from pbrg_mj.analysis.metrics.margins import sensed_margin, true_margin, worst_row
 from pbrg_mj.analysis.metrics.outcome import ROUNDING, final_target, formation_error, outcome
 from pbrg_mj.analysis.metrics.sensing_gap import true_optima
@@ -53,13 +54,21 @@ class RunMetrics:
     reason: str | None
     violation_robot: int | None
     violation_time_s: float | None
+    violation_kind: str | None
     target_x_m: float
     target_y_m: float
     terminal_gap_m: float
     settling_time_s: float
     true_margin_min_m: float
     rest_margin_m: float
+    moving_margin_min_m: float
     robot_gap_min_m: float
+    wall_contacts: int | None
+    wall_contact_s: float
+    moving_contacts: int | None
+    moving_contact_s: float
+    robot_contacts: int | None
+    robot_contact_s: float
     sensed_margin_min_m: float
     certificate_worst_m: float
     certificate_violated_share: float
@@ -108,12 +117,12 @@ def statistics(values: np.ndarray) -> Statistics:
 
 
 def least_robot_gap(run: Run) -> float:
-    """Return the least distance between the bodies of two robots [m]; NaN for one robot and for the ideal plant's.
+    """Return the least distance between the bodies of two robots [m]; NaN for one robot alone.
 
-    Bodies are discs of the robot's radius: 0 is contact.
+    Bodies are discs of the robot's radius: 0 is contact. The ideal plant's robots are points; theirs trail them.
     """
     place = run.ticks.body_pose_true[..., :2]
-    if run.scenario.plant == "ideal" or place.shape[1] < 2:
+    if place.shape[1] < 2:
         return math.nan
     apart = [np.linalg.norm(place[:, i + 1 :] - place[:, i : i + 1], axis=-1).min() for i in range(place.shape[1] - 1)]
     return float(min(apart)) - 2 * BODY_RADIUS
@@ -154,6 +163,7 @@ def _end(run: Run) -> dict[str, Any]:
         "reason": end.reason,
         "violation_robot": end.robot,
         "violation_time_s": end.time,
+        "violation_kind": end.kind,
         "target_x_m": x,
         "target_y_m": y,
         "terminal_gap_m": float(np.linalg.norm(centre - (x, y))),
@@ -167,7 +177,9 @@ def _safety(run: Run) -> dict[str, Any]:
     return {
         "true_margin_min_m": float(margin.min()),
         "rest_margin_m": float(margin[-1].min()) if outcome(run).word in AT_REST else math.nan,
+        "moving_margin_min_m": float(run.ticks.moving_margin.min()),
         "robot_gap_min_m": least_robot_gap(run),
+        **_contacts(run),
         "sensed_margin_min_m": float(sensed_margin(run.ticks).min()),
         "certificate_worst_m": float(rows.max()),
         "certificate_violated_share": float(np.mean(rows > ROUNDING)),
@@ -175,6 +187,14 @@ def _safety(run: Run) -> dict[str, Any]:
         "xi_max_m": float(np.linalg.norm(run.ticks.xi, axis=-1).max()),
         "winding_up_s": float(run.ticks.winding_up.any(axis=1).sum() * run.scenario.timing.tick),
     }
+
+
+def _contacts(run: Run) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for kind, field in FIELDS.items():
+        count = count_contacts(run, kind)
+        found |= {f"{field}s": count and count.times, f"{field}_s": count.seconds if count else math.nan}
+    return found
 
 
 def _against_optimum(run: Run) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from pbrg_mj.log.read.mcap_records import DamageError, read_records
 from pbrg_mj.log.schema import channels
 from pbrg_mj.log.schema.fields import MESSAGES, Dims
 from pbrg_mj.log.schema.message import LogMessage
-from pbrg_mj.log.schema.protobuf import DTYPE, decode
+from pbrg_mj.log.schema.protobuf import DTYPE, absent_fields, decode
 from pbrg_mj.scenario.schema import Scenario
 
 
@@ -60,6 +60,9 @@ class TickSeries:
     flow_dual_storage: np.ndarray  # (T,) [m^2/s^2], NaN unless known
     flow_primal_dissipation: np.ndarray  # (T,) [m^2/s^3], >= 0: passive; NaN unless known
     flow_dual_dissipation: np.ndarray  # (T,) [m^2/s^3], >= 0: passive; NaN unless known
+    moving_margin: np.ndarray  # (T, n) [m] truth: hand point to nearest moving box, less the clearance
+    moving_contact: np.ndarray  # (T, n) bool, truth
+    robot_contact: np.ndarray  # (T, n) bool, truth
 
 
 @dataclass(frozen=True)
@@ -113,6 +116,7 @@ class Run:
     optima: OptimumSeries
     timings: TimingSeries
     damage: str | None  # why the file ends early, in one line; None for a complete log
+    absent: frozenset[str] = frozenset()  # fields of `ticks` that the log is too old to have: NaN or false here
 
 
 TOPICS = {channels.TICK: "Tick", channels.OPTIMUM: "Optimum", channels.TIMING: "Timing"}
@@ -125,6 +129,7 @@ class _Contents:
     embedded: Embedded
     rows: dict[str, list[tuple[Any, ...]]] = field(default_factory=lambda: {name: [] for name in MESSAGES})
     damage: str | None = None
+    absent: frozenset[str] = frozenset()
 
 
 def open_run(path: str | Path) -> Run:
@@ -161,6 +166,8 @@ def _add_row(contents: _Contents, item: LogMessage, dims: Dims) -> None:
     rows = contents.rows[name]
     try:
         row = decode(name, item.data, dims)
+        if name == "Tick" and not rows:
+            contents.absent = absent_fields(name, item.data)
     except (DecodeError, ValueError) as error:
         raise DamageError(f"message {len(rows)} on {item.topic} cannot be read") from error
     index, ticks = int(row[0]), contents.rows["Tick"]
@@ -185,6 +192,7 @@ def _assemble(contents: _Contents, path: str) -> Run:
         optima=OptimumSeries(**_columns("Optimum", contents, header.dims)),
         timings=TimingSeries(**_columns("Timing", contents, header.dims)),
         damage=contents.damage,
+        absent=contents.absent,
     )
 
 

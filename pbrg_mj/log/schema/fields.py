@@ -26,6 +26,7 @@ class Field:
     unit: str
     meaning: str
     kind: Kind = "double"
+    added: bool = False  # after the first version: earlier logs do not have it; arrays only, whose absence shows
 
     def extent(self, dims: Dims) -> tuple[int, ...]:
         """Return the shape in numbers, e.g. (5, 2) for ("n", "2")."""
@@ -85,6 +86,11 @@ TICK: tuple[Field, ...] = (
         "flow_primal_dissipation", "flow_passivity.primal_dissipation", (), "m^2/s^3", "supply - dS/dt; >= 0: passive"
     ),
     Field("flow_dual_dissipation", "flow_passivity.dual_dissipation", (), "m^2/s^3", "supply - dU/dt; >= 0: passive"),
+    Field("moving_margin", "truth.moving_margin", ("n",), "m", "like `wall_margin`, to moving boxes", added=True),
+    Field(
+        "moving_contact", "truth.moving_contact", ("n",), "-", "touched a moving box since the last tick", "bool", True
+    ),
+    Field("robot_contact", "truth.robot_contact", ("n",), "-", "touched a robot since the last tick", "bool", True),
 )
 
 OPTIMUM: tuple[Field, ...] = (

@@ -6,6 +6,7 @@ The log writes these messages, the live view serves them, and the replay makes t
 from __future__ import annotations
 
 from collections.abc import Iterator
+from operator import attrgetter
 
 import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
@@ -25,6 +26,13 @@ from pbrg_mj.log.schema.protobuf import CLASSES, encoder
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.scenario.schema import Scenario, beam_angles
 
+# What an event says of a robot, and the flags (n,) of a record whose onset it is.
+NOTABLE = {
+    "robot {} touches a wall": attrgetter("truth.wall_contact"),
+    "robot {} touches a moving box": attrgetter("truth.moving_contact"),
+    "robot {} touches another robot": attrgetter("truth.robot_contact"),
+    "robot {}: integrator wind-up": attrgetter("winding_up"),
+}
 SCENE_SECONDS = 0.1  # between pictures of the team: enough for the eye, a tenth of the log's size
 
 
@@ -55,8 +63,8 @@ class MessageStream:
         self._static_scene: bytes | None = static_scene(scenario)  # until the first tick's messages
         self._pose_frame: int | None = None
         self._optimal_m = np.full(2, np.nan)
-        # The status; of each robot, as a byte, whether it touches a wall and whether its integrator winds up.
-        self._state = ("ok", bytes(dims["n"]), bytes(dims["n"]))
+        self._status = "ok"
+        self._notable = [bytes(dims["n"])] * len(NOTABLE)  # of each robot, as a byte, whether it is the case
 
     @property
     def types(self) -> dict[str, type[Message]]:
@@ -108,21 +116,19 @@ class MessageStream:
         if readings.new_scan:
             for (topic, scan), ranges in zip(self._scans.items(), readings.ranges, strict=True):
                 found.append((topic, scan.serialize(ranges, time_ns)))
-        state = (record.solution.status, record.truth.wall_contact.tobytes(), record.winding_up.tobytes())
-        if state != self._state:
-            found += self._events(state, time_ns)
-            self._state = state
+        notable = [flags(record).tobytes() for flags in NOTABLE.values()]
+        if record.solution.status != self._status or notable != self._notable:
+            found += self._events(record.solution.status, notable, time_ns)
+            self._status, self._notable = record.solution.status, notable
         return found
 
-    def _events(self, state: tuple[str, bytes, bytes], time_ns: int) -> Iterator[tuple[str, bytes]]:
-        (was, touched, wound_up), (status, touches, winds_up) = self._state, state
-        if status != was:
-            text = f"governor: {status}, was {was}"
+    def _events(self, status: str, notable: list[bytes], time_ns: int) -> Iterator[tuple[str, bytes]]:
+        if status != self._status:
+            text = f"governor: {status}, was {self._status}"
             yield channels.EVENTS, event_message(text, time_ns, warning=status != "ok")
-        for robot in _onsets(touched, touches):
-            yield channels.EVENTS, event_message(f"robot {robot + 1} touches a wall", time_ns, warning=True)
-        for robot in _onsets(wound_up, winds_up):
-            yield channels.EVENTS, event_message(f"robot {robot + 1}: integrator wind-up", time_ns, warning=True)
+        for words, before, now in zip(NOTABLE, self._notable, notable, strict=True):
+            for robot in _onsets(before, now):
+                yield channels.EVENTS, event_message(words.format(robot + 1), time_ns, warning=True)
 
 
 def _onsets(before: bytes, now: bytes) -> list[int]:

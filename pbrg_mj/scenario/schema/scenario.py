@@ -22,6 +22,18 @@ from pbrg_mj.scenario.schema.team import Team
 from pbrg_mj.scenario.schema.timing import Timing
 from pbrg_mj.scenario.schema.world import World
 
+Verdict = Literal["violation", "allowed"]
+
+
+class Contacts(Section):
+    """Which contacts make a run violated. Contact with the floor never does."""
+
+    walls: Verdict = Field(
+        default="violation", description="with walls and boxes that stand still, or past their lines"
+    )
+    moving: Verdict = Field(default="violation", description="with boxes that move, or past their lines")
+    robots: Verdict = Field(default="violation", description="of robots with each other")
+
 
 class Outcome(Section):
     """When a run counts as converged, and when as at rest."""
@@ -34,6 +46,7 @@ class Outcome(Section):
     diverged_beyond: Positive = Field(
         default=1000.0, description="any state or reference larger than this has diverged [m]"
     )
+    contacts: Contacts = Contacts()
 
 
 class Log(Section):

@@ -44,7 +44,7 @@ class BoxWaypoint(Section):
 class MovingBox(Section):
     """A box along the axes that is driven on straight lines between waypoints, whatever stands in its way.
 
-    Beams see it and robots bump into it. It is no wall: the margin to walls and contacts with walls leave it out.
+    Beams see it and robots bump into it. Margins and contacts count it apart from walls.
     """
 
     size: tuple[Positive, Positive] = Field(description="along x and along y [m]")

@@ -6,6 +6,7 @@
 - `physics`: that model, stepped
 - `batch`: many copies of it, stepped in a batch
 - `truth`: the true state, read from MuJoCo's arrays
+- `contacts`: with what each robot was in contact
 - `ideal`: the paper's integrators
 - `mujoco_warnings`: MuJoCo's warnings as log messages
 """

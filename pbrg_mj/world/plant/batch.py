@@ -15,9 +15,17 @@ from pbrg_mj.scenario.schema import Scenario, whole_number
 from pbrg_mj.world.actuation.disturbances import Disturbances
 from pbrg_mj.world.plant.compose import compose
 from pbrg_mj.world.plant.interface import Observation, Truth
-from pbrg_mj.world.plant.truth import MujocoArrays, TruthIndex, mujoco_arrays, truth_index, write_truth
+from pbrg_mj.world.plant.truth import (
+    MujocoArrays,
+    TruthIndex,
+    blank_truth,
+    mujoco_arrays,
+    truth_index,
+    write_truth,
+)
 from pbrg_mj.world.scene.footprints import Rectangles, wall_rectangles
 from pbrg_mj.world.scene.model_index import index_model
+from pbrg_mj.world.scene.obstacles import moving_rectangles
 from pbrg_mj.world.scene.robot import load_robot_model
 from pbrg_mj.world.sensors.camera import camera_poses, fill_camera_history
 from pbrg_mj.world.sensors.sampling import Sampler
@@ -36,7 +44,7 @@ class PlantBatch:
         self._robot = load_robot_model()
         self._steps_per_tick = whole_number(timing.tick, timing.physics_step)
         model = compose(scenario, self._robot).compile()
-        self._index = index_model(model, scenario.robots, scenario.beam_robots, beams.count)
+        self._index = index_model(model, scenario)
         self._camera = Sampler(camera.rate_hz, timing.physics_step, camera.delay)
         self._beams = Sampler(beams.rate_hz, timing.physics_step)
         self._disturbances = Disturbances(scenario)
@@ -46,8 +54,9 @@ class PlantBatch:
         self._truth_from = (
             tuple(self._arrays),
             tuple(truth_index(self._index)),
-            tuple(wall_rectangles(scenario.world.obstacles)),
-            self._robot.clearance,
+            (tuple(wall_rectangles(scenario.world.obstacles)), tuple(moving_rectangles((), 0.0))),
+            (self._robot.clearance, self._robot.body_radius),
+            tuple(blank_truth(scenario.robots)),
         )
         self._ctrl, self._push = self._batch.bind("ctrl"), self._batch.bind("xfrc_applied")
         if self._camera.delay_steps:
@@ -68,10 +77,11 @@ class PlantBatch:
         ranges = readings[:, index.beams]
         return [Observation(pose, pose_frame, ranges[w], scan_frame) for w, pose in enumerate(poses)]
 
-    def truth(self, hand_world: np.ndarray, wall_margin: np.ndarray, wall_contact: np.ndarray) -> None:
+    def truth(
+        self, hand_world: np.ndarray, wall_margin: np.ndarray, wall_contact: np.ndarray, robot_contact: np.ndarray
+    ) -> None:
         """Write the true hand points (W, n, 2) [m], margins (W, n) [m] and contacts (W, n) into these arrays."""
-        truths = (hand_world, wall_margin, wall_contact)
-        _write_truths(*self._truth_from, truths)
+        _write_truths(*self._truth_from, (hand_world, wall_margin, wall_contact, robot_contact))
 
     def advance(self, voltage: np.ndarray) -> None:
         """Hold voltages (W, n, 2) left, right [V] over one tick."""
@@ -101,15 +111,27 @@ def check_batchable(scenario: Scenario) -> None:
 
 
 @kernel
-def _write_truths(arrays, index, walls, clearance, truths):
-    """Write hand points, margins and contacts of every world w; `arrays` are MujocoArrays of all worlds."""
-    arrays, index, walls = MujocoArrays(*arrays), TruthIndex(*index), Rectangles(*walls)
-    hand_world, margins, touched = truths
-    n = len(index.body)
-    poses, wheel_speed = np.empty((n, 3)), np.empty((n, 2))  # not asked for
+def _write_truths(arrays, index, obstacles, size, blank, truths):
+    """Write hand points, margins and contacts of every world w; `arrays` are MujocoArrays of all worlds.
+
+    What is not asked for goes into the arrays of `blank`, a Truth.
+    """
+    arrays, index, blank = MujocoArrays(*arrays), TruthIndex(*index), Truth(*blank)
+    walls, moving = obstacles
+    obstacles = (Rectangles(*walls), Rectangles(*moving))
+    hand_world, margins, touched_walls, touched_robots = truths
     for w in range(len(hand_world)):
         one = MujocoArrays(
             arrays.xpos[w], arrays.xmat[w], arrays.site_xpos[w], arrays.qvel[w], arrays.sensordata[w], arrays.history[w]
         )
-        truth = Truth(poses, hand_world[w], wheel_speed, margins[w], touched[w])
-        write_truth(one, index, walls, clearance, truth)
+        truth = Truth(
+            blank.body_pose,
+            hand_world[w],
+            blank.wheel_speed,
+            margins[w],
+            touched_walls[w],
+            blank.moving_margin,
+            blank.moving_contact,
+            touched_robots[w],
+        )
+        write_truth(one, index, obstacles, size, truth)

@@ -14,8 +14,9 @@ import colorsys
 import mujoco
 import numpy as np
 
-from pbrg_mj.scenario.schema import Scenario, whole_number
+from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.world.actuation.friction import prioritise_tyres, set_friction
+from pbrg_mj.world.scene.contact_counters import add_contact_sensors
 from pbrg_mj.world.scene.floor import add_patches
 from pbrg_mj.world.scene.footprints import body_pose
 from pbrg_mj.world.scene.obstacles import add_obstacles
@@ -48,7 +49,7 @@ def compose(scenario: Scenario, robot: RobotModel) -> mujoco.MjSpec:
         if scenario.world.patches:
             prioritise_tyres(child, spec.geom("floor"))
         _add_robot(spec, child, j, pose)
-        _add_contact_sensor(spec, j, whole_number(scenario.timing.tick, scenario.timing.physics_step))
+        add_contact_sensors(spec, j, scenario)
     spec.compile()
     return spec
 
@@ -64,20 +65,6 @@ def model_xml(spec: mujoco.MjSpec) -> str:
 def _add_robot(spec: mujoco.MjSpec, child: mujoco.MjSpec, j: int, pose: np.ndarray) -> None:
     frame = spec.worldbody.add_frame(pos=[pose[0], pose[1], 0.0], quat=_quat_about_z(float(pose[2])))
     spec.attach(child, prefix=f"robot{j}/", frame=frame)
-
-
-def _add_contact_sensor(spec: mujoco.MjSpec, j: int, steps_per_tick: int) -> None:
-    """Add the number of contacts of a robot with walls; its history is as long as the steps within a tick."""
-    spec.add_sensor(
-        name=f"robot{j}/wall_contacts",
-        type=mujoco.mjtSensor.mjSENS_CONTACT,
-        objtype=mujoco.mjtObj.mjOBJ_XBODY,
-        objname=f"robot{j}/robot",
-        reftype=mujoco.mjtObj.mjOBJ_BODY,
-        refname="walls",
-        intprm=[1 << int(mujoco.mjtConDataField.mjCONDATA_FOUND), 0, 1],
-        nsample=steps_per_tick - 1,
-    )
 
 
 def _robot_spec(scenario: Scenario, j: int, beams: bool) -> mujoco.MjSpec:

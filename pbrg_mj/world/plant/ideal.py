@@ -7,6 +7,7 @@ import numpy as np
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.world.plant.interface import Observation, Truth
 from pbrg_mj.world.scene.footprints import wall_margin, wall_rectangles
+from pbrg_mj.world.scene.obstacles import moving_rectangles
 from pbrg_mj.world.scene.robot import load_robot_model
 
 
@@ -22,6 +23,7 @@ class IdealPlant:
         self._count = 0
         self._beams = scenario.sensors.beams.count
         self._walls = wall_rectangles(scenario.world.obstacles)
+        self._moving_boxes = scenario.world.moving_boxes
         self._q = np.array(scenario.team.start, dtype=float)
 
     @property
@@ -36,15 +38,18 @@ class IdealPlant:
         )
 
     def truth(self) -> Truth:
-        """Return the state. A disc the size of the robot touches a wall where the physical body would."""
-        robots, body_pose = len(self._q), self._body_pose()
-        body_gap = wall_margin(body_pose[:, :2], self._walls, self.robot.body_radius)
+        """Return the state. Contacts are those of discs the size of the robots; nothing stops the discs."""
+        robots, body_pose, robot = len(self._q), self._body_pose(), self.robot
+        body, boxes = body_pose[:, :2], moving_rectangles(self._moving_boxes, self.time)
         return Truth(
             body_pose=body_pose,
             hand_world=self._q.copy(),
             wheel_speed=np.zeros((robots, 2)),
-            wall_margin=wall_margin(self._q, self._walls, self.robot.clearance),
-            wall_contact=body_gap < 0,
+            wall_margin=wall_margin(self._q, self._walls, robot.clearance),
+            wall_contact=wall_margin(body, self._walls, robot.body_radius) < 0,
+            moving_margin=wall_margin(self._q, boxes, robot.clearance),
+            moving_contact=wall_margin(body, boxes, robot.body_radius) < 0,
+            robot_contact=_nearest_other(body) < 2 * robot.body_radius,
         )
 
     def advance(self, command: np.ndarray) -> None:
@@ -55,3 +60,10 @@ class IdealPlant:
     def _body_pose(self) -> np.ndarray:
         behind = self._q - [self.robot.hand_offset, 0.0]
         return np.column_stack([behind, np.zeros(len(behind))])
+
+
+def _nearest_other(place: np.ndarray) -> np.ndarray:
+    """Return the distance (n,) of each of `place` (n, 2) from the nearest other one; inf for one alone."""
+    apart = np.linalg.norm(place[:, None] - place, axis=-1)
+    np.fill_diagonal(apart, np.inf)
+    return apart.min(axis=1)

@@ -29,6 +29,9 @@ class Truth(NamedTuple):
     wheel_speed: np.ndarray  # (n, 2) left, right [rad/s]; zeros in the ideal plant
     wall_margin: np.ndarray  # (n,) distance of the hand point to the nearest wall's face, less the clearance [m]
     wall_contact: np.ndarray  # (n,) bool: some part of the robot touched a wall since the previous tick
+    moving_margin: np.ndarray  # (n,) the same as wall_margin, to the nearest moving box where it is now [m]
+    moving_contact: np.ndarray  # (n,) bool: some part of the robot touched a moving box since the previous tick
+    robot_contact: np.ndarray  # (n,) bool: the robot touched another one since the previous tick
 
 
 class Plant(Protocol):

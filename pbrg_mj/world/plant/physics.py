@@ -19,10 +19,10 @@ from pbrg_mj.world.actuation.speed_loop import speed_loop
 from pbrg_mj.world.plant.compose import compose, model_xml, start_pose
 from pbrg_mj.world.plant.interface import Observation, Truth
 from pbrg_mj.world.plant.mujoco_warnings import log_first_warning
-from pbrg_mj.world.plant.truth import body_poses, mujoco_arrays, truth_index, write_truth_of
+from pbrg_mj.world.plant.truth import blank_truth, body_poses, mujoco_arrays, truth_index, write_truth_of
 from pbrg_mj.world.scene.footprints import wall_rectangles
 from pbrg_mj.world.scene.model_index import index_model
-from pbrg_mj.world.scene.obstacles import box_centre
+from pbrg_mj.world.scene.obstacles import box_centre, moving_rectangles
 from pbrg_mj.world.scene.robot import load_robot_model
 from pbrg_mj.world.sensors.camera import camera_poses, fill_camera_history
 from pbrg_mj.world.sensors.sampling import Sampler
@@ -46,15 +46,14 @@ class MujocoPlant:
         self.model = spec.compile()
         self.data = mujoco.MjData(self.model)
         sensors = scenario.sensors
-        self._index = index_model(self.model, scenario.robots, scenario.beam_robots, sensors.beams.count)
+        self._index = index_model(self.model, scenario)
         self._camera = Sampler(sensors.camera.rate_hz, timing.physics_step, sensors.camera.delay)
         self._beams = Sampler(sensors.beams.rate_hz, timing.physics_step)
         self._truth_from = (
             tuple(mujoco_arrays(partial(getattr, self.data))),
             tuple(truth_index(self._index)),
-            tuple(wall_rectangles(scenario.world.obstacles)),
-            self.robot.clearance,
         )
+        self._walls = tuple(wall_rectangles(scenario.world.obstacles))
         self._moving_boxes = scenario.world.moving_boxes
         self._wheel_friction = WheelFriction(scenario, self.robot, self.model) if scenario.world.patches else None
         drive = scenario.drive
@@ -88,10 +87,10 @@ class MujocoPlant:
         return last
 
     def truth(self) -> Truth:
-        """Return poses, wheel speeds and wall contacts as they are."""
-        n = len(self._index.body)
-        truth = (np.empty((n, 3)), np.empty((n, 2)), np.empty((n, 2)), np.empty(n), np.empty(n, dtype=bool))
-        write_truth_of(*self._truth_from, truth)
+        """Return poses, wheel speeds, margins and contacts as they are."""
+        truth = tuple(blank_truth(len(self._index.body)))
+        obstacles = (self._walls, tuple(moving_rectangles(self._moving_boxes, self.time)))
+        write_truth_of(*self._truth_from, obstacles, (self.robot.clearance, self.robot.body_radius), truth)
         return Truth(*truth)
 
     def advance(self, command: np.ndarray) -> None:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pbrg_mj.kernel import kernel
+from pbrg_mj.world.plant.contacts import write_contacts
 from pbrg_mj.world.plant.interface import Truth
 from pbrg_mj.world.scene.footprints import Rectangles, margin
 from pbrg_mj.world.scene.model_index import ModelIndex
@@ -31,8 +32,8 @@ class TruthIndex(NamedTuple):
     body: np.ndarray  # (n,) in xpos and xmat
     hand: np.ndarray  # (n,) in site_xpos
     wheel_speed: np.ndarray  # (n, 2) in qvel
-    wall_contacts: np.ndarray  # (n,) in sensordata
-    earlier_contacts: np.ndarray  # (n, s) in history
+    contacts: np.ndarray  # (n, c) in sensordata
+    earlier_contacts: np.ndarray  # (n, c, s) in history
 
 
 def mujoco_arrays(get: Callable[[str], np.ndarray]) -> MujocoArrays:
@@ -45,19 +46,31 @@ def truth_index(index: ModelIndex) -> TruthIndex:
     return TruthIndex(*(getattr(index, name) for name in TruthIndex._fields))
 
 
+def blank_truth(n: int) -> Truth:
+    """Return a truth of n robots whose arrays are still to be written."""
+    margins, contacts = [np.empty(n) for _ in range(2)], [np.empty(n, dtype=bool) for _ in range(3)]
+    return Truth(
+        np.empty((n, 3)), np.empty((n, 2)), np.empty((n, 2)), margins[0], contacts[0], margins[1], *contacts[1:]
+    )
+
+
 @kernel
-def write_truth_of(arrays, index, walls, clearance, truth):
+def write_truth_of(arrays, index, obstacles, size, truth):
     """Call `write_truth` with plain tuples: handing over named ones from Python costs 20 us more."""
-    write_truth(MujocoArrays(*arrays), TruthIndex(*index), Rectangles(*walls), clearance, Truth(*truth))
+    walls, moving = obstacles
+    obstacles = (Rectangles(*walls), Rectangles(*moving))
+    write_truth(MujocoArrays(*arrays), TruthIndex(*index), obstacles, size, Truth(*truth))
 
 
 @kernel
-def write_truth(arrays, index, walls, clearance, truth):
+def write_truth(arrays, index, obstacles, size, truth):
     """Write poses, hand points, wheel speeds, margins and contacts of all robots into the arrays of a `Truth`.
 
-    `arrays` are MujocoArrays, `index` is a TruthIndex, `walls` are Rectangles. The caller makes the arrays of `truth`:
-    numpy does that faster than compiled code hands new ones out.
+    `arrays` are MujocoArrays, `index` is a TruthIndex, `obstacles` are the Rectangles of walls and of moving boxes,
+    `size` is a robot's clearance and body radius. The caller makes the arrays of `truth`: numpy does that faster than
+    compiled code hands new ones out.
     """
+    (walls, moving), (clearance, body_radius) = obstacles, size
     _write_poses(arrays.xpos, arrays.xmat, index.body, truth.body_pose)
     for j in range(len(index.body)):
         x, y = arrays.site_xpos[index.hand[j], 0], arrays.site_xpos[index.hand[j], 1]
@@ -65,11 +78,8 @@ def write_truth(arrays, index, walls, clearance, truth):
         for side in range(2):
             truth.wheel_speed[j, side] = arrays.qvel[index.wheel_speed[j, side]]
         truth.wall_margin[j] = margin(x, y, walls, clearance)
-        # at this step, or at those within the tick before
-        touched = arrays.sensordata[index.wall_contacts[j]] > 0.0
-        for k in range(index.earlier_contacts.shape[1]):
-            touched |= arrays.history[index.earlier_contacts[j, k]] > 0.0
-        truth.wall_contact[j] = touched
+        truth.moving_margin[j] = margin(x, y, moving, clearance)
+    write_contacts(arrays, index, body_radius, truth)
 
 
 @kernel

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.world.scene.contact_counters import counter_names
 from pbrg_mj.world.scene.robot import WHEELS
 
 
@@ -27,13 +29,14 @@ class ModelIndex:
     camera_position: np.ndarray  # (n, 2) x, y in sensordata
     camera_ahead: np.ndarray  # (n, 2) x, y of the body's x axis, in sensordata
     beams: np.ndarray  # (b, count) in sensordata
-    wall_contacts: np.ndarray  # (n,) in sensordata: number of contacts with walls
-    earlier_contacts: np.ndarray  # (n, s) in history: the same at the s steps before
+    contacts: np.ndarray  # (n, c) in sensordata: contacts with each kind of thing, see `contact_counters`
+    earlier_contacts: np.ndarray  # (n, c, s) in history: the same at the s steps before
 
 
-def index_model(model: mujoco.MjModel, robots: int, beam_robots: tuple[int, ...], beams: int) -> ModelIndex:
+def index_model(model: mujoco.MjModel, scenario: Scenario) -> ModelIndex:
     """Look the names of `compose` up. Raises KeyError when one is missing."""
-    every = range(robots)
+    every, beam_robots, beams = range(scenario.robots), scenario.beam_robots, scenario.sensors.beams.count
+    counters = counter_names(len(scenario.world.moving_boxes))
 
     def sensor(name: str) -> int:
         return model.sensor(name).adr[0]
@@ -57,8 +60,10 @@ def index_model(model: mujoco.MjModel, robots: int, beam_robots: tuple[int, ...]
         beams=np.array([[sensor(f"robot{j}/beam{k}") for k in range(beams)] for j in beam_robots], dtype=int).reshape(
             len(beam_robots), beams
         ),
-        wall_contacts=np.array([sensor(f"robot{j}/wall_contacts") for j in every]),
-        earlier_contacts=np.array([_history(model, model.sensor(f"robot{j}/wall_contacts").id) for j in every]),
+        contacts=np.array([[sensor(f"robot{j}/{name}") for name in counters] for j in every]),
+        earlier_contacts=np.array(
+            [[_history(model, model.sensor(f"robot{j}/{name}").id) for name in counters] for j in every]
+        ),
     )
 
 

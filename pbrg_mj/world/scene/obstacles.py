@@ -5,10 +5,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import mujoco
 import numpy as np
 
 from pbrg_mj.scenario.schema import MovingBox, Wall, World
+from pbrg_mj.world.scene.footprints import Rectangles
 
 LOW_FRICTION = (0.2, 0.005, 0.0001)  # friction: robots slide along obstacles rather than climb them
 MOVING_COLOUR = (0.80, 0.52, 0.16, 1.0)
@@ -28,6 +31,16 @@ def box_centre(box: MovingBox, time: float) -> np.ndarray:
     """Return where the middle of a moving box's footprint (2,) [m] is at `time` [s]."""
     times = [stop.time for stop in box.waypoints]
     return np.array([np.interp(time, times, [stop.center[axis] for stop in box.waypoints]) for axis in range(2)])
+
+
+def moving_rectangles(boxes: Sequence[MovingBox], time: float) -> Rectangles:
+    """Return the footprints of moving boxes where they are at `time` [s]."""
+    k = len(boxes)
+    return Rectangles(
+        centre=np.array([box_centre(box, time) for box in boxes]).reshape(k, 2),
+        axis=np.tile([1.0, 0.0], (k, 1)),
+        half_size=np.array([box.size for box in boxes], dtype=float).reshape(k, 2) / 2,
+    )
 
 
 def _add_wall(spec: mujoco.MjSpec, name: str, wall: Wall) -> None:

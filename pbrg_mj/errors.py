@@ -1,6 +1,8 @@
-"""Errors a user can cause, each in one line."""
+"""Errors a user can cause, each in one line; and what ends a run from outside."""
 
 from __future__ import annotations
+
+from signal import SIGINT, Signals
 
 
 class PbrgError(Exception):
@@ -21,3 +23,15 @@ class InputError(PbrgError):
 
 class PlugInError(PbrgError):
     """A part of another package broke its contract. The command line exits with 1."""
+
+
+class Stopped(KeyboardInterrupt):
+    """Ctrl-C, SIGTERM or SIGHUP: `signal` says which. The command line exits with 128 and its number."""
+
+    def __init__(self, message: str = "", signal: int = SIGINT):
+        super().__init__(message)
+        self.signal = Signals(signal)
+
+
+class Interrupted(Stopped):
+    """One of them ended a run between two ticks; what is written so far is whole. `str(error)` says what there is."""

@@ -93,7 +93,7 @@ def logged_run(loaded: Loaded, path: Path) -> float:
     """Return the log's time over that of the rest of a tick."""
     simulation, writing = Simulation.build(loaded.scenario), 0.0
     records = simulation.records()
-    with log_writer.LogWriter(path, loaded, simulation.model_xml) as write:
+    with log_writer.LogWriter(path, loaded, simulation.model_xml, force=True) as write:
         write(next(records))
         began = process_time()
         for record in records:

@@ -30,12 +30,12 @@ stderr, a line each. Where no output stands below, there is none.
 | 1 | a plug-in broke its contract; disk or memory ran out |
 | 2 | the input is wrong: one line with file, line, key, value and what is allowed |
 | 3 | a defect of this package: one line; `pbrg --debug COMMAND` prints the traceback before it |
-| 130 | Ctrl-C |
+| 130, 143, 129 | ended by Ctrl-C, SIGTERM, SIGHUP; the log so far is whole |
 | 141 | nobody reads standard output any more, as behind `head`; nothing is said |
 """
 WRONG = "team:\n  start: [[0, 0]]\n  formation: [[0, 0]]\n  leaders: [2]\noperator: {reference: [1, 0]}\n"
 # Not shown: it compiles the kernels, which would pass for the speed of the first run that is.
-FIRST = "pbrg run paper/experiment_near --duration 1 --quiet -o near.mcap"
+FIRST = "pbrg run paper/experiment_near --duration 1 --quiet -o near.mcap && rm near.mcap"
 # Each paragraph, and the commands that show it.
 PARTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("The commands", ("pbrg --help",)),

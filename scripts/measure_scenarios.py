@@ -46,7 +46,7 @@ def measure(name: str, folder: Path) -> Measured:
     loaded = load_scenario(name, ["log.timings=false"])
     path = folder / f"{name.replace('/', '-')}.mcap"
     simulation = Simulation.build(loaded.scenario)
-    with LogWriter(path, loaded, simulation.model_xml) as write:
+    with LogWriter(path, loaded, simulation.model_xml, force=True) as write:
         for record in simulation.records():
             write(record)
     run = open_run(path)

@@ -183,7 +183,7 @@ def test_who_watches_sees_every_record_after_the_log(scenario, tmp_path):
     seen = []
 
     def watch(record):
-        assert (tmp_path / "near.mcap").exists()
+        assert (tmp_path / "near.mcap.part").exists()
         seen.append(record.index)
 
     pbrg.run(scenario, log=tmp_path / "near.mcap", watch=[watch])
@@ -201,6 +201,7 @@ def test_ctrl_c_leaves_a_whole_log_and_raises_interrupted(scenario, tmp_path):
         pbrg.run(scenario, log=path, watch=[press])
     left = open_run(path)
     assert (len(left.ticks.time), left.damage) == (41, None)
+    assert left.how_it_ended == "interrupted (SIGINT)"
     assert issubclass(pbrg.Interrupted, KeyboardInterrupt)
     assert not issubclass(pbrg.Interrupted, Exception)
 

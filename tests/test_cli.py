@@ -125,19 +125,21 @@ def test_a_violated_run_exits_with_1(ideal, capsys):
     assert json.loads(capsys.readouterr().out)["outcome"] == "violated"
 
 
-def test_ctrl_c_exits_with_130_and_leaves_a_whole_log(ideal):
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])
+def test_ctrl_c_and_other_ends_leave_a_whole_log(ideal, number, code):
     command = [sys.executable, "-m", "pbrg_mj.cli.main", "run", "ideal.yaml", "--duration", "5000"]
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment) as process:
         deadline = time.monotonic() + 30
-        while not Path("ideal.mcap").exists() and time.monotonic() < deadline:
+        while not Path("ideal.mcap.part").exists() and time.monotonic() < deadline:
             time.sleep(0.05)
-        process.send_signal(signal.SIGINT)
+        process.send_signal(number)
         _, errors = process.communicate(timeout=30)
-    assert process.returncode == 130
+    assert process.returncode == code
     assert errors == "interrupted; the log so far: ideal.mcap\n"
+    assert not Path("ideal.mcap.part").exists()
     found = reader.open_run("ideal.mcap")
-    assert found.damage is None
+    assert (found.damage, found.how_it_ended) == (None, f"interrupted ({signal.Signals(number).name})")
     assert len(found.ticks.time) >= 1
 
 

@@ -29,7 +29,16 @@ def test_stages_and_timed_sinks_add_up_and_the_rest_is_other(monkeypatch):
 
 
 def test_the_command_prints_it_with_and_without_json(tmp_path, capsys):
-    run = ["run", "paper/simulation_near", "--duration", "0.5", "-o", str(tmp_path / "run.mcap"), "--profile"]
+    run = [
+        "run",
+        "paper/simulation_near",
+        "--duration",
+        "0.5",
+        "-o",
+        str(tmp_path / "run.mcap"),
+        "--force",
+        "--profile",
+    ]
     assert main(run) == 0
     shares = [float(line.split()[-1]) for line in capsys.readouterr().out.split("us/tick")[1].splitlines()[1:]]
     assert sum(shares[:-1]) == pytest.approx(100.0, abs=1.0)

@@ -1,4 +1,7 @@
-"""kill -9 at random moments of a running `pbrg run`: the log loses a second at most, and replays to its end."""
+"""kill -9 at random moments of a running `pbrg run`: the log loses a second at most, and replays to its end.
+
+It then has the name it had while it was written.
+"""
 
 from __future__ import annotations
 
@@ -14,6 +17,7 @@ import pytest
 
 from pbrg_mj.log.read.run import open_run
 from pbrg_mj.log.verify.replay import verify
+from pbrg_mj.log.write.log_file import partial_path
 
 ROOT = Path(__file__).parents[1]
 PARTS, KILLS = 10, 5  # fifty in all
@@ -34,9 +38,10 @@ def compiled(tmp_path_factory: pytest.TempPathFactory) -> None:
 
 def run_and_kill(log: Path, after: float) -> float:
     """Start a run, kill it `after` seconds from its log's first byte; return the wall clock then."""
+    partial = partial_path(log)
     with start(log, 900.0) as process:  # long, so that no run ends before it is killed
         deadline = time.monotonic() + 60
-        while not (log.exists() and log.stat().st_size) and time.monotonic() < deadline:
+        while not (partial.exists() and partial.stat().st_size) and time.monotonic() < deadline:
             time.sleep(0.01)
         time.sleep(after)
         process.send_signal(signal.SIGKILL)
@@ -50,12 +55,15 @@ def run_and_kill(log: Path, after: float) -> float:
 def test_a_killed_run_loses_at_most_a_second_and_replays(tmp_path: Path, part: int) -> None:
     rng = np.random.default_rng((9, part))
     for number in range(KILLS):
-        log = tmp_path / f"killed_{number}.mcap"
-        killed = run_and_kill(log, float(rng.uniform(0.5, 3.0)))
+        wanted = tmp_path / f"killed_{number}.mcap"
+        killed = run_and_kill(wanted, float(rng.uniform(0.5, 3.0)))
+        assert not wanted.exists()
+        log = partial_path(wanted)
         # The file's last change is its last whole chunk: what came after is lost.
         assert killed - log.stat().st_mtime < LOST
         run = open_run(log)
         assert run.damage in ("the file ends before its end mark", "the file ends inside a record")
+        assert run.how_it_ended == "not said (killed?)"
         found = verify(log)
         assert (found.first, found.ticks, found.damage) == (None, len(run.ticks.time), run.damage)
         log.unlink()

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import resource
 from dataclasses import fields
 from operator import attrgetter
 from pathlib import Path
@@ -14,6 +15,7 @@ from pbrg_mj.errors import InputError, PbrgError
 from pbrg_mj.log.read.run import OptimumSeries, TickSeries, TimingSeries, open_run
 from pbrg_mj.log.schema.fields import MESSAGES, Field
 from pbrg_mj.log.schema.protobuf import CLASSES, decode, encoder
+from pbrg_mj.log.write.log_file import partial_path
 from pbrg_mj.log.write.writer import LogWriter
 from pbrg_mj.loop.record import TickRecord
 from tests.records import SCENARIO_YAML, TICK, loaded, records
@@ -217,7 +219,8 @@ def test_interrupted_inside_a_record_reads_as_killed(tmp_path: Path) -> None:
         for record in written[:-1]:
             sink(record)
         sink(Interrupted(written[-1]))  # type: ignore[arg-type]
-    run = open_run(path)
+    assert not path.exists()
+    run = open_run(partial_path(path))
     assert (run.damage, len(run.ticks.time)) == ("the file ends before its end mark", 50)
 
 
@@ -234,9 +237,21 @@ def test_a_path_that_cannot_be_written_is_one_line(tmp_path: Path, name: str, sa
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "folder"]
 
 
-def test_a_full_disk_is_one_line() -> None:
-    if not Path("/dev/full").exists():
-        pytest.skip("needs /dev/full")
-    with pytest.raises(PbrgError, match="No space left"), LogWriter("/dev/full", loaded(timings=True), "") as sink:
-        for record in records(2):
-            sink(record)
+@pytest.mark.parametrize(("limit", "left"), [(1000, []), (60_000, ["log.mcap.part"])])
+def test_a_full_disk_is_one_line(tmp_path: Path, limit: int, left: list[str]) -> None:
+    """What is left holds whole ticks."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, before[1]))
+    try:
+        with pytest.raises(PbrgError) as caught, LogWriter(tmp_path / "log.mcap", loaded(timings=True), "") as sink:
+            for record in records(200):
+                sink(record)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    said = f"cannot write {tmp_path / 'log.mcap'}: File too large"
+    assert str(caught.value).startswith(said) and "\n" not in str(caught.value)
+    assert [path.name for path in tmp_path.iterdir()] == left
+    for name in left:
+        assert f"in {tmp_path / name}, of which `pbrg repair` makes a log" in str(caught.value)
+        run = open_run(tmp_path / name)
+        assert 0 < len(run.ticks.time) < 200 and run.damage

@@ -9,6 +9,7 @@ import pytest
 
 from pbrg_mj.log.read.run import open_run
 from pbrg_mj.log.write import writer
+from pbrg_mj.log.write.log_file import partial_path
 from pbrg_mj.log.write.messages import MessageStream
 from pbrg_mj.log.write.writer import LogWriter
 from pbrg_mj.loop.simulation import Simulation
@@ -40,7 +41,7 @@ def test_records_stay_what_they_were(scenario: str, overrides: list[str]) -> Non
 
 
 def ticks_on_disk(path: Path) -> int:
-    return len(open_run(path).ticks.time)
+    return len(open_run(path if path.exists() else partial_path(path)).ticks.time)
 
 
 def test_whole_chunks_are_on_the_disk_while_a_run_goes_on(tmp_path: Path) -> None:

@@ -107,7 +107,7 @@ def test_ctrl_c_leaves_whole_files_alone(tmp_path):
     command = [sys.executable, "-m", "pbrg_mj.cli.main", "reproduce", "-o", str(tmp_path), "--duration", "2"]
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment) as process:
-        second, deadline = tmp_path / f".{paper.RUNS[1]}-part.mcap", time.monotonic() + 60
+        second, deadline = tmp_path / f".{paper.RUNS[1]}-part.mcap.part", time.monotonic() + 60
         while not second.exists() and time.monotonic() < deadline:
             time.sleep(0.005)
         process.send_signal(signal.SIGINT)

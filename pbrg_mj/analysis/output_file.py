@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.log.write.writer import check_regular
+from pbrg_mj.log.write.log_file import check_regular
 
 Choice = TypeVar("Choice")
 

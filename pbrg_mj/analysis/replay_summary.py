@@ -21,6 +21,7 @@ class ReplaySummary:
     ticks: int
     end: float  # of the last tick [s]
     duration: float  # of the scenario [s]
+    ended: str  # why the log ends there
     statuses: dict[str, int]  # governor's status -> ticks
     reference_statuses: dict[str, int]  # centralized optimum's status -> solves
     events: list[Event]
@@ -30,7 +31,7 @@ class ReplaySummary:
     def lines(self) -> list[str]:
         """Return it as text: a line on the run, one per event, one on how it ended."""
         ended = self.outcome.word + (f" ({self.outcome.reason})" if self.outcome.reason else "")
-        span = f"{self.ticks} ticks, {self.end:g} of {self.duration:g} s"
+        span = f"{self.ticks} ticks, {self.end:g} of {self.duration:g} s: {self.ended}"
         solves = f"; reference {_counts(self.reference_statuses)}" if self.reference_statuses else ""
         return [
             f"{self.scenario}: {self.robots} robots, seed {self.seed}; {span}",
@@ -48,6 +49,7 @@ class ReplaySummary:
             "ticks": self.ticks,
             "end_s": self.end,
             "duration_s": self.duration,
+            "ended": self.ended,
             "governor_ticks": self.statuses,
             "reference_solves": self.reference_statuses,
             "events": [{"time_s": event.time, "text": event.text, "serious": event.serious} for event in self.events],
@@ -66,6 +68,7 @@ def replay_summary(run: Run) -> ReplaySummary:
         ticks=len(run.ticks.time),
         end=float(run.ticks.time[-1]),
         duration=run.scenario.timing.duration,
+        ended=run.how_it_ended,
         statuses=dict(Counter(run.ticks.status.tolist())),
         reference_statuses=dict(Counter(run.optima.status.tolist())),
         events=events(run),

@@ -11,7 +11,7 @@ from pbrg_mj.analysis.output_file import by_suffix
 from pbrg_mj.api.arrays import Arrays
 from pbrg_mj.api.scenario import Scenario, as_scenario
 from pbrg_mj.kernel import clock
-from pbrg_mj.log.write.writer import check_writable
+from pbrg_mj.log.write.log_file import check_writable
 from pbrg_mj.loop.batch import BatchHistories, BatchSimulation
 
 
@@ -58,19 +58,20 @@ def batch(
     seeds: Iterable[int] = range(1, 65),
     *,
     path: str | Path | None = None,
+    force: bool = False,
     threads: int | None = None,
 ) -> Batch:
     """Run seeds of a scenario side by side on `threads` threads, one for each core if not given.
 
     Every one is bit for bit the run of its seed alone; what a run records besides its motion is left out. The arrays
-    are written to `path` (.npz), if one is given.
+    are written to `path` (.npz), if one is given; `force` allows to replace a file that exists.
 
     Raises InputError for what cannot be stepped side by side, such as a governor of another package.
     """
     scenario = as_scenario(scenario)
     if path is not None:  # before the runs, which take longer
         by_suffix(Path(path), WRITERS)
-        check_writable(Path(path))
+        check_writable(Path(path), force=force)
     worlds = BatchSimulation(scenario.settings, tuple(seeds), threads)
     began = clock()
     histories = worlds.run()

@@ -17,6 +17,7 @@ from pbrg_mj.governor.problem.interface import Certificate, Governor
 from pbrg_mj.log import repair as repairing
 from pbrg_mj.log.read.ticks import read_header
 from pbrg_mj.log.verify import replay as verifying
+from pbrg_mj.log.write.log_file import check_writable
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.perception.estimator import Estimator
 from pbrg_mj.plugins import Objects
@@ -54,7 +55,7 @@ class Verification:
         found = self.found
         span = f"{found.ticks} ticks, {found.messages} messages, up to {found.end:g} of {found.duration:g} s"
         if found.first is None:
-            short = "" if found.complete else "; the log ends there"
+            short = "" if found.complete else f"; the log ends there: {found.ended}"
             return [f"identical: {span}; every channel but /timing, bit for bit{short}"]
         first = f"differs first at {_place(found.first)}: {_values(found.first)}"
         if not found.environment_changes:
@@ -82,6 +83,7 @@ class Verification:
             "end_s": found.end,
             "duration_s": found.duration,
             "complete": found.complete,
+            "ended": found.ended,
             "damage": found.damage,
             "first": _mismatch(found.first) if found.first else None,
             "foreign": {name: {"log": then, "here": now} for name, (then, now) in found.environment_changes.items()},
@@ -152,15 +154,17 @@ def logged_duration(log: str | Path) -> float:
     return read_header(Path(log)).scenario.timing.duration
 
 
-def repair(log: str | Path, path: str | Path) -> Repair:
+def repair(log: str | Path, path: str | Path, *, force: bool = False) -> Repair:
     """Write a clean log (.mcap) to `path` of all that is whole in a damaged one, which stays as it is.
 
-    Raises InputError when the file is no log of this package, or holds no whole chunk.
+    `force` allows to replace a log that exists. Raises InputError when it may not be replaced, the file is no log of
+    this package, or it holds no whole chunk.
     """
     log, path = Path(log), Path(path)
     by_suffix(path, {".mcap": None})
     if path.exists() and log.exists() and path.samefile(log):
         raise InputError("would overwrite the log itself; give another name", file=str(path))
+    check_writable(path, force=force)
     found: list[repairing.RepairReport] = []
     write_atomically(path, lambda whole: found.append(repairing.repair(log, whole)))
     one = found[0]

@@ -17,6 +17,7 @@ from pbrg_mj.api.run import Run
 from pbrg_mj.api.scenario import Scenario, load
 from pbrg_mj.api.simulate import Sink, run
 from pbrg_mj.errors import InputError
+from pbrg_mj.log.write.log_file import check_writable
 
 Watch = Callable[[Scenario], AbstractContextManager[Sink]]
 
@@ -25,34 +26,40 @@ def _nobody(scenario: Scenario) -> AbstractContextManager[Sink]:
     return nullcontext(lambda record: None)
 
 
-def reproduce(folder: str | Path, *, duration: float | None = None, watch: Watch = _nobody) -> Comparison:
+def reproduce(
+    folder: str | Path, *, duration: float | None = None, force: bool = False, watch: Watch = _nobody
+) -> Comparison:
     """Make the paper's four runs and their figures (PDF and PNG), numbers.md and numbers.json in `folder`.
 
-    `duration` [s] cuts every run short. `watch` is called with each scenario and gives a context manager, whose
-    function sees that run's records.
+    `duration` [s] cuts every run short, `force` allows to replace logs that exist. `watch` is called with each scenario
+    and gives a context manager, whose function sees that run's records.
 
-    Ctrl-C raises Interrupted; the runs that are over are whole then. Raises InputError without matplotlib.
+    Ctrl-C raises Interrupted; the runs that are over are whole then. Raises InputError without matplotlib, or when a
+    log exists.
     """
     folder = Path(folder)
-    _prepare(folder)
+    _prepare(folder, force=force)
     done: list[RunMetrics] = []
     for name in RUNS:
         scenario = load(f"paper/{name}", {"log.timings": False}, duration=duration)
         try:
             log, made = _simulate(scenario, folder / f"{name}.mcap", watch)
-        except Interrupted:
-            raise Interrupted(f"whole in {folder}: {', '.join(RUNS[: len(done)]) or 'nothing'}") from None
+        except Interrupted as error:
+            whole = ", ".join(RUNS[: len(done)]) or "nothing"
+            raise Interrupted(f"whole in {folder}: {whole}", error.signal) from None
         done.append(_evaluate(log, made))
         _write_numbers(done, folder)
     return Comparison(tuple(done))
 
 
-def _prepare(folder: Path) -> None:
+def _prepare(folder: Path, *, force: bool) -> None:
     if find_spec("matplotlib") is None:  # before the runs, which take longer
         raise InputError("figures need matplotlib: pip install matplotlib")
     if folder.exists() and not folder.is_dir():
         raise InputError("this is not a folder", file=str(folder))
     folder.mkdir(parents=True, exist_ok=True)
+    for name in RUNS:
+        check_writable(folder / f"{name}.mcap", force=force)
 
 
 def _simulate(scenario: Scenario, path: Path, watch: Watch) -> tuple[Path, Run]:
@@ -60,7 +67,7 @@ def _simulate(scenario: Scenario, path: Path, watch: Watch) -> tuple[Path, Run]:
     part = path.with_name(f".{path.stem}-part.mcap")
     try:
         with watch(scenario) as sink:
-            made = run(scenario, log=part, watch=[sink])
+            made = run(scenario, log=part, force=True, watch=[sink])
         return part.replace(path), made
     finally:
         part.unlink(missing_ok=True)

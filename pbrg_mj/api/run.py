@@ -29,6 +29,7 @@ from pbrg_mj.api.own_metrics import Metric, evaluate_metric
 from pbrg_mj.api.scenario import Scenario
 from pbrg_mj.log.read import run as reader
 from pbrg_mj.log.read.run import Run as Recorded
+from pbrg_mj.log.write.log_file import check_writable
 from pbrg_mj.scenario.load import Loaded
 
 if TYPE_CHECKING:
@@ -175,10 +176,14 @@ class Run:
         """Return all arrays as a dataset with named dimensions and units. Raises InputError without xarray."""
         return dataset(self._recorded)
 
-    def save(self, path: str | Path) -> Path:
-        """Write the log (.mcap) of a run that is kept in memory, or copy it; return the path. Raises InputError."""
+    def save(self, path: str | Path, *, force: bool = False) -> Path:
+        """Write the log (.mcap) of a run that is kept in memory, or copy it; return the path.
+
+        `force` allows to replace a log that exists. Raises InputError when it may not, or the path cannot be written.
+        """
         path = Path(path)
         by_suffix(path, {".mcap": None})
+        check_writable(path, force=force)
         content = Path(self._recorded.path).read_bytes() if self._content is None else self._content
 
         def write(whole: Path) -> None:

@@ -20,7 +20,8 @@ from pbrg_mj.governor.problem.interface import Certificate, Governor
 from pbrg_mj.kernel import clock as clock  # for the command line
 from pbrg_mj.kernel import watching_compilation as watching_compilation
 from pbrg_mj.log.read.run import open_run
-from pbrg_mj.log.write.writer import LogWriter, check_writable
+from pbrg_mj.log.write.log_file import check_writable
+from pbrg_mj.log.write.writer import LogWriter
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.perception.estimator import Estimator
@@ -38,6 +39,7 @@ def run(
     governor: Governor | None = None,
     log: str | Path | None = None,
     *,
+    force: bool = False,
     certificate: Certificate | None = None,
     estimator: Estimator | None = None,
     noise_model: NoiseModel | None = None,
@@ -49,25 +51,26 @@ def run(
 
     `governor`, any object with `init(problem)` and `step(problem, memory)`, takes the place of the scenario's own;
     the log then names its class. So do `certificate`, `estimator`, `noise_model`, `reference_solver` (docs/governor.md
-    says what each must offer). `log` is the file (.mcap) to write; None keeps the run in memory. Every function in
-    `watch` is called with each tick's record once that is in the log, and `profile` last, which adds up where the time
-    goes.
+    says what each must offer). `log` is the file (.mcap) to write, and `force` allows to replace one that exists; None
+    keeps the run in memory. Every function in `watch` is called with each tick's record once that is in the log, and
+    `profile` last, which adds up where the time goes.
 
-    Ctrl-C ends the run between two ticks, with a log that is whole so far, and raises Interrupted. Raises InputError
-    when the scenario or the governor cannot be run, or the log cannot be written; PlugInError when a part of another
-    package, or an object, does not keep its contract.
+    Ctrl-C, SIGTERM and SIGHUP end the run between two ticks, with a log that is whole so far, and raise Interrupted.
+    Raises InputError when the scenario or the governor cannot be run, or the log cannot be written; PlugInError when a
+    part of another package, or an object, does not keep its contract.
     """
     objects = Objects(governor, certificate, estimator, noise_model, reference_solver)
     scenario = with_objects(as_scenario(scenario), objects)
-    path = None if log is None else log_path(log)
+    path = None if log is None else log_path(log, force=force)
     simulation = Simulation.build(scenario.settings, objects)
     with collecting_rarely():
         if path is not None:
-            _record(simulation, scenario, path, watch, profile)
+            writer = LogWriter(path, scenario.loaded, simulation.model_xml, force=force)
+            _record(simulation, writer, watch, profile)
             return open_log(path)
         with tempfile.TemporaryDirectory(prefix="pbrg-") as folder:
             path = Path(folder) / "run.mcap"
-            _record(simulation, scenario, path, watch, profile)
+            _record(simulation, LogWriter(path, scenario.loaded, simulation.model_xml), watch, profile)
             return Run(replace(open_run(path), path=IN_MEMORY), path.read_bytes())
 
 
@@ -99,12 +102,12 @@ def serve(scenario: Scenario | str | Path, port: int = 8765) -> LiveServer:
     return LiveServer(as_scenario(scenario).settings, port)
 
 
-def log_path(path: str | Path) -> Path:
-    """Return the path of a log to write. Raises InputError when it is not .mcap, or cannot be written."""
+def log_path(path: str | Path, *, force: bool) -> Path:
+    """Return the path of a log to write. Raises InputError when it is not .mcap, or may not or cannot be written."""
     path = Path(path)
     if path.suffix != ".mcap":
         raise InputError("a log's name ends in .mcap", file=str(path))
-    check_writable(path)  # before the simulation is built, which takes longer
+    check_writable(path, force=force)  # before the simulation is built, which takes longer
     return path
 
 
@@ -117,14 +120,12 @@ def with_objects(scenario: Scenario, objects: Objects) -> Scenario:
     return scenario.override(overrides) if overrides else scenario
 
 
-def _record(
-    simulation: Simulation, scenario: Scenario, path: Path, watch: Iterable[Sink], profile: Profile | None
-) -> None:
+def _record(simulation: Simulation, writer: LogWriter, watch: Iterable[Sink], profile: Profile | None) -> None:
     """Simulate into a log, which is closed and whole so far when this raises Interrupted."""
-    with interruptible() as pressed, LogWriter(path, scenario.loaded, simulation.model_xml) as write:
+    with interruptible() as came, writer as write:
         sinks = (profile.timed("log", write) if profile else write, *watch, *([profile] if profile else []))
         for record in simulation.records():
             for sink in sinks:
                 sink(record)
-            if pressed():
-                raise Interrupted(f"the log so far: {path}")
+            if number := came():
+                raise Interrupted(f"the log so far: {writer.path}", number)

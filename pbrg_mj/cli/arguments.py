@@ -30,6 +30,7 @@ Overrides = Annotated[
     list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change path.to.key; may be repeated.")
 ]
 Duration = Annotated[float | None, typer.Option(help="Simulated time [s]: --set timing.duration=S.")]
+Force = Annotated[bool, typer.Option("--force", help="Overwrite what exists.")]
 Log = Annotated[Path, typer.Argument(metavar="LOG", help="The log to read.")]
 
 

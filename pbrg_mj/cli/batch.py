@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 import pbrg_mj as pbrg
-from pbrg_mj.cli.arguments import Duration, Overrides, ScenarioName, without_drawing
+from pbrg_mj.cli.arguments import Duration, Force, Overrides, ScenarioName, without_drawing
 from pbrg_mj.cli.console import emit, emit_json
 from pbrg_mj.cli.progress import compiling_noted
 from pbrg_mj.errors import InputError
@@ -21,6 +21,7 @@ def batch(
     scenario: ScenarioName,
     seeds: Annotated[str, typer.Option(metavar="FIRST-LAST", help="Seeds; single ones too: 1-8,20.")] = "1-64",
     output: Annotated[Path | None, typer.Option("-o", "--output", metavar="OUT.npz", help="Arrays to write.")] = None,
+    force: Force = False,
     duration: Duration = None,
     overrides: Overrides = None,
     threads: Annotated[int | None, typer.Option(min=1, help="One for each core if not given.")] = None,
@@ -30,7 +31,7 @@ def batch(
     without_drawing()
     loaded = pbrg.load(scenario, overrides or (), duration=duration)
     with compiling_noted():
-        made = pbrg.batch(loaded, seeds_of(seeds), path=output, threads=threads)
+        made = pbrg.batch(loaded, seeds_of(seeds), path=output, force=force, threads=threads)
     if json:
         emit_json(made.summary())
     else:

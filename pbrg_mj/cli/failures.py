@@ -11,14 +11,15 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from signal import SIGINT
 from types import TracebackType
 
 import typer
 
 from pbrg_mj.cli.console import ReaderGoneError, note
-from pbrg_mj.errors import InputError, PbrgError
+from pbrg_mj.errors import InputError, PbrgError, Stopped
 
-FAILED, WRONG_INPUT, DEFECT, INTERRUPTED, READER_GONE = 1, 2, 3, 130, 141  # the last two as after a signal
+FAILED, WRONG_INPUT, DEFECT, READER_GONE = 1, 2, 3, 141  # the last one as after a signal
 LONGEST = 400  # characters of an exception's text shown
 # The machine is short of something: neither wrong input nor a defect.
 SCARCE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.ENOMEM, errno.EMFILE, errno.ENFILE, errno.EAGAIN}
@@ -31,7 +32,8 @@ def explain(error: BaseException, *, debug: bool) -> int:
     if isinstance(error, ReaderGoneError) or _is_reader_gone(error):
         return READER_GONE
     if isinstance(error, KeyboardInterrupt | typer.Abort):
-        return INTERRUPTED
+        stopped = error if isinstance(error, Stopped) else error.__cause__  # typer makes an Abort of it
+        return 128 + (stopped.signal if isinstance(stopped, Stopped) else SIGINT)
     if debug:
         for line in traceback.format_exception(error):
             for text in line.splitlines():

@@ -1,7 +1,8 @@
 """`pbrg`: the commands and their exit codes.
 
-0 done; 1 the run failed its purpose; 2 the input is wrong; 3 a defect of this package; 130 Ctrl-C; 141 nobody reads
-stdout any more. Commands import what they need when they run: help must not wait for the simulator.
+0 done; 1 the run failed its purpose; 2 the input is wrong; 3 a defect of this package; 130, 143, 129 Ctrl-C, SIGTERM,
+SIGHUP; 141 nobody reads stdout any more. Commands import what they need when they run: help must not wait for the
+simulator.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from typing import Annotated
 import typer
 
 from pbrg_mj import __version__
+from pbrg_mj.api.interrupt import stoppable
 from pbrg_mj.cli import batch, compare, doctor, export, plot, render, repair, replay, report, reproduce, run, scenarios
 from pbrg_mj.cli.console import Notes, emit, keep_standard_streams
 from pbrg_mj.cli.failures import DEFECT, explain, one_line_each
@@ -73,7 +75,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given, debug = _without_debug(sys.argv[1:] if arguments is None else arguments)
     with one_line_each(debug=debug) as failed:
         try:
-            code = app(given, prog_name="pbrg", standalone_mode=False)
+            with stoppable():
+                code = app(given, prog_name="pbrg", standalone_mode=False)
         except BaseException as error:
             if isinstance(error, SystemExit) and COMPLETING in os.environ:
                 raise

@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import pbrg_mj as pbrg
-from pbrg_mj.cli.arguments import without_drawing
+from pbrg_mj.cli.arguments import Force, without_drawing
 from pbrg_mj.cli.console import emit, emit_json, note
-from pbrg_mj.cli.failures import INTERRUPTED
 from pbrg_mj.cli.progress import progress
 
 if TYPE_CHECKING:
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
 
 def reproduce(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="The folder to fill.")],
+    force: Force = False,
     duration: Annotated[float | None, typer.Option(help="Simulated time of every run [s], less than the full.")] = None,
     json: Annotated[bool, typer.Option("--json", help="Print the numbers as JSON, and nothing else.")] = False,
 ) -> int:
@@ -43,10 +43,10 @@ def reproduce(
             yield shown
 
     try:
-        made = pbrg.reproduce(output, duration=duration, watch=watch)
+        made = pbrg.reproduce(output, duration=duration, force=force, watch=watch)
     except pbrg.Interrupted as error:
         note(f"interrupted; {error}")
-        return INTERRUPTED
+        return 128 + error.signal
     if json:
         emit_json(made.as_dicts())
     else:

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import pbrg_mj as pbrg
-from pbrg_mj.cli.arguments import Duration, Overrides, ScenarioName, without_drawing
+from pbrg_mj.cli.arguments import Duration, Force, Overrides, ScenarioName, without_drawing
 from pbrg_mj.cli.console import emit, emit_json, note
-from pbrg_mj.cli.failures import INTERRUPTED
 from pbrg_mj.cli.progress import progress
 from pbrg_mj.cli.real_time import pacer
 
@@ -24,6 +23,7 @@ if TYPE_CHECKING:
 def run(
     scenario: ScenarioName,
     output: Annotated[Path | None, typer.Option("-o", "--output", metavar="LOG.mcap", help="The log to write.")] = None,
+    force: Force = False,
     seed: Annotated[int | None, typer.Option(help="Seed of all noise: --set seed=N.")] = None,
     duration: Duration = None,
     overrides: Overrides = None,
@@ -40,16 +40,16 @@ def run(
     from pbrg_mj.api.simulate import log_path
 
     loaded = pbrg.load(scenario, overrides or (), seed=seed, duration=duration)
-    path = log_path(output or f"{loaded.name.rsplit('/', 1)[-1]}.mcap")
+    path = log_path(output or f"{loaded.name.rsplit('/', 1)[-1]}.mcap", force=force)
     for line in loaded.warnings():
         note(f"warning: {line}")
     spent = Profile() if profile else None
     try:
         with _viewers(loaded, live=live, port=port, pace=pace, show=not quiet) as watch:
-            made = pbrg.run(loaded, log=path, watch=watch, profile=spent)
+            made = pbrg.run(loaded, log=path, force=force, watch=watch, profile=spent)
     except pbrg.Interrupted as error:
         note(f"interrupted; {error}")
-        return INTERRUPTED
+        return 128 + error.signal
     return _report(made, spent, json=json, quiet=quiet)
 
 

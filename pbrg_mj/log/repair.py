@@ -57,8 +57,8 @@ def repair(path: Path, target: Path) -> RepairReport:
     Nothing is guessed: a chunk whose checksum fails is left out as a whole. Raises InputError when the file is not a
     log of this package, when what it embeds is lost, or when it holds no whole chunk.
     """
-    with open_mcap(path) as (file, size), target.open("wb") as output:
-        copy = _Copy(McapWriter(output), _index_channels(file, size), Embedded(str(path)))
+    with open_mcap(path) as (file, size), target.open("wb") as output, McapWriter(output).abandoned() as writer:
+        copy = _Copy(writer, _index_channels(file, size), Embedded(str(path)))
         file.seek(len(MAGIC))
         copy.copy_records(file, size)
         found = copy.found
@@ -68,9 +68,9 @@ def repair(path: Path, target: Path) -> RepairReport:
                 f"holds no whole tick ({'; '.join(found.damage) or 'the run never began'})", file=str(path)
             )
         if found.damage:
-            copy.writer.finish()
+            writer.finish()
         else:
-            copy.writer.abandon()
+            writer.abandon()
             for one in (file, output):
                 one.seek(0)
             output.truncate()

@@ -26,7 +26,7 @@ PAGE = os.sysconf("SC_PAGE_SIZE")
 def starts() -> dict[str, float]:
     """Return the wall-clock times of `pbrg --help`, and of a run of one simulated second, kernels cached [s]."""
     with tempfile.TemporaryDirectory() as folder:
-        run = ["run", SCENARIO, "--duration", "1", "--quiet", "-o", str(Path(folder) / "run.mcap")]
+        run = ["run", SCENARIO, "--duration", "1", "--quiet", "--force", "-o", str(Path(folder) / "run.mcap")]
         return {"help_s": _median(["--help"]), "first_simulated_second_s": _median(run)}
 
 

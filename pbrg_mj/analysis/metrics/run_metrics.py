@@ -50,6 +50,8 @@ class RunMetrics:
     damage: str | None
     ticks: int
     duration_s: float
+    asked_s: float
+    ended: str
     outcome: str
     reason: str | None
     violation_robot: int | None
@@ -151,6 +153,8 @@ def _identity(run: Run) -> dict[str, Any]:
         "damage": run.damage,
         "ticks": len(time),
         "duration_s": float(time[-1] - time[0]),
+        "asked_s": scenario.timing.duration,
+        "ended": run.how_it_ended,
     }
 
 

@@ -20,6 +20,8 @@ LAYOUT: dict[str, tuple[tuple[str, str], ...]] = {
         ("seed", "seed"),
         ("robots", "robots"),
         ("simulated [s]", "duration_s"),
+        ("asked for [s]", "asked_s"),
+        ("ended", "ended"),
         ("ticks", "ticks"),
     ),
     "outcome": (

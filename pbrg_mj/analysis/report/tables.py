@@ -59,10 +59,11 @@ def _card(number: int, one: ReportRun) -> str:
     reason = f" <small>{_text(one.numbers.reason)}</small>" if one.numbers.reason else ""
     notice = f'<p class="notice">Damaged log: {_text(one.numbers.damage)}</p>' if one.numbers.damage else ""
     identity = f"{one.numbers.plant}, {one.numbers.governor}, {one.numbers.robots} robots, seed {one.numbers.seed}"
+    held = f"{one.numbers.duration_s:g} of {one.numbers.asked_s:g} s: {one.numbers.ended}"
     return (
         f'<article class="card"><h2><span class="number">{number}</span>{_text(one.numbers.scenario)}</h2>'
         f'<p class="outcome {escape(one.numbers.outcome)}">{escape(one.numbers.outcome)}{reason}</p>'
-        f'<p class="from">{_text(one.log)}: {_text(identity)}</p>{notice}<dl>{facts}</dl></article>'
+        f'<p class="from">{_text(one.log)}: {_text(identity)}; {_text(held)}</p>{notice}<dl>{facts}</dl></article>'
     )
 
 

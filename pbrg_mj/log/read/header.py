@@ -13,7 +13,9 @@ from mcap.records import Attachment, Metadata
 from pbrg_mj.errors import InputError
 from pbrg_mj.log.read.mcap_records import MAGIC
 from pbrg_mj.log.schema import channels
+from pbrg_mj.log.schema.ending import Ending
 from pbrg_mj.log.schema.fields import SCHEMA_VERSION, Dims
+from pbrg_mj.log.write.log_file import partial_path
 from pbrg_mj.scenario.load import parse_scenario
 from pbrg_mj.scenario.schema import Scenario
 
@@ -62,6 +64,10 @@ class Embedded:
             raise InputError("its metadata are damaged", file=self.path)
         return dims
 
+    def ending(self) -> Ending | None:
+        """Return what the log says about its end; it stands behind the last tick."""
+        return Ending.read(self.metadata.get(channels.ENDING_METADATA, {}))
+
     def header(self, damage: str | None) -> LogHeader:
         """Return all of it, checked. Raises InputError when something is missing or contradicts itself."""
         if damage and channels.RUN_METADATA not in self.metadata:
@@ -97,7 +103,9 @@ def open_mcap(path: Path) -> Iterator[tuple[BinaryIO, int]]:
     Raises InputError when there is no such file, it cannot be read, or it is not an MCAP file.
     """
     if not path.exists():
-        raise InputError("there is no such file", file=str(path))
+        partial = partial_path(path)
+        kept = f"; what a run that was killed, or goes on, has written is in {partial}: see `pbrg repair`"
+        raise InputError(f"there is no such file{kept if partial.is_file() else ''}", file=str(path))
     if not path.is_file():
         raise InputError("this is not a file but a folder or a device; give a log", file=str(path))
     try:

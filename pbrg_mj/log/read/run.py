@@ -13,6 +13,7 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.log.read.header import Embedded, open_mcap
 from pbrg_mj.log.read.mcap_records import DamageError, read_records
 from pbrg_mj.log.schema import channels
+from pbrg_mj.log.schema.ending import Ending, how_it_ended
 from pbrg_mj.log.schema.fields import MESSAGES, Dims
 from pbrg_mj.log.schema.message import LogMessage
 from pbrg_mj.log.schema.protobuf import DTYPE, absent_fields, decode
@@ -117,6 +118,12 @@ class Run:
     timings: TimingSeries
     damage: str | None  # why the file ends early, in one line; None for a complete log
     absent: frozenset[str] = frozenset()  # fields of `ticks` that the log is too old to have: NaN or false here
+    ending: Ending | None = None  # what the log says about its end; None when it says nothing, as after a kill
+
+    @property
+    def how_it_ended(self) -> str:
+        """Why the log ends where it does, in a few words."""
+        return how_it_ended(self.ending, len(self.ticks.time), self.scenario)
 
 
 TOPICS = {channels.TICK: "Tick", channels.OPTIMUM: "Optimum", channels.TIMING: "Timing"}
@@ -193,6 +200,7 @@ def _assemble(contents: _Contents, path: str) -> Run:
         timings=TimingSeries(**_columns("Timing", contents, header.dims)),
         damage=contents.damage,
         absent=contents.absent,
+        ending=contents.embedded.ending(),
     )
 
 

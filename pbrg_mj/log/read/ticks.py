@@ -10,6 +10,7 @@ from typing import BinaryIO
 from pbrg_mj.log.read.header import Embedded, LogHeader, open_mcap
 from pbrg_mj.log.read.mcap_records import DamageError, read_records
 from pbrg_mj.log.schema import channels
+from pbrg_mj.log.schema.ending import Ending
 from pbrg_mj.log.schema.message import LogMessage
 
 
@@ -22,6 +23,7 @@ class LoggedTicks:
 
     def __init__(self, file: BinaryIO, size: int, path: str):
         self.damage: str | None = None
+        self.passed = 0  # groups so far
         self._embedded = Embedded(path)
         messages = self._messages(file, size)
         first = next(messages, None)  # everything embedded stands before it
@@ -30,13 +32,20 @@ class LoggedTicks:
         rest = chain([first] if first else [], messages)
         self._groups = groupby(rest, key=lambda message: message.log_time)
 
+    @property
+    def ending(self) -> Ending | None:
+        """What the log says about its end; known after the last group."""
+        return self._embedded.ending()
+
     def __iter__(self) -> Iterator[list[LogMessage]]:
         """Return the iterator itself: the messages pass by once."""
         return self
 
     def __next__(self) -> list[LogMessage]:
         """Return the next tick's messages."""
-        return list(next(self._groups)[1])
+        group = list(next(self._groups)[1])
+        self.passed += 1
+        return group
 
     def _messages(self, file: BinaryIO, size: int) -> Iterator[LogMessage]:
         try:

@@ -14,6 +14,7 @@ from google.protobuf.message import DecodeError, Message
 from pbrg_mj.log.read.header import open_mcap
 from pbrg_mj.log.read.ticks import LoggedTicks
 from pbrg_mj.log.schema import channels
+from pbrg_mj.log.schema.ending import how_it_ended
 from pbrg_mj.log.schema.message import NANOSECONDS, LogMessage
 from pbrg_mj.log.schema.protobuf import absent_fields
 from pbrg_mj.log.verify.difference import Difference, differences
@@ -47,7 +48,8 @@ class Verification:
     ticks: int = 0  # compared
     messages: int = 0  # compared
     end: float = 0.0  # of the last tick compared [s]
-    damage: str | None = None  # why the log ends early
+    damage: str | None = None  # why the file ends early
+    ended: str = ""  # why the log ends where it does
     first: Mismatch | None = None
     deviations: dict[tuple[str, str], Mismatch] = field(default_factory=dict)  # channel, field -> the largest
 
@@ -90,6 +92,7 @@ def verify(
             _compare_ticks(found, logged, simulation, on_record)
         deque(logged, maxlen=0)  # the rest, unread: it may be damaged
         found.damage = logged.damage
+        found.ended = how_it_ended(logged.ending, logged.passed, logged.header.scenario)
     return found
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from io import SEEK_CUR
-from typing import BinaryIO
+from typing import BinaryIO, Self
 
 import foxglove
 from foxglove.mcap import MCAPCompression, MCAPWriteOptions
@@ -61,6 +61,14 @@ class McapWriter:
         self._output.close()
         with suppress(RuntimeError):  # after an error
             self._writer.close()
+
+    @contextmanager
+    def abandoned(self) -> Iterator[Self]:
+        """Give the writer, and abandon what is not finished."""
+        try:
+            yield self
+        finally:
+            self.abandon()
 
     @contextmanager
     def _errors_of_file(self) -> Iterator[None]:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import os
-from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
-from typing import BinaryIO, Self
+from typing import Self
 
-from pbrg_mj.errors import InputError, PbrgError
+from pbrg_mj.errors import PbrgError
 from pbrg_mj.log.schema import channels
+from pbrg_mj.log.schema.ending import Ending
+from pbrg_mj.log.write.log_file import LogFile
 from pbrg_mj.log.write.mcap_writer import McapWriter
 from pbrg_mj.log.write.messages import MessageStream, dims_of, time_of
 from pbrg_mj.log.write.provenance import add_channels, embed_provenance
@@ -27,74 +27,88 @@ CHUNK_BYTES = 8 * 2**20  # of many robots; bounds memory, and what a reader has 
 class LogWriter:
     """A context manager and a sink: call it with every TickRecord, in order.
 
-    The file is created with the first record, so that a run that fails before leaves nothing behind. Messages
-    carry simulated time. Raises InputError when the path cannot be written, PbrgError when the disk fails later.
+    The log gets its own name when it is finished, until then it is at `partial_path` and locked. A run that fails
+    before the first record leaves nothing behind. Messages carry simulated time. `force` allows to replace a log.
+
+    Raises InputError when the path cannot be written or another run writes it, PbrgError when the disk fails later.
     """
 
-    def __init__(self, path: str | Path, loaded: Loaded, model_xml: str):
-        self._path, self._loaded, self._model_xml = Path(path), loaded, model_xml
+    def __init__(self, path: str | Path, loaded: Loaded, model_xml: str, *, force: bool = False):
+        self.path, self._loaded, self._model_xml = Path(path), loaded, model_xml
+        self._log_file = LogFile(self.path, force=force)
         self._ticks_per_chunk = max(1, round(CHUNK_SECONDS / loaded.scenario.timing.tick))
-        self._file: BinaryIO | None = None
+        self._writer: McapWriter | None = None  # from the first record on, until the log is closed
         self._buffer: list[TickRecord] = []
+        self._written = 0  # ticks in all
         self._ticks = self._bytes = 0  # in the open chunk
         self._tick_bytes = CHUNK_BYTES  # of the last tick written; before there is one, nothing is buffered
         self._between_records = True
 
     def __enter__(self) -> Self:
-        """Refuse a path that cannot be written; nothing is created yet."""
-        check_writable(self._path)
+        """Take the file."""
+        self._file = self._log_file.open()
         return self
 
     def __call__(self, record: TickRecord) -> None:
         """Take one record; it reaches the disk with its chunk."""
-        if self._file is None:
-            self._start(record)
+        if self._writer is None:
+            self._writer = self._start(record)
         self._buffer.append(record)
         ticks = len(self._buffer)
         if self._ticks + ticks >= self._ticks_per_chunk or self._bytes + ticks * self._tick_bytes >= CHUNK_BYTES:
             try:
-                self._write_buffer()
+                self._write_buffer(self._writer)
             except OSError as error:
-                raise self._failed(error) from error
+                raise self._failed(self._writer, error) from error
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Finish and close the file, after Ctrl-C or an error as well."""
-        if self._file is None:
+        """Finish the file and move it into place, after Ctrl-C or an error as well; it then says why it ends."""
+        if self._writer is None:
+            if not self._file.closed:
+                self._log_file.discard()
             return
         try:
-            with self._file:
-                if self._between_records:
-                    self._write_buffer()
-                    self._writer.finish()
-                else:  # interrupted inside a tick: leave the log as a kill would
-                    self._writer.abandon()
+            if self._between_records:
+                self._finish(self._writer, error)
         except OSError as failure:
-            raise self._failed(failure) from failure
+            raise self._failed(self._writer, failure) from failure
+        finally:  # of a log interrupted inside a tick, that leaves what a kill would
+            if self._writer is not None:
+                self._writer.abandon()
+                self._log_file.leave()
 
-    def _start(self, first: TickRecord) -> None:
+    def _finish(self, writer: McapWriter, error: BaseException | None) -> None:
+        self._write_buffer(writer)
+        ending = Ending.of(error, self._written, self._loaded.scenario)
+        writer.add_metadata(channels.ENDING_METADATA, ending.as_metadata())
+        writer.finish()
+        self._log_file.keep()
+        self._writer = None
+
+    def _start(self, first: TickRecord) -> McapWriter:
+        writer = McapWriter(self._file)
         try:
-            self._file = self._path.open("wb")
-        except OSError as error:
-            raise InputError(f"cannot write {self._path}: {error.strerror}") from error
-        try:
-            self._writer = McapWriter(self._file)
-            embed_provenance(self._writer, self._loaded, self._model_xml, dims_of(first))
+            embed_provenance(writer, self._loaded, self._model_xml, dims_of(first))
             self._stream = MessageStream(self._loaded.scenario, first)
-            self._channels = add_channels(self._writer, self._stream.types)
-            self._writer.flush()
+            self._channels = add_channels(writer, self._stream.types)
+            writer.flush()
         except OSError as error:
-            raise self._failed(error) from error
+            writer.abandon()
+            self._log_file.discard()
+            raise PbrgError(f"cannot write {self.path}: {error.strerror or error}") from error
+        return writer
 
-    def _write_buffer(self) -> None:
+    def _write_buffer(self, writer: McapWriter) -> None:
         """Write the buffered records: many in a row, while their code is in the processor's caches."""
         self._between_records = False
         for record in self._buffer:
             self._tick_bytes = self._add(record)
+            self._written += 1
             self._ticks, self._bytes = self._ticks + 1, self._bytes + self._tick_bytes
             if self._ticks >= self._ticks_per_chunk or self._bytes >= CHUNK_BYTES:
-                self._writer.flush()
+                writer.flush()
                 self._ticks = self._bytes = 0
         self._buffer.clear()
         self._between_records = True
@@ -107,29 +121,10 @@ class LogWriter:
             self._channels[topic](data, log_time=time_ns)
         return sum([len(data) for topic, data in messages if topic != channels.TIMING])
 
-    def _failed(self, error: OSError) -> PbrgError:
+    def _failed(self, writer: McapWriter, error: OSError) -> PbrgError:
         """Close what is left of the file; `__exit__` then has nothing more to do."""
-        if self._file is not None:
-            self._writer.abandon()
-            with suppress(OSError):
-                self._file.close()
-            self._file = None
-        return PbrgError(f"cannot write {self._path}: {error.strerror or error}; the log ends there")
-
-
-def check_writable(path: Path) -> None:
-    """Raise InputError unless a file could be created or replaced at `path`."""
-    folder = path.parent
-    if path.is_dir():
-        raise InputError(f"cannot write {path}: it is a folder")
-    check_regular(path)
-    if not folder.is_dir():
-        raise InputError(f"cannot write {path}: there is no folder {folder}")
-    if not os.access(path if path.exists() else folder, os.W_OK):
-        raise InputError(f"cannot write {path}: permission denied")
-
-
-def check_regular(path: Path) -> None:
-    """Raise InputError for a pipe, which would wait for a reader, and for a device, whose place no file must take."""
-    if path.exists() and not path.is_file() and not path.is_dir():
-        raise InputError("is a pipe or a device; allowed: a new name, or a file to replace", file=str(path))
+        writer.abandon()
+        self._log_file.leave()
+        self._writer = None
+        kept = f"what is whole is in {self._log_file.partial}, of which `pbrg repair` makes a log"
+        return PbrgError(f"cannot write {self.path}: {error.strerror or error}; {kept}")

@@ -123,7 +123,7 @@ class Simulation:
         """Yield every tick; the caller advances the world before it asks for the next."""
         loop = self.loop
         xi = np.zeros((loop.network.robots, 2))
-        state = LoopState(None, loop.estimator.init(), None, None, None, None, xi)
+        state = LoopState(None, loop.estimator.init(), None, None, None, None, None, xi)
         for index in range(self.ticks + 1):
             state, tick = control_tick(loop, state, index)
             yield tick

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pbrg_mj.governor.problem.interface import Certificate, Governor, Problem, Solution
+from pbrg_mj.governor.problem.interface import Certificate, Governor, Problem, Solution, StateCertificate
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.kernel import clock
 from pbrg_mj.perception.estimator import Estimator
@@ -38,7 +38,7 @@ class ClosedLoop:
     network: Network
     formation: np.ndarray  # (n, 2) b [m]
     hand_offset: float  # [m]
-    certificate: Certificate
+    certificate: Certificate | StateCertificate
     governor: Governor
     drive: Drive
 
@@ -60,6 +60,7 @@ class LoopState(NamedTuple):
     rows: Rows | None  # of the half-spaces known then; likewise None before the first tick
     pose: PoseEstimate | None  # likewise
     governor: Any  # likewise
+    held: np.ndarray | None  # (2,) mean of the leaders' m [m]; likewise
     xi: np.ndarray  # (n, 2) [m]
 
 
@@ -91,19 +92,23 @@ def control_tick(loop: ClosedLoop, state: LoopState, index: int) -> tuple[LoopSt
     half_spaces, estimator = loop.estimator.step(readings, time, state.estimator)
     perceived = clock()
 
-    rows = state.rows
-    if rows is None or half_spaces is not state.half_spaces:
-        rows = loop.certificate.rows(half_spaces)
     pose = state.pose
     if pose is None or readings.body_pose is not pose.body_pose:
         hand_world = hand_point(readings.body_pose, loop.hand_offset)
         pose = PoseEstimate(readings.body_pose, hand_world, hand_world - loop.formation)
+    rows, certificate = state.rows, loop.certificate
+    if isinstance(certificate, StateCertificate):
+        held = pose.p.mean(axis=0) if state.held is None else state.held
+        rows = certificate.rows_at(half_spaces, pose.p, state.xi, held)
+    elif rows is None or half_spaces is not state.half_spaces:
+        rows = certificate.rows(half_spaces)
     problem = Problem(
         network=loop.network,
         p=pose.p,
         xi=state.xi,
         rows=rows,
         reference=operator_reference(scenario.operator, time),
+        heading=readings.body_pose[:, 2],
     )
     memory = loop.governor.init(problem) if state.governor is None else state.governor
     solution, memory = loop.governor.step(problem, memory)
@@ -129,4 +134,5 @@ def control_tick(loop: ClosedLoop, state: LoopState, index: int) -> tuple[LoopSt
         timestamps=timestamps,
     )
     xi = state.xi + scenario.timing.tick * xi_rate
-    return LoopState(readings, estimator, half_spaces, rows, pose, memory, xi), tick
+    held = loop.network.leader @ solution.m / loop.network.leaders
+    return LoopState(readings, estimator, half_spaces, rows, pose, memory, held, xi), tick

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Literal, Protocol
+from typing import Any, Literal, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -26,6 +26,7 @@ class Problem:
     xi: np.ndarray  # (n, 2) integral states [m]
     rows: Rows  # (n, R) rows of g_i
     reference: np.ndarray  # (2,) the operator's r, heard by the leaders only [m]
+    heading: np.ndarray | None = None  # (n,) of the bodies as estimated [rad]; None: not kept
 
     def row_values(self, m: np.ndarray) -> np.ndarray:
         """Return g (n, R) at one m (2,), with p and xi as they are; m is admissible where all are <= 0.
@@ -64,6 +65,15 @@ class Certificate(Protocol):
 
     def rows(self, half_spaces: HalfSpaces) -> Rows:
         """Return the rows of all robots' private constraints g_i."""
+        ...
+
+
+@runtime_checkable
+class StateCertificate(Protocol):
+    """How half-spaces and the present state become constraints that are linear in m."""
+
+    def rows_at(self, half_spaces: HalfSpaces, p: np.ndarray, xi: np.ndarray, held: np.ndarray) -> Rows:
+        """Return the rows of all robots with states p, xi (n, 2) [m] while m (2,) [m] is held; a is 0 in all."""
         ...
 
 

@@ -1,0 +1,13 @@
+"""Certificates: which governed references keep every half-space for ever, from the states of the whole team.
+
+With constant m the team follows a linear model, so a certificate is a statement about its future positions.
+
+- `team_model`: the pre-stabilised team under constant m, sampled as it runs
+- `advances`: what a certificate says of one half-space: how far m may move along its normal
+- `prediction_grid`: which predicted positions are looked at, and what may happen between them
+- `directional_ball`: the ball of the motion across a half-space alone
+- `predictive`: all predicted positions, on a grid with a bound between its points
+- `speed`: how large a share of an advance the motors can follow
+- `projection`: the nearest point to r that all half-spaces allow
+- `evaluate`: by how much a reference violates each certificate, exactly, at every predicted tick
+"""

@@ -1,0 +1,103 @@
+"""The predictive certificate: every predicted position of every robot stays behind every half-space that binds it.
+
+Per half-space it is an interval of the advance z = G.(m - m_held). With the error e and y at the held m, one row of
+the grid asks for
+
+    y + E e + s z + bound (||e|| + sqrt(n) |z|) <= c_j,     c_j = h - G.b_j - margin,
+
+which is convex in z. Holding, z = 0, stays admissible for ever once it was (the rows bound all that follows), so an
+answer always exists; a row whose step response s is small would ask for long retreats from little noise, so it may
+stop an advance and never asks for a retreat.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from pbrg_mj.governor.certificate.advances import Advances, interval_rows
+from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid
+from pbrg_mj.governor.certificate.team_model import TeamModel
+from pbrg_mj.governor.problem.rows import Rows
+from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.half_spaces import HalfSpaces
+from pbrg_mj.scenario.schema import Scenario
+
+WEAK = 0.1  # step response below which a row asks for no retreat
+
+
+@dataclass(frozen=True)
+class PredictiveCertificate:
+    """Rows of a prediction grid, for a formation and a margin."""
+
+    grid: PredictionGrid
+    formation: np.ndarray  # (n, 2) b [m]
+    margin: float  # [m]
+
+    @classmethod
+    def of(cls, scenario: Scenario, margin: float) -> PredictiveCertificate:
+        """Return the certificate of a scenario. Raises ValueError when its sampled team does not settle."""
+        formation = np.array(scenario.team.formation, dtype=float)
+        return cls(PredictionGrid.of(TeamModel.of_scenario(scenario)), formation, margin)
+
+    @cached_property
+    def _rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        return self.grid.robot, self.grid.s, self.grid.bound
+
+    def rows_at(self, half_spaces: HalfSpaces, p: np.ndarray, xi: np.ndarray, held: np.ndarray) -> Rows:
+        """Return the rows with the states p, xi (n, 2) [m] while m (2,) [m] is held."""
+        error = np.vstack([p - held, xi])
+        allowed = Advances.unbounded(half_spaces.h.shape)
+        spaces = half_spaces.G, half_spaces.h, half_spaces.active, half_spaces.binds
+        state = error, self.grid.E @ error, held
+        _write_advances(spaces, state, self._rows, (self.formation, self.margin), tuple(allowed))
+        return interval_rows(half_spaces, held, allowed)
+
+
+@kernel
+def _write_advances(half_spaces, state, rows, team, allowed):
+    """Write low and high of `Advances`.
+
+    `half_spaces` are G, h, active, binds of HalfSpaces; `state` the error (2n, 2), E error (R, 2) and the held m (2,);
+    `rows` robot, s, bound of the grid; `team` the formation (n, 2) and the margin.
+    """
+    G, h, active, binds = half_spaces
+    error, moved, m = state
+    robot, s, bound = rows
+    formation, margin = team
+    low, high = allowed
+    n = len(formation)
+    for i in range(h.shape[0]):
+        for k in range(h.shape[1]):
+            if not active[i, k]:
+                continue
+            Gx, Gy = G[i, k, 0], G[i, k, 1]
+            square = 0.0
+            for row in range(2 * n):
+                square += (Gx * error[row, 0] + Gy * error[row, 1]) ** 2
+            norm = np.sqrt(square)
+            y = Gx * m[0] + Gy * m[1]
+            lowest, highest = -np.inf, np.inf
+            for r in range(len(robot)):
+                j = robot[r]
+                if not binds[i, k, j]:
+                    continue
+                c = h[i, k] - (Gx * formation[j, 0] + Gy * formation[j, 1]) - margin
+                rest = c - y - (Gx * moved[r, 0] + Gy * moved[r, 1]) - bound[r] * norm
+                spread = bound[r] * np.sqrt(n)
+                up, down = s[r] + spread, s[r] - spread
+                if rest >= 0.0:
+                    if up > 0.0:
+                        highest = min(highest, rest / up)
+                    if down < 0.0:
+                        lowest = max(lowest, rest / down)
+                else:
+                    if s[r] >= WEAK:
+                        highest = min(highest, rest / down)
+                    elif up > 0.0:
+                        highest = min(highest, 0.0)
+                    if down < 0.0:
+                        lowest = max(lowest, rest / up if s[r] <= -WEAK else 0.0)
+            low[i, k], high[i, k] = lowest, highest

@@ -1,0 +1,70 @@
+"""The nearest point to a target that several half-planes allow.
+
+Half-planes are taken in one by one. Where the point found so far violates the next one, the nearest point lies on that
+one's edge (the distance is strictly convex), and on the edge the ones before it leave an interval.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pbrg_mj.kernel import kernel
+
+ROUNDING = 1e-9  # [m] by which a point may violate a half-plane
+PARALLEL = 1e-12  # sine of the angle between edges that do not meet
+
+
+@kernel
+def nearest_allowed(target_x, target_y, normals, offsets, slack):
+    """Return (found, x, y): the nearest point with `normals @ point <= offsets + slack`.
+
+    `normals` (k, 2) are unit rows, `offsets` (k,) [m]; an infinite offset asks for nothing.
+    """
+    x, y = target_x, target_y
+    for k in range(len(offsets)):
+        bound = offsets[k] + slack
+        nx, ny = normals[k, 0], normals[k, 1]
+        if nx * x + ny * y <= bound:
+            continue
+        foot_x, foot_y = bound * nx, bound * ny  # the edge is foot + s (-ny, nx)
+        low, high = -np.inf, np.inf
+        for j in range(k):
+            limit = offsets[j] + slack
+            if limit == np.inf:
+                continue
+            mx, my = normals[j, 0], normals[j, 1]
+            rest = limit - (mx * foot_x + my * foot_y)
+            along = my * nx - mx * ny
+            if abs(along) <= PARALLEL:
+                if rest < -ROUNDING:
+                    return False, x, y
+            elif along > 0.0:
+                high = min(high, rest / along)
+            else:
+                low = max(low, rest / along)
+        if low > high + ROUNDING:
+            return False, x, y
+        s = target_y * nx - target_x * ny
+        s = min(max(s, low), high)
+        x, y = foot_x - s * ny, foot_y + s * nx
+    return math.isfinite(x + y), x, y
+
+
+@kernel
+def least_violating(normals, offsets, steps):
+    """Return (x, y), the point nearest to 0 among those that violate the worst half-plane least (by bisection)."""
+    worst = 0.0
+    for k in range(len(offsets)):
+        worst = max(worst, -offsets[k])
+    low, high = 0.0, worst
+    best_x, best_y = 0.0, 0.0
+    for _ in range(steps):
+        slack = 0.5 * (low + high)
+        found, x, y = nearest_allowed(0.0, 0.0, normals, offsets, slack)
+        if found:
+            high, best_x, best_y = slack, x, y
+        else:
+            low = slack
+    return best_x, best_y

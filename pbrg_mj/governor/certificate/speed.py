@@ -1,0 +1,96 @@
+"""How large a share of an advance the motors can follow, over the whole prediction.
+
+While m is held the velocities are u_j(t) = U_j(t) e, U_j(t) = (row j of eq. 2) A^t; the share kappa of an advance d adds
+kappa v_j(t) d with v_j(t) = -U_j(t) (1, 0). Wheels of radius R and largest speed w do
+
+    |u_x| + |u_y| (track / 2) / offset <= R w
+
+in the body's axes: four rows that are linear in kappa at a given heading. The heading turns towards the hand point's
+velocity, dtheta/dt = |u| sin(beta) / offset with beta between them, so tan(beta / 2) falls by exp(-|u| t / offset): the
+headings are predicted along the held plan. A velocity beyond the limit without any advance may not grow; it asks for no
+retreat, since walls come first.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid
+from pbrg_mj.governor.certificate.team_model import TeamModel
+from pbrg_mj.kernel import kernel
+from pbrg_mj.world.scene.robot import RobotModel
+
+
+@dataclass(frozen=True)
+class SpeedLimit:
+    """Rows of predicted velocities, and what a robot's wheels can do."""
+
+    time: np.ndarray  # (K,) of the prediction [s]
+    U: np.ndarray  # (K * n, 2n) [1/s]
+    v: np.ndarray  # (K * n,) [1/s]
+    straight: float  # largest speed straight ahead [m/s]
+    sideways: float  # (track / 2) / offset: what sideways speed costs against speed straight ahead [-]
+    offset: float  # of the hand point [m]
+
+    @classmethod
+    def of(cls, model: TeamModel, grid: PredictionGrid, robot: RobotModel) -> SpeedLimit:
+        """Return the rows at the grid's ticks."""
+        ticks = np.unique(grid.tick)
+        U = np.concatenate([model.rate @ model.after(t) for t in ticks])
+        return cls(
+            time=ticks * model.tick,
+            U=U,
+            v=-(U @ model.at_rest),
+            straight=robot.wheel_radius * robot.loaded_speed,
+            sideways=robot.track / 2 / robot.hand_offset,
+            offset=robot.hand_offset,
+        )
+
+    def share(self, error: np.ndarray, heading: np.ndarray, advance: np.ndarray) -> float:
+        """Return the largest kappa in [0, 1] for an advance (2,) [m].
+
+        `error` (2n, 2) [m] is x - (m, 0) at the held m, `heading` (n,) [rad].
+        """
+        rows = self.time, self.U @ error, self.v
+        return _largest_share(rows, heading, advance, (self.straight, self.sideways, self.offset))
+
+
+@kernel
+def _largest_share(rows, heading, advance, robot):
+    """Compute `SpeedLimit.share`; `rows` are time (K,), u = U error (K * n, 2) and v (K * n,)."""
+    time, u, v = rows
+    straight, sideways, offset = robot
+    n, share = len(heading), 1.0
+    for j in range(n):
+        theta = heading[j]
+        for k in range(len(time)):
+            r = k * n + j
+            if k > 0:
+                before = r - n
+                theta = _turned(theta, u[before, 0], u[before, 1], (time[k] - time[k - 1]) / offset)
+            c, s = math.cos(theta), math.sin(theta)
+            ahead, across = c * u[r, 0] + s * u[r, 1], c * u[r, 1] - s * u[r, 0]
+            more_ahead = v[r] * (c * advance[0] + s * advance[1])
+            more_across = v[r] * (c * advance[1] - s * advance[0])
+            for side in (-sideways, sideways):
+                for way in (-1.0, 1.0):
+                    rise = way * (more_ahead + side * more_across)
+                    if rise > 0.0:
+                        room = straight - way * (ahead + side * across)
+                        share = min(share, max(room, 0.0) / rise)
+    return share
+
+
+@kernel
+def _turned(theta, ux, uy, ratio):
+    """Return the heading after a time under a constant velocity; `ratio` is that time over the offset [s/m]."""
+    speed = math.sqrt(ux * ux + uy * uy)
+    if speed < 1e-9:
+        return theta
+    direction = math.atan2(uy, ux)
+    beta = (direction - theta + math.pi) % (2.0 * math.pi) - math.pi
+    left = 2.0 * math.atan(math.tan(0.5 * beta) * math.exp(-speed * ratio))
+    return direction - left

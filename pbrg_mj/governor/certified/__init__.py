@@ -1,0 +1,1 @@
+"""Governors that apply only what a certificate of the whole team has verified."""

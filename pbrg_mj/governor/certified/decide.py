@@ -1,0 +1,34 @@
+"""From what the half-spaces allow to the next reference: towards r as far as all of them, and the motors, allow."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pbrg_mj.governor.certificate.projection import least_violating, nearest_allowed
+from pbrg_mj.governor.certificate.speed import SpeedLimit
+from pbrg_mj.governor.problem.interface import Problem
+
+BISECTIONS = 40
+
+
+def next_reference(problem: Problem, held: np.ndarray, speed: SpeedLimit | None) -> tuple[np.ndarray, bool]:
+    """Return the next m (2,) [m], and whether some reference is admissible. The problem's rows are linear in m.
+
+    Where the held m (2,) is admissible, m goes towards the admissible point nearest to r as far as the motors follow.
+    Where it is not, it first goes to the admissible point nearest to where it is held, whatever the motors say; and
+    where none is admissible, to the nearest of those that violate the worst row least.
+    """
+    rows = problem.rows
+    normals = rows.C[rows.active]
+    offsets = rows.d[rows.active] - normals @ held
+    aim = problem.reference - held
+    found, x, y = nearest_allowed(aim[0], aim[1], normals, offsets, 0.0)
+    if not found:
+        return held + np.array(least_violating(normals, offsets, BISECTIONS)), False
+    goal = np.array([x, y])
+    if speed is None or problem.heading is None:
+        return held + goal, True
+    _, x, y = nearest_allowed(0.0, 0.0, normals, offsets, 0.0)  # 0 where the held m is admissible
+    retreat = np.array([x, y])
+    error = np.vstack([problem.p - held - retreat, problem.xi])
+    return held + retreat + speed.share(error, problem.heading, goal - retreat) * (goal - retreat), True

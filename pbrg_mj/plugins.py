@@ -40,7 +40,7 @@ GOVERNOR = Kind(
     "pbrg_mj.governors",
     "governor.kind",
     "governor.options",
-    ("distributed", "centralized", "none"),
+    ("distributed", "certified", "centralized", "none"),
     ("init", "step"),
 )
 CERTIFICATE = Kind(
@@ -48,7 +48,7 @@ CERTIFICATE = Kind(
     "pbrg_mj.certificates",
     "governor.certificate",
     "governor.certificate_options",
-    ("ball",),
+    ("ball", "directional_ball", "predictive"),
     ("rows",),
 )
 ESTIMATOR = Kind(

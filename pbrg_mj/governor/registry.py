@@ -6,22 +6,36 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from pbrg_mj import plugins
 from pbrg_mj.governor.baselines import CentralizedGovernor, NoGovernor
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.centralized.optimum import CentralizedSolver
+from pbrg_mj.governor.certificate.directional_ball import DirectionalBall
+from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid
+from pbrg_mj.governor.certificate.predictive import PredictiveCertificate
+from pbrg_mj.governor.certificate.speed import SpeedLimit, disc_facets, wheel_facets
+from pbrg_mj.governor.certificate.team_model import TeamModel
+from pbrg_mj.governor.certified.governor import CertifiedGovernor
 from pbrg_mj.governor.distributed.channel import channel
 from pbrg_mj.governor.distributed.estimates import Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.guard import GuardedGovernor
 from pbrg_mj.governor.plug_in import PlugInCertificate, PlugInGovernor, PlugInSolver
 from pbrg_mj.governor.problem.ball import BallCertificate
-from pbrg_mj.governor.problem.interface import Certificate, Governor
+from pbrg_mj.governor.problem.interface import Certificate, Governor, StateCertificate
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.graph import network
 from pbrg_mj.team.network import Network
+from pbrg_mj.world.scene.robot import load_robot_model
 
-CERTIFICATES: dict[str, Callable[[Scenario, Network], Certificate]] = {"ball": BallCertificate.of}
+CERTIFICATES: dict[str, Callable[[Scenario, Network], Certificate | StateCertificate]] = {
+    "ball": BallCertificate.of,
+    "directional_ball": lambda scenario, team: DirectionalBall.of(scenario, margin(scenario)),
+    "predictive": lambda scenario, team: PredictiveCertificate.of(scenario, margin(scenario)),
+}
+DEFAULT_MARGIN = 0.01  # [m] in physics, for what the linear model leaves out: docs/certified.md
 
 
 def _cvxpy() -> CentralizedSolver:
@@ -31,6 +45,14 @@ def _cvxpy() -> CentralizedSolver:
 
 
 SOLVERS: dict[str, Callable[[], CentralizedSolver]] = {"clarabel": ClarabelSolver, "cvxpy": _cvxpy}
+
+
+def margin(scenario: Scenario) -> float:
+    """Return what certificates keep from half-spaces [m]: as given, or what suits the plant."""
+    given = scenario.governor.margin
+    if given is not None:
+        return given
+    return DEFAULT_MARGIN if scenario.plant == "physics" else 0.0
 
 
 def round_step(scenario: Scenario) -> float:
@@ -53,8 +75,30 @@ def _distributed(scenario: Scenario) -> Governor:
     return GuardedGovernor(optimizer) if settings.guard else optimizer
 
 
+def _certified(scenario: Scenario) -> Governor:
+    facets = speed_facets(scenario)
+    diameter = network(scenario).diameter
+    if not len(facets):
+        return CertifiedGovernor(None, diameter)
+    model = TeamModel.of_scenario(scenario)
+    speed = SpeedLimit.of(model, PredictionGrid.of(model), facets, load_robot_model().hand_offset)
+    return CertifiedGovernor(speed, diameter)
+
+
+def speed_facets(scenario: Scenario) -> np.ndarray:
+    """Return the facets (F, 2) [s/m], in the body's axes, of the velocities that robots may be asked for."""
+    control, robot = scenario.control, load_robot_model()
+    facets = [np.zeros((0, 2))]
+    if scenario.plant == "physics" and scenario.governor.speed_rows:
+        facets.append(wheel_facets(robot))
+    if control.speed_limit is not None:
+        facets.append(disc_facets(control.speed_limit, control.speed_facets))
+    return np.concatenate(facets)
+
+
 GOVERNORS: dict[str, Callable[[Scenario], Governor]] = {
     "distributed": _distributed,
+    "certified": _certified,
     "centralized": lambda scenario: CentralizedGovernor(ClarabelSolver()),
     "none": lambda scenario: NoGovernor(),
 }
@@ -71,7 +115,7 @@ def governor(scenario: Scenario, given: Any = None) -> Governor:
     return PlugInGovernor(built, name)
 
 
-def certificate(scenario: Scenario, given: Any = None) -> Certificate:
+def certificate(scenario: Scenario, given: Any = None) -> Certificate | StateCertificate:
     """Return the scenario's certificate; arguments and errors are those of `governor`."""
     graph = network(scenario)
     if given is None and scenario.governor.certificate in CERTIFICATES:

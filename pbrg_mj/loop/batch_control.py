@@ -10,7 +10,7 @@ from pbrg_mj import plugins
 from pbrg_mj.errors import InputError
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.distributed.rounds import check_limits, rounds_in_new_arrays
-from pbrg_mj.governor.problem.interface import Certificate, Problem
+from pbrg_mj.governor.problem.interface import Certificate, Problem, StateCertificate
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.governor.registry import certificate, governor
 from pbrg_mj.kernel import kernel
@@ -43,6 +43,9 @@ class BatchParameters:
         if not isinstance(chosen, DistributedGovernor) or chosen.channel is not None or chosen.backend != "compiled":
             only = "a batch runs the distributed governor alone, compiled, without guard, delay, loss or outage"
             raise InputError(f"{only}; run the seeds one by one", key="governor")
+        rows = certificate(scenario)
+        if isinstance(rows, StateCertificate):
+            raise InputError("a batch has rows of the ball alone; run the seeds one by one", key="governor.certificate")
         for kind in (plugins.CERTIFICATE, plugins.ESTIMATOR, plugins.NOISE_MODEL):
             if plugins.value_at(scenario, kind.key) not in kind.built_in:
                 only = f"worlds side by side have no {kind.noun} of a plug-in"
@@ -50,7 +53,7 @@ class BatchParameters:
         return cls(
             network=graph,
             formation=np.array(scenario.team.formation, dtype=float),
-            certificate=certificate(scenario),
+            certificate=rows,
             governor=chosen,
             control=(scenario.control.alpha_r, scenario.control.leak, scenario.timing.tick),
             sizes=sizes,

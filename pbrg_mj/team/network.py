@@ -46,6 +46,15 @@ class Network:
         return np.diff(self.first)
 
     @cached_property
+    def diameter(self) -> int:
+        """Number of links between the two robots that are the most links apart."""
+        reached, hops = np.eye(self.robots, dtype=bool), 0
+        linked = self.laplacian != 0.0
+        while not reached.all():
+            reached, hops = (reached.astype(float) @ linked) > 0.0, hops + 1
+        return hops
+
+    @cached_property
     def receiver(self) -> np.ndarray:
         """The robot at the end of each directed link, (2 * edges,)."""
         return np.repeat(np.arange(self.robots), self.degree)

@@ -1,12 +1,13 @@
 """The directional ball: the paper's ball for the motion across one half-space alone.
 
 The coordinates decouple, so of the error e = (G.p - y 1, G.xi) alone the norm never grows under constant m, y = G.m:
-d||e||^2 / dt = -2 G.p' (L + alpha_r D) G.p - 2 leak G.xi' L G.xi <= 0 in error coordinates. A half-space holds for ever when
+d||e||^2 / dt = -2 G.p' (L + alpha_r D) G.p - 2 leak G.xi' L G.xi <= 0 in error coordinates. A half-space holds for ever
+when
 
-    gamma_j ||e|| + y <= c_j,    c_j = h - G.b_j - margin,
+    Gamma ||e|| + y <= c_j,    c_j = h - G.b_j - margin,
 
-for every robot j that it binds; gamma_j = sup_t ||e_j' A^t|| >= 1 is what sampling adds, 1 in continuous time. It is
-never tighter than eq. 13 with gamma = 1, since ||e|| <= rho, and motion along the wall is free.
+for every robot j that it binds; Gamma = sup_t ||A^t|| >= 1 is what sampling adds, 1 in continuous time. It is
+never tighter than eq. 13 with Gamma = 1, since ||e|| <= rho, and motion along the wall is free.
 """
 
 from __future__ import annotations
@@ -16,12 +17,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from pbrg_mj.governor.certificate.advances import Advances, interval_rows
-from pbrg_mj.governor.certificate.prediction_grid import largest_response
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.schema import Scenario
+
+FLAT = 1e-12  # of a parabola's first coefficient: a straight line
 
 
 @dataclass(frozen=True)
@@ -29,21 +31,20 @@ class DirectionalBall:
     """The directional ball for a formation and a margin."""
 
     formation: np.ndarray  # (n, 2) b [m]
-    gamma: np.ndarray  # (n,)
+    growth: float  # Gamma
     margin: float  # [m]
 
     @classmethod
     def of(cls, scenario: Scenario, margin: float) -> DirectionalBall:
         """Return the certificate of a scenario. Raises ValueError when its sampled team does not settle."""
-        model = TeamModel.of_scenario(scenario)
-        gamma = largest_response(model, model.settling_ticks(1.0 - 1e-9))
-        return cls(np.array(scenario.team.formation, dtype=float), gamma, margin)
+        growth = TeamModel.of_scenario(scenario).growth
+        return cls(np.array(scenario.team.formation, dtype=float), growth, margin)
 
     def rows_at(self, half_spaces: HalfSpaces, p: np.ndarray, xi: np.ndarray, held: np.ndarray) -> Rows:
         """Return the rows with the states p, xi (n, 2) [m] while m (2,) [m] is held."""
         allowed = Advances.unbounded(half_spaces.h.shape)
         spaces = half_spaces.G, half_spaces.h, half_spaces.active, half_spaces.binds
-        _write_advances(spaces, (p, xi, held), (self.formation, self.gamma, self.margin), tuple(allowed))
+        _write_advances(spaces, (p, xi, held), (self.formation, self.growth, self.margin), tuple(allowed))
         return interval_rows(half_spaces, held, allowed)
 
 
@@ -70,7 +71,7 @@ def _write_advances(half_spaces, state, team, allowed):
             for j in range(n):
                 if binds[i, k, j]:
                     room = h[i, k] - (Gx * formation[j, 0] + Gy * formation[j, 1]) - margin - y
-                    down, up = interval(n, total, square, gamma[j], room)
+                    down, up = interval(n, total, square, gamma, room)
                     lowest, highest = max(lowest, down), min(highest, up)
             low[i, k], high[i, k] = lowest, highest
 
@@ -83,17 +84,16 @@ def interval(n, total, square, gamma, room):
     """
     a = gamma * gamma
     first, half, last = a * n - 1.0, room - a * total, a * square - room * room
-    if first > 1e-12:
+    if first > FLAT:
         root = half * half - first * last
-        z = -half / first
-        if root >= 0.0 and z <= room + np.sqrt(root) / first:
+        # The squares also hold where z >= room; the interval lies on one side of it.
+        if root >= 0.0 and -half / first <= room:
             reach = np.sqrt(root) / first
-            if z + reach <= room + 1e-12:
-                return z - reach, z + reach
-    elif half > 0.0:  # n = 1, gamma = 1: the rows of one robot
+            return -half / first - reach, -half / first + reach
+    elif half > 0.0:  # one robot, gamma = 1
         return -np.inf, min(-last / (2.0 * half), room)
-    # The left side falls until its slope is 0: gamma (n z - total) = -sqrt(square - 2 total z + n z^2).
+    # The left side is least where its slope is 0, at z = mean - sqrt(rest / (n (gamma^2 n - 1))).
     rest = max(square - total * total / n, 0.0)
-    z = total / n - np.sqrt(rest / (n * max(a * n - 1.0, 1e-12)))
-    violation = gamma * np.sqrt(max(square - 2.0 * total * z + n * z * z, 0.0)) + z - room
-    return z + max(violation, 0.0), z - max(violation, 0.0)
+    z = total / n - np.sqrt(rest / (n * max(first, FLAT)))
+    violation = max(gamma * np.sqrt(max(square - 2.0 * total * z + n * z * z, 0.0)) + z - room, 0.0)
+    return z + violation, z - violation

@@ -55,6 +55,33 @@ class PredictiveCertificate:
         _write_advances(spaces, state, self._rows, (self.formation, self.margin), tuple(allowed))
         return interval_rows(half_spaces, held, allowed)
 
+    def worst(self, half_spaces: HalfSpaces, p: np.ndarray, xi: np.ndarray, m: np.ndarray) -> float:
+        """Return by how much the worst position at a grid point crosses, or the margin it keeps (negative) [m].
+
+        With m (2,) held from now on; -inf without half-spaces. Between grid points it may be worse by their bound.
+        """
+        moved = self.grid.E @ np.vstack([p - m, xi])
+        spaces = half_spaces.G, half_spaces.h, half_spaces.active, half_spaces.binds
+        return _worst(spaces, (moved, m), self.grid.robot, self.formation)
+
+
+@kernel
+def _worst(half_spaces, state, robot, formation):
+    G, h, active, binds = half_spaces
+    moved, m = state
+    worst = -np.inf
+    for i in range(h.shape[0]):
+        for k in range(h.shape[1]):
+            if not active[i, k]:
+                continue
+            Gx, Gy = G[i, k, 0], G[i, k, 1]
+            for r in range(len(robot)):
+                j = robot[r]
+                if binds[i, k, j]:
+                    x, y = m[0] + formation[j, 0] + moved[r, 0], m[1] + formation[j, 1] + moved[r, 1]
+                    worst = max(worst, Gx * x + Gy * y - h[i, k])
+    return worst
+
 
 @kernel
 def _write_advances(half_spaces, state, rows, team, allowed):

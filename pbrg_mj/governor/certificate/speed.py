@@ -1,11 +1,11 @@
 """How large a share of an advance the motors can follow, over the whole prediction.
 
-While m is held the velocities are u_j(t) = U_j(t) e, U_j(t) = (row j of eq. 2) A^t; the share kappa of an advance d adds
-kappa v_j(t) d with v_j(t) = -U_j(t) (1, 0). Wheels of radius R and largest speed w do
+While m is held the velocities are u_j(t) = U_j(t) e, U_j(t) = (row j of eq. 2) A^t; the share kappa of an advance d
+adds kappa v_j(t) d with v_j(t) = -U_j(t) (1, 0). Wheels of radius R and largest speed w do
 
     |u_x| + |u_y| (track / 2) / offset <= R w
 
-in the body's axes: four rows that are linear in kappa at a given heading. The heading turns towards the hand point's
+in the body's axes: facets that are linear in kappa at a given heading. The heading turns towards the hand point's
 velocity, dtheta/dt = |u| sin(beta) / offset with beta between them, so tan(beta / 2) falls by exp(-|u| t / offset): the
 headings are predicted along the held plan. A velocity beyond the limit without any advance may not grow; it asks for no
 retreat, since walls come first.
@@ -31,23 +31,15 @@ class SpeedLimit:
     time: np.ndarray  # (K,) of the prediction [s]
     U: np.ndarray  # (K * n, 2n) [1/s]
     v: np.ndarray  # (K * n,) [1/s]
-    straight: float  # largest speed straight ahead [m/s]
-    sideways: float  # (track / 2) / offset: what sideways speed costs against speed straight ahead [-]
+    facets: np.ndarray  # (F, 2) of the polygon of velocities in the body's axes, facet . u <= 1 [s/m]
     offset: float  # of the hand point [m]
 
     @classmethod
-    def of(cls, model: TeamModel, grid: PredictionGrid, robot: RobotModel) -> SpeedLimit:
-        """Return the rows at the grid's ticks."""
+    def of(cls, model: TeamModel, grid: PredictionGrid, facets: np.ndarray, offset: float) -> SpeedLimit:
+        """Return the rows at the grid's ticks, for facets (F, 2) and an offset of the hand point [m]."""
         ticks = np.unique(grid.tick)
         U = np.concatenate([model.rate @ model.after(t) for t in ticks])
-        return cls(
-            time=ticks * model.tick,
-            U=U,
-            v=-(U @ model.at_rest),
-            straight=robot.wheel_radius * robot.loaded_speed,
-            sideways=robot.track / 2 / robot.hand_offset,
-            offset=robot.hand_offset,
-        )
+        return cls(ticks * model.tick, U, -(U @ model.at_rest), facets, offset)
 
     def share(self, error: np.ndarray, heading: np.ndarray, advance: np.ndarray) -> float:
         """Return the largest kappa in [0, 1] for an advance (2,) [m].
@@ -55,14 +47,13 @@ class SpeedLimit:
         `error` (2n, 2) [m] is x - (m, 0) at the held m, `heading` (n,) [rad].
         """
         rows = self.time, self.U @ error, self.v
-        return _largest_share(rows, heading, advance, (self.straight, self.sideways, self.offset))
+        return _largest_share(rows, heading, advance, self.facets, self.offset)
 
 
 @kernel
-def _largest_share(rows, heading, advance, robot):
+def _largest_share(rows, heading, advance, facets, offset):
     """Compute `SpeedLimit.share`; `rows` are time (K,), u = U error (K * n, 2) and v (K * n,)."""
     time, u, v = rows
-    straight, sideways, offset = robot
     n, share = len(heading), 1.0
     for j in range(n):
         theta = heading[j]
@@ -75,12 +66,11 @@ def _largest_share(rows, heading, advance, robot):
             ahead, across = c * u[r, 0] + s * u[r, 1], c * u[r, 1] - s * u[r, 0]
             more_ahead = v[r] * (c * advance[0] + s * advance[1])
             more_across = v[r] * (c * advance[1] - s * advance[0])
-            for side in (-sideways, sideways):
-                for way in (-1.0, 1.0):
-                    rise = way * (more_ahead + side * more_across)
-                    if rise > 0.0:
-                        room = straight - way * (ahead + side * across)
-                        share = min(share, max(room, 0.0) / rise)
+            for f in range(len(facets)):
+                rise = facets[f, 0] * more_ahead + facets[f, 1] * more_across
+                if rise > 0.0:
+                    room = 1.0 - (facets[f, 0] * ahead + facets[f, 1] * across)
+                    share = min(share, max(room, 0.0) / rise)
     return share
 
 
@@ -94,3 +84,16 @@ def _turned(theta, ux, uy, ratio):
     beta = (direction - theta + math.pi) % (2.0 * math.pi) - math.pi
     left = 2.0 * math.atan(math.tan(0.5 * beta) * math.exp(-speed * ratio))
     return direction - left
+
+
+def wheel_facets(robot: RobotModel) -> np.ndarray:
+    """Return the facets (4, 2) of the velocities that a robot's wheels can do against their friction [s/m]."""
+    sideways = robot.track / 2 / robot.hand_offset
+    signs = np.array([[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]])
+    return signs * [1.0, sideways] / (robot.wheel_radius * robot.loaded_speed)
+
+
+def disc_facets(limit: float, count: int) -> np.ndarray:
+    """Return the facets (count, 2) of the regular polygon inside the disc of radius `limit` [m/s]."""
+    angle = 2 * np.pi * np.arange(count) / count
+    return np.column_stack([np.cos(angle), np.sin(angle)]) / (limit * np.cos(np.pi / count))

@@ -19,6 +19,7 @@ from pbrg_mj.team.graph import network
 from pbrg_mj.team.network import Network
 
 DECAY = 1e-3  # of the error's norm, by which a prediction may end
+MOST_GROWING = 2000  # ticks in which a stable team's error has begun to fall
 MOST_TICKS = 1 << 20  # of a prediction; a team that needs more hardly moves
 
 
@@ -71,6 +72,21 @@ class TeamModel:
         projector = np.eye(2 * n)
         projector[n:, n:] -= 1.0 / n
         return np.linalg.matrix_power(self.moving_part, ticks) if ticks else projector
+
+    @cached_property
+    def growth(self) -> float:
+        """Gamma = sup_t ||A^t||_2, what sampling lets the error grow by; 1 in continuous time.
+
+        The largest until some ||A^t|| <= 1, since powers beyond are products of those before. Raises ValueError when
+        none is within `MOST_GROWING` ticks: the sampled team is not stable.
+        """
+        power, largest = self.moving_part, 1.0
+        for _ in range(MOST_GROWING):
+            norm = float(np.linalg.norm(power, 2))
+            if norm <= 1.0:
+                return largest
+            largest, power = max(largest, norm), power @ self.moving_part
+        raise ValueError("the sampled team does not settle")
 
     def settling_ticks(self, decay: float = DECAY) -> int:
         """Return the least number of ticks T with ||A^T||_2 <= decay on what moves.

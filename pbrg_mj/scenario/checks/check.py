@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from itertools import pairwise
 
+from pbrg_mj.scenario.checks.certificate import certificate
 from pbrg_mj.scenario.checks.network import graph, messages
 from pbrg_mj.scenario.checks.physics import physics
 from pbrg_mj.scenario.checks.robot_numbers import robot_numbers
@@ -22,7 +23,7 @@ def check(scenario: Scenario) -> list[Diagnostic]:
     """Return all that is wrong between keys that are right one by one; empty for a good scenario."""
     lengths = list(_lengths(scenario))
     # Where the lists of the team differ in length, places of robots mean nothing.
-    rest = (robot_numbers, _given, graph, _timing, _sensing, _operator, physics, extents, messages)
+    rest = (robot_numbers, _given, graph, _timing, _sensing, _operator, physics, extents, messages, certificate)
     rest += () if lengths else (placement,)
     return lengths + [diagnostic for part in rest for diagnostic in part(scenario)]
 

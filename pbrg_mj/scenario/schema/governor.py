@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from pbrg_mj.scenario.schema.base import NonNegative, Positive, Section
 
@@ -29,7 +29,9 @@ class Governor(Section):
     """The reference governor."""
 
     kind: str = Field(
-        default="distributed", description="distributed (the paper), centralized, none, or a plug-in's name"
+        default="distributed",
+        description="distributed (the paper), certified (recommended: applies what is verified), centralized, none, "
+        "or a plug-in's name",
     )
     options: dict[str, Any] = Field(default={}, description="of a plug-in's governor")
     alpha: Positive = Field(default=2.0, description="gain of the distributed optimization [-]")
@@ -39,9 +41,21 @@ class Governor(Section):
         description="step of one round [s]; default tick / rounds: the paper's algorithm in real time",
     )
     certificate: str = Field(
-        default="ball", description="how half-spaces and state become constraints: ball (eq. 13), or a plug-in's name"
+        default="ball",
+        description="how half-spaces and state become constraints: ball (eq. 13), directional_ball, predictive, or a "
+        "plug-in's name; `kind: certified` has predictive where none is named",
     )
     certificate_options: dict[str, Any] = Field(default={}, description="of a plug-in's certificate")
+    margin: NonNegative | None = Field(
+        default=None,
+        description="kept from every half-space by directional_ball and predictive [m]; null: 0.01 in physics, 0 in "
+        "the ideal plant",
+    )
+    speed_rows: bool = Field(
+        default=True,
+        description="`kind: certified` in physics: references advance only as fast as the wheels can follow over the "
+        "whole prediction",
+    )
     initial: Literal["zero", "start"] = Field(
         default="zero", description="first estimates: zero, or m_i = p_i(0), z_p = p(0), z_xi = 0"
     )
@@ -59,6 +73,13 @@ class Governor(Section):
         description="of the distributed governor and of eq. 2: compiled kernels, or the equations in plain NumPy, "
         "readable and slow",
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _certificate(cls, keys: Any) -> Any:
+        """Fill in the certificate that goes with the kind where none is named."""
+        certified = isinstance(keys, dict) and keys.get("kind") == "certified"
+        return {"certificate": "predictive", **keys} if certified else keys
 
 
 class Reference(Section):

@@ -1,0 +1,40 @@
+"""Which governors and certificates go together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from pbrg_mj.scenario.diagnostics import Diagnostic
+from pbrg_mj.scenario.schema import Scenario
+
+OF_THE_STATE = ("directional_ball", "predictive")
+"""Certificates whose rows are made of the states of the whole team, tick by tick."""
+
+
+def certificate(scenario: Scenario) -> Iterator[Diagnostic]:
+    """Yield what is wrong between governor, certificate and messages."""
+    governor = scenario.governor
+    if governor.kind == "certified":
+        yield from _certified(scenario)
+    elif governor.kind == "distributed" and governor.certificate in OF_THE_STATE:
+        yield Diagnostic(
+            ("governor", "certificate"),
+            f"is {governor.certificate} with `kind: distributed`, whose estimates lag the team by more than this "
+            "certificate leaves; allowed: ball, or `kind: certified` or centralized",
+        )
+
+
+def _certified(scenario: Scenario) -> Iterator[Diagnostic]:
+    governor, network = scenario.governor, scenario.network
+    if governor.certificate not in OF_THE_STATE:
+        yield Diagnostic(
+            ("governor", "certificate"),
+            f"is {governor.certificate} with `kind: certified`; allowed: {', '.join(OF_THE_STATE)}",
+        )
+    if governor.guard:
+        yield Diagnostic(("governor", "guard"), "is true with `kind: certified`, which needs none; allowed: false")
+    late = network.delay_rounds > 0 or any(link.delay_rounds > 0 for link in network.links)
+    if late or network.loss > 0 or network.outages or network.exchange != "plain":
+        yield Diagnostic(
+            ("network",), "has messages that are late, lost or silent; allowed with `kind: certified`: none yet"
+        )

@@ -12,12 +12,12 @@ IDEAL = THREE + "plant: ideal\nestimator: {source: given}\n"
 
 WRONG = {
     "run without end": (
-        three(timing="{duration: 1e300}"),
-        "x.yaml:10: timing.duration: is 1e+300 s; allowed: at most 100000000 times timing.tick, 0.01 s",
+        three(timing="{duration: 1e8}"),
+        "x.yaml:10: timing.duration: is 1e+08 s; allowed: at most 100000000 times timing.tick, 0.01 s",
     ),
     "tick without end": (
-        three(timing="{physics_step: 1e-300}"),
-        "x.yaml:10: timing.tick: is 0.01 s; allowed: at most 10000 times timing.physics_step, 1e-300 s",
+        three(timing="{tick: 0.1, physics_step: 1e-6}"),
+        "x.yaml:10: timing.tick: is 0.1 s; allowed: at most 10000 times timing.physics_step, 1e-06 s",
     ),
     "bias list of the wrong length": (
         swapped("[-1, 0], ", ""),

@@ -41,28 +41,28 @@ MISTAKES = {
     ),
     "quoted number": (
         three(control="{alpha_r: '1'}"),
-        "x.yaml:10: control.alpha_r: is '1'; allowed: a number greater than 0 (a number stands without quotes)",
+        "x.yaml:10: control.alpha_r: is '1'; allowed: a number from 1e-9 to 1e9 (a number stands without quotes)",
     ),
     "true for a number": (
         three(control="{alpha_r: true}"),
-        "x.yaml:10: control.alpha_r: is true; allowed: a number greater than 0",
+        "x.yaml:10: control.alpha_r: is true; allowed: a number from 1e-9 to 1e9",
     ),
     "true for a whole number": (
         three(governor="{rounds: true}"),
-        "x.yaml:10: governor.rounds: is true; allowed: a whole number at least 1",
+        "x.yaml:10: governor.rounds: is true; allowed: a whole number from 1 to 10000",
     ),
     "number for true": (three(log="{timings: 1}"), "x.yaml:10: log.timings: is 1; allowed: true or false"),
     "fraction for a whole number": (
         three(governor="{rounds: 2.5}"),
-        "x.yaml:10: governor.rounds: is 2.5; allowed: a whole number at least 1",
+        "x.yaml:10: governor.rounds: is 2.5; allowed: a whole number from 1 to 10000",
     ),
     "not finite": (
         three(timing="{duration: .inf}"),
-        "x.yaml:10: timing.duration: is inf; allowed: a number greater than 0",
+        "x.yaml:10: timing.duration: is inf; allowed: a number from 1e-9 to 1e9",
     ),
     "out of bounds": (
         three(sensors="{beams: {dropout: 1.5}}"),
-        "x.yaml:10: sensors.beams.dropout: is 1.5; allowed: a number at least 0 and at most 1",
+        "x.yaml:10: sensors.beams.dropout: is 1.5; allowed: a number from 0 to 1",
     ),
     "none of the choices": (
         three(graph="{kind: star}"),
@@ -70,15 +70,18 @@ MISTAKES = {
     ),
     "neither of two kinds": (
         swapped("[0, 90, 180]", "north"),
-        "x.yaml:5: team.heading_deg: is 'north'; allowed: a number or a list of numbers",
+        (
+            "x.yaml:5: team.heading_deg: is 'north'; "
+            "allowed: a number from -1e9 to 1e9 or a list of numbers from -1e9 to 1e9"
+        ),
     ),
     "inside one of two kinds": (
         swapped("[0, 90, 180]", "[0, east, 180]"),
-        "x.yaml:5: team.heading_deg.1: is 'east'; allowed: a number",
+        "x.yaml:5: team.heading_deg.1: is 'east'; allowed: a number from -1e9 to 1e9",
     ),
     "half a pair": (
         swapped("[1, 2.5]", "[1]"),
-        "x.yaml:9: operator.reference: is [1]; allowed: a pair of numbers or null",
+        "x.yaml:9: operator.reference: is [1]; allowed: a pair of numbers from -1e6 to 1e6 or null",
     ),
     "no leader": (
         swapped("[3]", "[]"),
@@ -115,6 +118,10 @@ MISTAKES = {
         swapped("seed: 3", "seed: " + "9" * 5000),
         "x.yaml:2: seed: is a number of more than 64 characters",
     ),
+    "anchor twice": (
+        THREE + "a: &a 1\nb: &a 2\n",
+        "x.yaml: is not YAML: an anchor (&name) is there twice; allowed: each name once",
+    ),
     "large": (THREE + "#" * 300_000, "x.yaml: is larger than 256 KiB, the most a scenario may be"),
 }
 
@@ -129,7 +136,7 @@ def test_a_mistake_is_told_in_one_line(case: str) -> None:
 
 def test_three_numbers_are_no_pair() -> None:
     assert complaint(swapped("start: [[0, 0]", "start: [[0, 0, 7]")) == (
-        "x.yaml:4: team.start.0: is [0, 0, 7]; allowed: a pair of numbers"
+        "x.yaml:4: team.start.0: is [0, 0, 7]; allowed: a pair of numbers from -1e6 to 1e6"
     )
 
 

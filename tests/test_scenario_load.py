@@ -158,12 +158,12 @@ def test_overrides_are_applied_and_written_out(three: Path) -> None:
         ("governor.runds=5", "governor.runds: is unknown; did you mean `rounds`?; set by override 'governor.runds=5'"),
         (
             "team.start=[[0, 0], [a, 1]]",
-            "team.start.1.0: is 'a'; allowed: a number; set by override 'team.start=[[0, 0], [a, 1]]'",
+            "team.start.1.0: is 'a'; allowed: a number from -1e6 to 1e6; set by override 'team.start=[[0, 0], [a, 1]]'",
         ),
         (
             "governor.rounds='5'",
             (
-                "governor.rounds: is '5'; allowed: a whole number at least 1 (a number stands without quotes); "
+                "governor.rounds: is '5'; allowed: a whole number from 1 to 10000 (a number stands without quotes); "
                 "set by override \"governor.rounds='5'\""
             ),
         ),
@@ -177,8 +177,8 @@ def test_overrides_are_applied_and_written_out(three: Path) -> None:
         (
             "team={}",
             (
-                "team.start: is missing; required: a list of 1 or more pairs of numbers (hand points q(0) in the "
-                "world, one [x, y] per robot [m]); set by override 'team={}' (and 2 more)"
+                "team.start: is missing; required: a list of 1 to 500 pairs of numbers from -1e6 to 1e6 (hand points "
+                "q(0) in the world, one [x, y] per robot [m]); set by override 'team={}' (and 2 more)"
             ),
         ),
     ],

@@ -20,7 +20,7 @@ def happen(kind: str, *entries: str) -> str:
     return three(disturbances="{" + kind + ": [" + ", ".join("{" + entry + "}" for entry in entries) + "]}")
 
 
-HEIGHTS = "a number at least 0.02 and at most 0.04 or a number at least 0.045 and at most 0.053"
+HEIGHTS = "a number from 0.02 to 0.04 or a number from 0.045 to 0.053"
 NOTHING = "which the ideal plant ignores; allowed: with `plant: physics`"
 # Robots 1 to 3 look along 0, 90 and 180 degrees: their bodies stand at (-0.04, 0), (1, -0.04), (2.04, 0).
 WRONG = {
@@ -119,13 +119,16 @@ WRONG = {
     ),
     "camera ahead of its time": (
         three(sensors="{camera: {delay: -0.1}}"),
-        "sensors.camera.delay: is -0.1; allowed: a number at least 0",
+        "sensors.camera.delay: is -0.1; allowed: a number from 0 to 1e9",
     ),
     "camera far too late": (
         three(sensors="{camera: {delay: 11}}"),
         "sensors.camera.delay: is 11.0 s; allowed: at most 10.0 s",
     ),
-    "radio ahead of its time": (three(radio="{delay: -1}"), "radio.delay: is -1; allowed: a number at least 0"),
+    "radio ahead of its time": (
+        three(radio="{delay: -1}"),
+        "radio.delay: is -1; allowed: a number from 0 to 1e9",
+    ),
     "radio far too late": (
         three(radio="{delay: 6, jitter: 5}"),
         "radio: has delay and jitter of 11.0 s; allowed: at most 10.0 s",

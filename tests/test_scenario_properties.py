@@ -1,6 +1,7 @@
 """Dumped and read again it is the same; whatever comes in, only InputError comes out, in one line."""
 
 import contextlib
+import json
 from pathlib import Path
 from typing import Any
 
@@ -46,8 +47,8 @@ def scenarios(draw: st.DrawFn) -> dict[str, Any]:
             "leaders": leaders,
         },
         "graph": {"kind": kind},
-        "world": {"floor_friction": draw(st.floats(5e-324, 1e308))},
-        "governor": {"rounds": draw(st.integers(1, 10**6)), "step": draw(st.none() | st.floats(1e-300, 1))},
+        "world": {"floor_friction": draw(st.floats(1e-9, 1e9))},
+        "governor": {"rounds": draw(st.integers(1, 10**4)), "step": draw(st.none() | st.floats(1e-9, 1))},
         "log": {"timings": draw(st.booleans())},
         "operator": {"reference": draw(pairs)},
     }
@@ -118,7 +119,7 @@ def test_any_value_anywhere_is_right_or_an_input_error(
 ) -> None:
     file = tmp_path_factory.getbasetemp() / "rich.yaml"
     file.write_text(RICH)
-    value = write_document({"v": data}).partition(":")[2]
+    value = json.dumps(data)  # which is YAML, in one line
     try:
         loaded = load_scenario(file, [f"{path}={value}"])
     except InputError as error:

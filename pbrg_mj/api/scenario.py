@@ -11,6 +11,7 @@ from typing import Any
 
 from pbrg_mj.analysis.output_file import write_atomically
 from pbrg_mj.errors import InputError
+from pbrg_mj.loop.resources import resource_warnings
 from pbrg_mj.loop.stability_warnings import stability_warnings
 from pbrg_mj.scenario.bundled import bundled_scenarios
 from pbrg_mj.scenario.load import Loaded, load_scenario, load_text
@@ -51,7 +52,7 @@ class Scenario:
 
     def warnings(self) -> list[str]:
         """Return one line for everything that makes a run likely to fail; empty when no risk is known."""
-        return stability_warnings(self.settings)
+        return [*resource_warnings(self.settings), *stability_warnings(self.settings)]
 
     def __repr__(self) -> str:
         """Name the scenario."""

@@ -6,5 +6,6 @@ monitor             certificates, wind-up and the centralized optimum of ticks t
 record              everything one tick produced
 batch               many seeds of one scenario at once
 batch_control       governor, control and drive of a batch, compiled
+resources           what a scenario asks of the machine, before it runs
 stability_warnings  what makes a scenario likely to fail, before it runs
 """

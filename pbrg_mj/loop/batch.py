@@ -18,6 +18,7 @@ import numpy as np
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.loop.batch_control import BatchParameters, BatchState
+from pbrg_mj.loop.resources import check_memory
 from pbrg_mj.perception.perceive import PerceptionMemory, initial, perceive
 from pbrg_mj.perception.setup import perception_setup
 from pbrg_mj.scenario.schema import Scenario, operator_reference, whole_number
@@ -77,6 +78,7 @@ class BatchSimulation:
         """
         if not seeds:
             raise InputError("no seeds are given; at least one is needed", key="seeds")
+        check_memory(scenario, len(seeds))
         self.threads = min(threads or os.cpu_count() or 1, len(seeds))
         self.seeds, self._scenario = tuple(seeds), scenario
         self._team = BatchParameters.of(scenario)

@@ -18,6 +18,7 @@ from pbrg_mj.governor.registry import certificate, governor, reference_solver
 from pbrg_mj.kernel import clock
 from pbrg_mj.loop.monitor import CompletedTick, Monitor, MonitorState, evaluate
 from pbrg_mj.loop.record import TickRecord
+from pbrg_mj.loop.resources import check_memory
 from pbrg_mj.loop.tick import ClosedLoop, ControlTick, LoopState, control_tick
 from pbrg_mj.perception.estimator import estimator
 from pbrg_mj.plugins import Objects
@@ -46,8 +47,10 @@ class Simulation:
     def build(cls, scenario: Scenario, objects: Objects = Objects()) -> Simulation:  # noqa: B008 - a frozen tuple
         """Put a scenario's closed loop together; `objects` take the place of what the scenario names.
 
-        Raises InputError when the scenario names something unknown, PlugInError when a plug-in cannot be built.
+        Raises InputError when the scenario names something unknown or needs more memory than there is, PlugInError when
+        a plug-in cannot be built.
         """
+        check_memory(scenario)
         timing, robot, graph = scenario.timing, load_robot_model(), network(scenario)
         chosen = governor(scenario, objects.governor)
         loop = ClosedLoop(

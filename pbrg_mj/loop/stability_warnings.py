@@ -14,11 +14,15 @@ from pbrg_mj.governor.stability.step_bound import admissible_step, steepest_grad
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.graph import network
 
+MOST_ROBOTS = 150  # whose modes are computed: a second or two, and it grows with the cube
+
 
 def stability_warnings(scenario: Scenario) -> list[str]:
     """Return one line for everything that makes a run likely to fail; empty when no risk is known."""
     if scenario.governor.kind != "distributed":
         return []
+    if scenario.robots > MOST_ROBOTS:
+        return [f"whether the governor's rounds are stable is not computed for more than {MOST_ROBOTS} robots"]
     team = network(scenario)
     inputs = BallCertificate.of(scenario, team).inputs
     gradients = steepest_gradients(team, np.array(scenario.team.formation, dtype=float), inputs)

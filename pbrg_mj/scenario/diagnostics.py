@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any
 
 KeyPath = tuple[str | int, ...]
@@ -42,7 +43,7 @@ def _flow(value: Any) -> str:
         case str():
             return repr(value)
         case dict():
-            return "{" + ", ".join(f"{_key(key)}: {_flow(item)}" for key, item in value.items()) + "}"
+            return "{" + ", ".join(f"{_key(key)}: {_flow(item)}" for key, item in islice(value.items(), LONGEST)) + "}"
         case list() | tuple():
-            return "[" + ", ".join(_flow(item) for item in value) + "]"
+            return "[" + ", ".join(_flow(item) for item in value[:LONGEST]) + "]"
     return str(value)

@@ -52,14 +52,31 @@ def steepest_gradients(network: Network, formation: np.ndarray, inputs: Rows | N
 
 def robots_abreast(formation: np.ndarray) -> int:
     """Return the largest number of robots that one half-space can meet at once: on one edge of b's convex hull."""
-    i, j = np.triu_indices(len(formation), k=1)
-    along = formation[j] - formation[i]
-    normal = np.column_stack([along[:, 1], -along[:, 0]])
-    reach = normal @ formation.T - np.sum(normal * formation[i], axis=1)[:, None]  # (pairs, n)
-    slack = 1e-9 * np.maximum(np.abs(normal).max(axis=1, initial=1.0), 1.0)[:, None]
-    outside = (reach > slack).any(axis=1) & (reach < -slack).any(axis=1)
-    on_line = (np.abs(reach) <= slack).sum(axis=1)
-    return int(on_line[~outside].max(initial=1))
+    corners = _convex_hull(formation)
+    most = 1
+    for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        along = end - start
+        beside = (formation - start) @ (along[1], -along[0])
+        most = max(most, int(np.sum(np.abs(beside) <= 1e-9 * max(float(np.abs(along).max()), 1.0))))
+    return most
+
+
+def _convex_hull(points: np.ndarray) -> np.ndarray:
+    """Return the corners of the convex hull of points (n, 2), counter-clockwise (Andrew's monotone chain)."""
+    ascending = np.unique(points, axis=0).tolist()
+
+    def half(along: list[list[float]]) -> list[list[float]]:
+        chain: list[list[float]] = []
+        for x, y in along:
+            while len(chain) > 1:
+                (ax, ay), (bx, by) = chain[-2:]
+                if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0:
+                    break
+                chain.pop()
+            chain.append([x, y])
+        return chain[:-1] if len(chain) > 1 else chain
+
+    return np.array(half(ascending) + (half(ascending[::-1]) if len(ascending) > 1 else []))
 
 
 def _one_of_each_kind(network: Network, gradients: np.ndarray) -> list[int]:

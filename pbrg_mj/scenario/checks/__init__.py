@@ -4,5 +4,6 @@ check             all checks in order, and those of small sections
 robot_numbers     robots that are named exist, once
 network           graph, links, delays, losses
 world             walls, boxes, patches; what stands where at the start
+work              rounds and beams in a tick
 physics           keys of the physics plant alone
 """

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from itertools import pairwise
+from itertools import islice, pairwise
 
 from pbrg_mj.scenario.checks.certificate import certificate
 from pbrg_mj.scenario.checks.network import graph, messages
 from pbrg_mj.scenario.checks.physics import physics
 from pbrg_mj.scenario.checks.robot_numbers import robot_numbers
+from pbrg_mj.scenario.checks.work import work
 from pbrg_mj.scenario.checks.world import extents, placement
 from pbrg_mj.scenario.diagnostics import Diagnostic, KeyPath, yaml_text
 from pbrg_mj.scenario.schema import Scenario, whole_multiple
 
 MOST_TICKS = 100_000_000  # eleven days at 10 ms, and a log of some 100 GB
 MOST_STEPS = 10_000  # of physics in a tick
+MOST_FINDINGS = 100  # of each check: robots all at one place are as many as there are pairs of them
 COARSEST_STEP = 0.005  # [s] at 10 ms the motors' static friction creeps by 7e-4 m/s
 
 
@@ -23,9 +25,9 @@ def check(scenario: Scenario) -> list[Diagnostic]:
     """Return all that is wrong between keys that are right one by one; empty for a good scenario."""
     lengths = list(_lengths(scenario))
     # Where the lists of the team differ in length, places of robots mean nothing.
-    rest = (robot_numbers, _given, graph, _timing, _sensing, _operator, physics, extents, messages, certificate)
+    rest = (robot_numbers, _given, graph, _timing, _sensing, _operator, physics, extents, messages, certificate, work)
     rest += () if lengths else (placement,)
-    return lengths + [diagnostic for part in rest for diagnostic in part(scenario)]
+    return lengths + [diagnostic for part in rest for diagnostic in islice(part(scenario), MOST_FINDINGS)]
 
 
 def _lengths(scenario: Scenario) -> Iterator[Diagnostic]:

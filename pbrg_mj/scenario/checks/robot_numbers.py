@@ -44,7 +44,9 @@ def _single(scenario: Scenario) -> Iterator[tuple[KeyPath, int]]:
 
 
 def _listed(path: KeyPath, robots: Sequence[int], n: int) -> Iterator[Diagnostic]:
+    seen: set[int] = set()
     for k, robot in enumerate(robots):
         yield from in_range((*path, k), robot, n)
-        if robot in robots[:k]:
+        if robot in seen:
             yield Diagnostic((*path, k), f"is {robot}, which stands in the list twice; allowed: each robot once")
+        seen.add(robot)

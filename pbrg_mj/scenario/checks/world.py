@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import combinations, pairwise
+from itertools import pairwise
+
+import numpy as np
 
 from pbrg_mj.scenario.diagnostics import Diagnostic, KeyPath, yaml_text
 from pbrg_mj.scenario.schema import MovingBox, Scenario, Vector, Wall
@@ -78,13 +80,18 @@ def body_centre(hand: Vector, heading_deg: float) -> Vector:
 
 def distance_to_wall(wall: Wall, point: Vector) -> float:
     """Return the distance of a point from a wall's box, 0 inside it [m]; infinite from a wall without length."""
+    return float(distances_to_wall(wall, np.array([point]))[0])
+
+
+def distances_to_wall(wall: Wall, points: np.ndarray) -> np.ndarray:
+    """Return the distances (k,) of points (k, 2) likewise."""
     length = math.dist(wall.start, wall.end)
     if length == 0:
-        return math.inf
-    tx, ty = (wall.end[0] - wall.start[0]) / length, (wall.end[1] - wall.start[1]) / length
-    x, y = point[0] - (wall.start[0] + wall.end[0]) / 2, point[1] - (wall.start[1] + wall.end[1]) / 2
-    along, across = abs(x * tx + y * ty), abs(y * tx - x * ty)
-    return math.hypot(max(along - length / 2, 0.0), max(across - wall.thickness / 2, 0.0))
+        return np.full(len(points), math.inf)
+    start, end = np.array(wall.start), np.array(wall.end)
+    (tx, ty), (x, y) = (end - start) / length, (points - (start + end) / 2).T
+    along, across = np.abs(x * tx + y * ty), np.abs(y * tx - x * ty)
+    return np.hypot(np.maximum(along - length / 2, 0.0), np.maximum(across - wall.thickness / 2, 0.0))
 
 
 def _still(scenario: Scenario) -> tuple[Obstacle, ...]:
@@ -102,11 +109,11 @@ def _first_waypoints(scenario: Scenario) -> Iterator[Obstacle]:
 
 
 def _in_robots(obstacle: Obstacle, places: Sequence[Vector], radius: float) -> Iterator[Diagnostic]:
-    for robot, place in enumerate(places, start=1):
-        distance = distance_to_wall(obstacle.wall, place)
-        if distance < radius or distance == 0:
-            message = f"{obstacle.meets} robot {robot} at its start; allowed: {_room(obstacle, radius, distance)}"
-            yield Diagnostic(obstacle.path, message)
+    distances = distances_to_wall(obstacle.wall, np.array(places))
+    for robot in np.flatnonzero((distances < radius) | (distances == 0)).tolist():
+        room = _room(obstacle, radius, float(distances[robot]))
+        message = f"{obstacle.meets} robot {robot + 1} at its start; allowed: {room}"
+        yield Diagnostic(obstacle.path, message)
 
 
 def _room(obstacle: Obstacle, radius: float, distance: float) -> str:
@@ -120,35 +127,51 @@ def _kind(obstacle: Obstacle, plural: str = "") -> str:
 
 
 def _overlaps(places: Sequence[Vector]) -> Iterator[Diagnostic]:
-    for (i, a), (j, b) in combinations(enumerate(places), 2):
-        distance = math.dist(a, b)
-        if distance < 2 * BODY_RADIUS - ROUNDING:
+    """Yield robots that stand in one before; each is compared with those in its own cell of a grid and in those around.
+
+    A cell is as wide as a body, so that it holds four at most of those that do not overlap.
+    """
+    cells: dict[tuple[int, int], list[int]] = {}
+    for j, b in enumerate(places):
+        column, row = (math.floor(x / (2 * BODY_RADIUS)) for x in b)
+        near = (cells.get((column + x, row + y), ()) for x in (-1, 0, 1) for y in (-1, 0, 1))
+        for i in sorted(k for cell in near for k in cell):
+            distance = math.dist(places[i], b)
+            if distance >= 2 * BODY_RADIUS - ROUNDING:
+                continue
             yield Diagnostic(
                 ("team", "start", j),
                 f"puts robot {j + 1} onto robot {i + 1}, their bodies' centres {distance:.3g} m apart; "
                 f"allowed: {2 * BODY_RADIUS} m or more",
             )
+            break
+        cells.setdefault((column, row), []).append(j)
 
 
 def _put_down(scenario: Scenario, still: Sequence[Obstacle], places: Sequence[Vector]) -> Iterator[Diagnostic]:
-    for k, kidnapping in enumerate(scenario.disturbances.kidnappings):
-        path, centre = ("disturbances", "kidnappings", k, "to"), body_centre(kidnapping.to, kidnapping.heading_deg)
-        for obstacle in still:
-            distance = distance_to_wall(obstacle.wall, centre)
-            if distance < BODY_RADIUS:
-                name = f"{_kind(obstacle)} {obstacle.path[2]}"
-                yield Diagnostic(
-                    path,
-                    f"puts robot {kidnapping.robot} onto {name}; allowed: {_room(obstacle, BODY_RADIUS, distance)}",
+    kidnappings, starts = scenario.disturbances.kidnappings, np.array(places)
+    centres = np.array([body_centre(one.to, one.heading_deg) for one in kidnappings]).reshape(-1, 2)
+    for obstacle in still:
+        distances = distances_to_wall(obstacle.wall, centres)
+        for k in np.flatnonzero(distances < BODY_RADIUS).tolist():
+            yield _onto(
+                scenario, k, f"{_kind(obstacle)} {obstacle.path[2]}", _room(obstacle, BODY_RADIUS, float(distances[k]))
+            )
+    for k, kidnapping in enumerate(kidnappings):
+        distances = np.hypot(*(starts - centres[k]).T)
+        for other in np.flatnonzero(distances < 2 * BODY_RADIUS - ROUNDING).tolist():
+            if other + 1 != kidnapping.robot:
+                yield _onto(
+                    scenario,
+                    k,
+                    f"robot {other + 1}'s start, their bodies' centres {distances[other]:.3g} m apart",
+                    f"{2 * BODY_RADIUS} m or more",
                 )
-        for other, place in enumerate(places, start=1):
-            distance = math.dist(centre, place)
-            if other != kidnapping.robot and distance < 2 * BODY_RADIUS - ROUNDING:
-                yield Diagnostic(
-                    path,
-                    f"puts robot {kidnapping.robot} onto robot {other}'s start, their bodies' centres {distance:.3g} m "
-                    f"apart; allowed: {2 * BODY_RADIUS} m or more",
-                )
+
+
+def _onto(scenario: Scenario, k: int, what: str, room: str) -> Diagnostic:
+    robot = scenario.disturbances.kidnappings[k].robot
+    return Diagnostic(("disturbances", "kidnappings", k, "to"), f"puts robot {robot} onto {what}; allowed: {room}")
 
 
 def _waypoints(path: KeyPath, box: MovingBox) -> Iterator[Diagnostic]:

@@ -7,11 +7,12 @@ come out of a file, whatever its tags say.
 from __future__ import annotations
 
 import io
+import warnings
 from dataclasses import dataclass
 from typing import Any
 
 from ruamel.yaml import YAML
-from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.error import MarkedYAMLError, ReusedAnchorWarning, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from ruamel.yaml.representer import SafeRepresenter
 
@@ -89,7 +90,11 @@ _Representer.add_representer(str, _Representer.represent_text)
 def _compose(text: str, file: str) -> Node | None:
     try:
         yaml = YAML(typ="safe", pure=True)
-        root = yaml.compose(text)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", ReusedAnchorWarning)
+            root = yaml.compose(text)
+    except ReusedAnchorWarning:
+        raise InputError("is not YAML: an anchor (&name) is there twice; allowed: each name once", file=file) from None
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         problem = _plain(error.problem or error.context or "cannot be read")

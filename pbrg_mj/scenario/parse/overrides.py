@@ -7,7 +7,7 @@ from typing import Any
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.diagnostics import KeyPath, dotted_key, yaml_text
-from pbrg_mj.scenario.parse.document import Document, read_document
+from pbrg_mj.scenario.parse.document import DEEPEST, Document, read_document
 from pbrg_mj.scenario.parse.renamed_keys import renamed_path
 
 
@@ -37,6 +37,8 @@ def _parse(text: str) -> tuple[list[str], Any]:
     path = [part.strip() for part in key.split(".")]
     if not equals or not all(path):
         raise InputError(f"override {yaml_text(text)}; allowed: path.to.key=value")
+    if len(path) > DEEPEST:
+        raise InputError(f"override {yaml_text(text)} has {len(path)} parts; allowed: {DEEPEST} levels")
     try:
         return path, read_document(value, "").data
     except InputError as error:

@@ -45,7 +45,9 @@ def _first_error(diagnostics: Sequence[Diagnostic], document: Document, file: st
     diagnostic, origin = diagnostics[first], origins[first]
     more = f" (and {len(diagnostics) - 1} more)" if len(diagnostics) > 1 else ""
     if isinstance(origin, str):
-        return InputError(f"{diagnostic.message}; set by override {origin!r}{more}", key=dotted_key(diagnostic.path))
+        return InputError(
+            f"{diagnostic.message}; set by override {yaml_text(origin)}{more}", key=dotted_key(diagnostic.path)
+        )
     return InputError(diagnostic.message + more, file=file, line=origin, key=dotted_key(diagnostic.path))
 
 
@@ -91,6 +93,8 @@ def _diagnostic(item: Mapping[str, Any], data: Any) -> Diagnostic:
     if kind == "too_short" and isinstance(path[-1], str):
         meaning = keys(section_at(path[:-1]))[path[-1]].description
         return Diagnostic(path, f"is empty; allowed: {describe_at(path)} ({meaning})")
+    if kind == "too_long" and isinstance(path[-1], str):
+        return Diagnostic(path, f"has {len(value)} entries; allowed: {describe_at(path)}")
     quoted = isinstance(value, str) and kind in ("float_type", "int_type") and _is_number(value)
     hint = " (a number stands without quotes)" if quoted else ""
     return Diagnostic(path, f"is {yaml_text(value)}; allowed: {describe_at(path)}{hint}")
@@ -103,9 +107,11 @@ def _locate(loc: tuple[str | int, ...], data: Any) -> tuple[KeyPath, Any]:
     """
     path: KeyPath = ()
     for part in loc:
-        entries: Any = dict(enumerate(data)) if isinstance(data, list) else data
-        if isinstance(entries, dict) and part in entries:
-            path, data = (*path, part), entries[part]
+        inner: Any = data if isinstance(data, dict) else {}
+        if isinstance(data, list) and isinstance(part, int) and part < len(data):
+            path, data = (*path, part), data[part]
+        elif part in inner:
+            path, data = (*path, part), inner[part]
     return path, data
 
 

@@ -15,7 +15,7 @@ class Drive(Section):
     kind: Literal["voltage", "speed_loop"] = Field(
         default="voltage", description="open-loop voltage as in the paper, or an on-board wheel-speed loop"
     )
-    pwm_levels: Annotated[int, Field(ge=0)] = Field(
+    pwm_levels: Annotated[int, Field(ge=0, le=2**31)] = Field(
         default=0, description="duty cycles a motor driver can make each way, e.g. 255; 0: any voltage"
     )
     friction: NonNegative = Field(

@@ -6,9 +6,20 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
-Vector = tuple[float, float]
-Positive = Annotated[float, Field(gt=0)]
-NonNegative = Annotated[float, Field(ge=0)]
+# What lies beyond these is a slip of the keyboard, and overflows somewhere: squares of squares must be doubles, counts
+# of ticks and rounds 64-bit integers. A nanosecond, a nanometre and their inverses are within.
+LARGEST = 1e9
+SMALLEST = 1e-9  # of what must not be 0; smaller numbers may have an infinite inverse
+FARTHEST = 1e6  # coordinate [m]: a double tells points 1e-10 m apart there, and perception squares no more
+MOST_ROBOTS = 500  # each keeps 4n + 2 numbers twice and 4n rows: together 50 MB a tick, several ticks at once
+MOST_OBSTACLES = 500  # of each kind; every robot's margin to every one is taken in every tick
+MOST_EVENTS = 10_000  # of each kind, in one run
+
+Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
+Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST)]
+Vector = tuple[Coordinate, Coordinate]
+Positive = Annotated[float, Field(ge=SMALLEST, le=LARGEST)]
+NonNegative = Annotated[float, Field(ge=0, le=LARGEST)]
 Probability = Annotated[float, Field(ge=0, le=1)]
 RobotNumber = Annotated[int, Field(ge=1)]
 

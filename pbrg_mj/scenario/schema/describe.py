@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
-from annotated_types import Ge, Gt, Le, Lt, MinLen
+from annotated_types import Ge, Gt, Le, Lt, MaxLen, MinLen
 from pydantic.fields import FieldInfo
 
 from pbrg_mj.scenario.diagnostics import KeyPath
@@ -80,15 +80,25 @@ def _list(kind: Any, metadata: Sequence[Any], many: bool) -> str:
     first, *rest = get_args(kind)
     if rest != [...]:
         return f"{'pairs' if many else 'a pair'} of {describe(first, many=True)}"
-    least = [f"{item.min_length} or more " for item in metadata if isinstance(item, MinLen)]
-    return f"{'lists' if many else 'a list'} of {''.join(least)}{describe(first, many=True)}"
+    least = [str(item.min_length) for item in metadata if isinstance(item, MinLen)]
+    most = [str(item.max_length) for item in metadata if isinstance(item, MaxLen)]
+    count = f"{least[0]} to {most[0]} " if least and most else "".join([f"at most {one} " for one in most])
+    count = count or "".join([f"{one} or more " for one in least])
+    return f"{'lists' if many else 'a list'} of {count}{describe(first, many=True)}"
 
 
 def _bounds(metadata: Sequence[Any]) -> str:
     words = {Gt: ("greater than", "gt"), Ge: ("at least", "ge"), Lt: ("less than", "lt"), Le: ("at most", "le")}
     named = [(*words[type(item)], item) for item in metadata if type(item) in words]
-    found = [f"{word} {getattr(item, name)}" for word, name, item in named]
+    if [type(item) for *_, item in named] == [Ge, Le]:
+        return f" from {_short(named[0][2].ge)} to {_short(named[1][2].le)}"
+    found = [f"{word} {_short(getattr(item, name))}" for word, name, item in named]
     return " " + " and ".join(found) if found else ""
+
+
+def _short(number: float) -> str:
+    """Return 1e9 for 1000000000.0."""
+    return f"{number:g}".replace("e+0", "e").replace("e-0", "e-") if isinstance(number, float) else str(number)
 
 
 def _inside(kind: Any, part: str | int) -> tuple[Any, tuple[Any, ...]]:

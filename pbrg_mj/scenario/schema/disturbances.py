@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from pbrg_mj.scenario.schema.base import NonNegative, Positive, RobotNumber, Section, Vector
+from pbrg_mj.scenario.schema.base import MOST_EVENTS, NonNegative, Number, Positive, RobotNumber, Section, Vector
 
 
 class Push(Section):
@@ -39,12 +39,14 @@ class Kidnapping(Section):
     time: NonNegative = Field(description="when it is lifted [s]")
     duration: Positive = Field(default=1.0, description="until it is put down [s]")
     to: Vector = Field(description="hand point where it is put down [m]")
-    heading_deg: float = Field(default=0.0, description="heading it is put down with [deg]")
+    heading_deg: Number = Field(default=0.0, description="heading it is put down with [deg]")
 
 
 class Disturbances(Section):
     """What happens to the robots of the physics plant."""
 
-    pushes: tuple[Push, ...] = Field(default=(), description="forces on robots")
-    dead_motors: tuple[DeadMotor, ...] = Field(default=(), description="motors that fail")
-    kidnappings: tuple[Kidnapping, ...] = Field(default=(), description="robots that are lifted and put down elsewhere")
+    pushes: tuple[Push, ...] = Field(default=(), description="forces on robots", max_length=MOST_EVENTS)
+    dead_motors: tuple[DeadMotor, ...] = Field(default=(), description="motors that fail", max_length=MOST_EVENTS)
+    kidnappings: tuple[Kidnapping, ...] = Field(
+        default=(), description="robots that are lifted and put down elsewhere", max_length=MOST_EVENTS
+    )

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from pbrg_mj.scenario.schema.base import NonNegative, Positive, RobotNumber, Section, Vector
+from pbrg_mj.scenario.schema.base import MOST_EVENTS, NonNegative, Number, Positive, RobotNumber, Section, Vector
 
 
 class GivenHalfSpace(Section):
@@ -14,7 +14,7 @@ class GivenHalfSpace(Section):
 
     robot: RobotNumber = Field(description="the robot that knows it")
     normal: Vector = Field(description="outward normal, of any length but zero [-]")
-    offset: float = Field(
+    offset: Number = Field(
         description="right-hand side of normal . q <= offset [m], with the normal as long as it is given"
     )
 
@@ -26,11 +26,13 @@ class Estimator(Section):
         default="beams", description="beams: lines are fitted to them; given: `given` as it is; or a plug-in's name"
     )
     options: dict[str, Any] = Field(default={}, description="of a plug-in's estimator")
-    given: tuple[GivenHalfSpace, ...] = Field(default=(), description="the half-spaces for `source: given`")
+    given: tuple[GivenHalfSpace, ...] = Field(
+        default=(), description="the half-spaces for `source: given`", max_length=MOST_EVENTS
+    )
     half_spaces_per_robot: Annotated[int, Field(ge=1, le=16)] = Field(
         default=4, description="most half-spaces a robot holds"
     )
-    min_points: Annotated[int, Field(ge=3)] = Field(default=5, description="fewest beams that make a line")
+    min_points: Annotated[int, Field(ge=3, le=1080)] = Field(default=5, description="fewest beams that make a line")
     split_distance: Positive = Field(
         default=0.03, description="largest distance of a point from its line before a split [m]"
     )

@@ -8,6 +8,8 @@ from pydantic import Field, model_validator
 
 from pbrg_mj.scenario.schema.base import NonNegative, Positive, Section
 
+MOST_ROUNDS = 10_000  # of a tick; in 10 ms, one message a microsecond, faster than any radio
+
 
 class Control(Section):
     """Pre-stabiliser (eq. 2)."""
@@ -35,7 +37,7 @@ class Governor(Section):
     )
     options: dict[str, Any] = Field(default={}, description="of a plug-in's governor")
     alpha: Positive = Field(default=2.0, description="gain of the distributed optimization [-]")
-    rounds: Annotated[int, Field(ge=1)] = Field(default=10, description="communication rounds per tick")
+    rounds: Annotated[int, Field(ge=1, le=MOST_ROUNDS)] = Field(default=10, description="communication rounds per tick")
     step: Positive | None = Field(
         default=None,
         description="step of one round [s]; default tick / rounds: the paper's algorithm in real time",

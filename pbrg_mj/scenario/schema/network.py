@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from pbrg_mj.scenario.schema.base import NonNegative, Positive, Probability, RobotNumber, Section
+from pbrg_mj.scenario.schema.base import LARGEST, MOST_EVENTS, NonNegative, Positive, Probability, RobotNumber, Section
 
 Rounds = Annotated[int, Field(ge=0)]
 
@@ -36,10 +36,12 @@ class Network(Section):
     delay_rounds: Rounds = Field(default=0, description="rounds from sending to use; waves need at least 1")
     links: tuple[Link, ...] = Field(default=(), description="links with a delay of their own")
     loss: Probability = Field(default=0.0, description="share of messages lost [-]; the last one that came is held")
-    loss_burst: Annotated[float, Field(ge=1)] | None = Field(
+    loss_burst: Annotated[float, Field(ge=1, le=LARGEST)] | None = Field(
         default=None, description="mean length of a run of lost messages, in rounds [-]; null: losses are independent"
     )
-    outages: tuple[Outage, ...] = Field(default=(), description="robots that neither send nor receive for a while")
+    outages: tuple[Outage, ...] = Field(
+        default=(), description="robots that neither send nor receive for a while", max_length=MOST_EVENTS
+    )
     neighbour_timeout: Positive = Field(
         default=0.5, description="a neighbour from which nothing came for this long counts as lost [s]"
     )

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
+
 import numpy as np
 from pydantic import Field
 
-from pbrg_mj.scenario.schema.base import NonNegative, Section, Vector
+from pbrg_mj.scenario.schema.base import MOST_EVENTS, NonNegative, Section, Vector
 
 
 class Waypoint(Section):
@@ -20,7 +22,7 @@ class Operator(Section):
 
     reference: Vector | None = Field(default=None, description="constant r [m]")
     waypoints: tuple[Waypoint, ...] = Field(
-        default=(), description="r over time, each held until the next; the first at 0 s"
+        default=(), description="r over time, each held until the next; the first at 0 s", max_length=MOST_EVENTS
     )
 
 
@@ -28,5 +30,5 @@ def operator_reference(operator: Operator, time: float) -> np.ndarray:
     """Return r (2,) [m] at `time` [s]: the constant, or the latest waypoint that has begun."""
     if operator.reference is not None:
         return np.array(operator.reference)
-    begun = [waypoint for waypoint in operator.waypoints if waypoint.time <= time + 1e-9]
-    return np.array(begun[-1].reference)
+    begun = bisect_right(operator.waypoints, time + 1e-9, key=lambda waypoint: waypoint.time)
+    return np.array(operator.waypoints[begun - 1].reference)

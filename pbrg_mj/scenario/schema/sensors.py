@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from pbrg_mj.scenario.schema.base import NonNegative, Positive, Probability, RobotNumber, Section
+from pbrg_mj.scenario.schema.base import NonNegative, Number, Positive, Probability, RobotNumber, Section
 
 PRESETS: dict[str, dict[str, float | int]] = {
     "ideal": {"noise_std": 0.0},
@@ -45,6 +45,9 @@ PRESETS: dict[str, dict[str, float | int]] = {
 """What a preset sets. Keys given beside it win."""
 
 
+Deviation = Annotated[float, Field(ge=0, le=1000)]
+"""Of noise: a sensor that errs by more than a kilometre, or three turns, says nothing."""
+
 Low = Annotated[float, Field(ge=0.02, le=0.04)]
 High = Annotated[float, Field(ge=0.045, le=0.053)]
 """Heights that beams may start from [m]: where a robot has tub and wheels, and where it has its plate, 1 mm from what
@@ -65,12 +68,12 @@ class Beams(Section):
     range_min: NonNegative = Field(default=0.07, description="shortest range reported [m]")
     range_max: Positive = Field(default=4.0, description="longest range reported [m]")
     rate_hz: Positive = Field(default=10.0, description="scans per second [Hz]")
-    start_deg: float = Field(default=0.0, description="direction of the first beam from straight ahead [deg]")
+    start_deg: Number = Field(default=0.0, description="direction of the first beam from straight ahead [deg]")
     sweep_deg: Annotated[float, Field(gt=0, le=360)] = Field(
         default=360.0, description="from the first beam to the last [deg]; 360: evenly round the circle"
     )
-    noise_std: NonNegative = Field(default=0.005, description="standard deviation of additive Gaussian range noise [m]")
-    noise_ratio: NonNegative = Field(default=0.0, description="standard deviation of range noise per range [-]")
+    noise_std: Deviation = Field(default=0.005, description="standard deviation of additive Gaussian range noise [m]")
+    noise_ratio: Deviation = Field(default=0.0, description="standard deviation of range noise per range [-]")
     quantum: NonNegative = Field(default=0.0, description="ranges are whole multiples of this; 0: any range [m]")
     dropout: Probability = Field(default=0.0, description="probability that a beam returns nothing [-]")
     outliers: Probability = Field(
@@ -89,8 +92,8 @@ class Camera(Section):
     """Overhead camera that gives every robot its own pose; a kidnapped robot keeps the pose it was last seen at."""
 
     rate_hz: Positive = Field(default=30.0, description="frames per second [Hz]")
-    position_std: NonNegative = Field(default=0.001, description="standard deviation of x and y [m]")
-    heading_std_deg: NonNegative = Field(default=0.2, description="standard deviation of the heading [deg]")
+    position_std: Deviation = Field(default=0.001, description="standard deviation of x and y [m]")
+    heading_std_deg: Deviation = Field(default=0.2, description="standard deviation of the heading [deg]")
     delay: NonNegative = Field(
         default=0.0, description="from exposure to use, at most 10 s [s]; until then the start poses are known"
     )

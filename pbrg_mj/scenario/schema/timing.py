@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from typing import Annotated
 
 from pydantic import Field
 
 from pbrg_mj.scenario.schema.base import Positive, Section
+
+SHORTEST_STEP = 1e-6  # [s] nothing that a robot does is faster
 
 
 class Timing(Section):
@@ -15,10 +18,12 @@ class Timing(Section):
     duration: Positive = Field(
         default=60.0, description="simulated time of the run [s]; a whole number of ticks, at most 100 million"
     )
-    tick: Positive = Field(
+    tick: Annotated[float, Field(ge=SHORTEST_STEP, le=10)] = Field(
         default=0.01, description="period of governor and control [s]; a whole number of physics steps, at most 10000"
     )
-    physics_step: Positive = Field(default=0.002, description="step of the rigid-body simulation, at most 5 ms [s]")
+    physics_step: Annotated[float, Field(ge=SHORTEST_STEP, le=10)] = Field(
+        default=0.002, description="step of the rigid-body simulation, at most 5 ms [s]"
+    )
 
 
 def whole_multiple(period: float, step: float) -> int | None:

@@ -6,7 +6,7 @@ import math
 
 from pydantic import Field
 
-from pbrg_mj.scenario.schema.base import NonNegative, Positive, Section, Vector
+from pbrg_mj.scenario.schema.base import MOST_EVENTS, MOST_OBSTACLES, NonNegative, Number, Positive, Section, Vector
 
 
 class Wall(Section):
@@ -23,7 +23,7 @@ class Box(Section):
 
     center: Vector = Field(description="middle of its footprint [m]")
     size: tuple[Positive, Positive] = Field(description="length and width of its footprint [m]")
-    angle_deg: float = Field(default=0.0, description="of its length [deg], counter-clockwise from +x")
+    angle_deg: Number = Field(default=0.0, description="of its length [deg], counter-clockwise from +x")
     height: Positive = Field(default=0.2, description="above the floor [m]")
 
     def as_wall(self) -> Wall:
@@ -49,7 +49,9 @@ class MovingBox(Section):
 
     size: tuple[Positive, Positive] = Field(description="along x and along y [m]")
     waypoints: tuple[BoxWaypoint, ...] = Field(
-        description="where it is when; it rests before the first and after the last", min_length=1
+        description="where it is when; it rests before the first and after the last",
+        min_length=1,
+        max_length=MOST_EVENTS,
     )
     height: Positive = Field(default=0.2, description="above the floor [m]")
 
@@ -72,14 +74,16 @@ class Patch(Section):
 class World(Section):
     """What stands around the robots."""
 
-    walls: tuple[Wall, ...] = Field(default=(), description="straight walls")
-    boxes: tuple[Box, ...] = Field(default=(), description="boxes that stand still")
-    moving_boxes: tuple[MovingBox, ...] = Field(default=(), description="boxes that move")
+    walls: tuple[Wall, ...] = Field(default=(), description="straight walls", max_length=MOST_OBSTACLES)
+    boxes: tuple[Box, ...] = Field(default=(), description="boxes that stand still", max_length=MOST_OBSTACLES)
+    moving_boxes: tuple[MovingBox, ...] = Field(default=(), description="boxes that move", max_length=MOST_OBSTACLES)
     floor_friction: Positive = Field(default=1.0, description="sliding friction of the floor against the wheels [-]")
     rolling_resistance: NonNegative = Field(
         default=0.0, description="force that resists a rolling wheel, per force that presses it down [-]"
     )
-    patches: tuple[Patch, ...] = Field(default=(), description="working areas with another floor")
+    patches: tuple[Patch, ...] = Field(
+        default=(), description="working areas with another floor", max_length=MOST_OBSTACLES
+    )
 
     @property
     def obstacles(self) -> tuple[Wall, ...]:

@@ -100,7 +100,7 @@ def test_without_rows_the_reference_itself_is_optimal(kind):
 def test_both_solvers_find_the_same_with_inputs_constrained_too():
     rng = np.random.default_rng(4)
     direct, readable, seen = ClarabelSolver(), CvxpySolver(), set()
-    inputs = input_rows(graph(), alpha_r=1.0, limit=6.0, facets=6)
+    inputs = input_rows(graph(), alpha_r=1.0, limit=6.0)
     for _ in range(60):
         random = random_problem(rng)
         random = dataclasses.replace(random, rows=stacked(random.rows, inputs))

@@ -33,7 +33,7 @@ def test_the_radius_is_the_largest_whose_disc_is_admissible():
     bounded = forbidden = free = 0
     for _ in range(60):
         random = random_problem(rng)
-        rows = stacked(random.rows, input_rows(graph(), 1.0, 8.0, 6)) if rng.random() < 0.5 else random.rows
+        rows = stacked(random.rows, input_rows(graph(), 1.0, 8.0)) if rng.random() < 0.5 else random.rows
         states = 0.3 * rng.normal(size=(5, 5, 4))
         centre = states[:, :, :2].mean(axis=1)
         for i, radius in enumerate(admissible_radii(rows, states, centre)):

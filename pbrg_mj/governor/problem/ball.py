@@ -1,7 +1,9 @@
 """From half-spaces to rows of g: which references are safe in the present state.
 
 With constant m, V = rho^2 / 2 never grows, rho(m, p, xi) = ||(1 (x) m - p, xi)||. So a half-space holds for ever, for
-every robot, when the whole ball of radius rho around the formation at m lies behind it (eq. 13).
+every robot, when the whole ball of radius rho around the formation at m lies behind it (eq. 13). That is a theorem of
+the continuous team; sampled, gamma rho stands in place of rho, gamma being how much farther a robot may come than rho
+(`team/sampled.py`): 1 but at long ticks. docs/theory.md has the proof.
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.network import Network
+from pbrg_mj.team.sampled import sampled_growth
 
 
 def ball_rows(half_spaces: HalfSpaces, formation: np.ndarray) -> Rows:
@@ -38,39 +41,41 @@ def _write_ball_rows(G, h, formation, C, d):
             d[i, row] = h[i, k] - (G[i, k, 0] * formation[j, 0] + G[i, k, 1] * formation[j, 1])
 
 
-def input_rows(network: Network, alpha_r: float, limit: float, facets: int) -> Rows:
-    """Return the rows of the input polytopes U_i, eqs. 5-7: ||A|| rho - f <= 0 for each facet F u_i <= f.
+def input_rows(network: Network, alpha_r: float, limit: float) -> Rows:
+    """Return the rows of the input constraints U_i, eqs. 5-7: ||A|| rho - f <= 0, one for every robot.
 
     A = F [-(L_i (x) I) - alpha_r delta_i (e_i (x) I)', (L_i (x) I)] maps (p - 1 (x) m, xi) to F u_i, so that the ball
-    of radius rho keeps u_i in the polytope for ever. The polytope is the regular polygon of `facets` sides inside
-    the disc of radius `limit` [m/s]: every F is a unit row, f = limit cos(pi / facets), and ||A|| the same for all.
+    of radius rho keeps F u_i <= f for ever. ||A|| is the same for every unit row F: all facets of a polygon are one
+    and the same row, and that row, with f = `limit` [m/s], keeps the whole disc ||u_i|| <= limit.
     """
     L, n = network.laplacian, network.robots
     own = L + alpha_r * np.diag(network.leader)
     gain = np.sqrt(np.sum(own**2, axis=1) + np.sum(L**2, axis=1))  # ||A|| of robot i [1/s]
-    shape = (n, facets)
-    a = np.repeat(gain[:, None], facets, axis=1)
-    d = np.full(shape, limit * np.cos(np.pi / facets))
-    return Rows(a, np.zeros((*shape, 2)), d, np.ones(shape, dtype=bool))
+    d = np.full((n, 1), limit)
+    return Rows(gain[:, None], np.zeros((n, 1, 2)), d, np.ones((n, 1), dtype=bool))
 
 
 @dataclass(frozen=True)
 class BallCertificate:
-    """The paper's sufficient condition: the ball of radius rho inside every half-space and input polytope."""
+    """The paper's sufficient condition: the ball of radius rho inside every half-space and input constraint."""
 
     formation: np.ndarray  # (n, 2) b [m]
-    inputs: Rows | None  # of the input polytopes, the same at every tick; None without input constraints
+    inputs: Rows | None  # of the speed limit, the same at every tick; None without input constraints
+    growth: float = 1.0  # gamma, the weight of rho in ball rows
 
     @classmethod
     def of(cls, scenario: Scenario, network: Network) -> BallCertificate:
         """Return the certificate of a scenario."""
-        control = scenario.control
-        inputs = None
+        control, inputs = scenario.control, None
+        growth, of_inputs = sampled_growth(network, control, scenario.timing.tick)
         if control.speed_limit is not None:
-            inputs = input_rows(network, control.alpha_r, control.speed_limit, control.speed_facets)
-        return cls(np.array(scenario.team.formation, dtype=float), inputs)
+            inputs = input_rows(network, control.alpha_r, control.speed_limit)
+            inputs = inputs._replace(a=of_inputs[:, None] * inputs.a)
+        return cls(np.array(scenario.team.formation, dtype=float), inputs, growth)
 
     def rows(self, half_spaces: HalfSpaces) -> Rows:
-        """Return the rows of all g_i: ball rows of the half-spaces first, then those of the input polytopes."""
+        """Return the rows of all g_i: ball rows of the half-spaces first, then those of the inputs."""
         rows = ball_rows(half_spaces, self.formation)
+        if self.growth != 1.0:
+            rows = rows._replace(a=self.growth * rows.a)
         return rows if self.inputs is None else stacked(rows, self.inputs)

@@ -10,6 +10,7 @@ from pbrg_mj.scenario.checks.certificate import certificate
 from pbrg_mj.scenario.checks.network import graph, messages
 from pbrg_mj.scenario.checks.physics import physics
 from pbrg_mj.scenario.checks.robot_numbers import robot_numbers
+from pbrg_mj.scenario.checks.sampling import sampled_pre_stabiliser
 from pbrg_mj.scenario.checks.work import work
 from pbrg_mj.scenario.checks.world import extents, placement
 from pbrg_mj.scenario.diagnostics import Diagnostic, KeyPath, yaml_text
@@ -27,7 +28,8 @@ def check(scenario: Scenario) -> list[Diagnostic]:
     # Where the lists of the team differ in length, places of robots mean nothing.
     rest = (robot_numbers, _given, graph, _timing, _sensing, _operator, physics, extents, messages, certificate, work)
     rest += () if lengths else (placement,)
-    return lengths + [diagnostic for part in rest for diagnostic in islice(part(scenario), MOST_FINDINGS)]
+    found = lengths + [diagnostic for part in rest for diagnostic in islice(part(scenario), MOST_FINDINGS)]
+    return found or list(sampled_pre_stabiliser(scenario))  # of a graph and leaders that are right
 
 
 def _lengths(scenario: Scenario) -> Iterator[Diagnostic]:

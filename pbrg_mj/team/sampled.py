@@ -1,0 +1,59 @@
+"""The pre-stabilised team as it is really driven: u held from tick to tick.
+
+Under a constant m, x = (p - 1 (x) m, xi) of one axis moves by the matrix A of eq. 9, and sampled every h seconds by
+x+ = B x, B = I + h A: exactly, in the ideal plant, since robots drive straight between ticks and xi is summed tick by
+tick. In continuous time ||x|| = rho never grows; under B it may, for a while. What a certificate bounds are single rows
+of x, a robot's place or its u, and those stay below what rho once was at all but the longest ticks.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pbrg_mj.scenario.schema import Control
+from pbrg_mj.team.network import Network
+
+MOST_ROBOTS = 300  # the work grows with n^3
+MOST_DOUBLINGS = 40  # 2^40 ticks
+ROUNDING = 1e-12
+
+
+def sampled_map(network: Network, control: Control, tick: float) -> np.ndarray:
+    """Return B, (2n, 2n), on x = (p - 1 m, xi) of one axis; `tick` is h [s]."""
+    L, n = network.laplacian, network.robots
+    A = np.block([[-L - control.alpha_r * np.diag(network.leader), L], [-L, -control.leak * L]])
+    return np.eye(2 * n) + tick * A
+
+
+def sampled_growth(network: Network, control: Control, tick: float) -> tuple[float, np.ndarray]:
+    """Return sup_t max_j ||e_j' B^t|| of the robots' places, and sup_t ||A_j B^t|| / ||A_j|| of their u, (n,).
+
+    Both at least 1, over t = 1, 2, ... and all xi with the sum 0, which it starts from and keeps (1'L = 0). inf where
+    the sampled team is unstable, 1 for teams of more than 300 robots, of which they are not computed.
+    """
+    n = network.robots
+    if n > MOST_ROBOTS:
+        return 1.0, np.ones(n)
+    zero_sum = np.eye(2 * n)
+    zero_sum[n:, n:] -= 1.0 / n
+    B = sampled_map(network, control, tick)
+    places = _row_growth(np.eye(n, 2 * n), B @ zero_sum)
+    return float(places.max()), _row_growth(B[:n] - np.eye(n, 2 * n), B @ zero_sum)
+
+
+def _row_growth(rows: np.ndarray, B: np.ndarray) -> np.ndarray:
+    """Return sup_t ||row B^t|| / ||row|| of every row, at least 1.
+
+    With ||B^T|| <= 1 and t = k T + s, ||row B^t|| <= ||row B^s|| ||B^T||^k <= ||row B^s||: the first T powers hold the
+    supremum. T is sought among the powers of 2.
+    """
+    ticks, power = 1, B
+    while np.linalg.norm(power, 2) > 1.0 + ROUNDING:
+        ticks, power = 2 * ticks, power @ power
+        if ticks > 2**MOST_DOUBLINGS or not np.isfinite(power).all():
+            return np.full(len(rows), np.inf)
+    length, largest = np.linalg.norm(rows, axis=1), np.ones(len(rows))
+    for _ in range(ticks):
+        rows = rows @ B
+        largest = np.maximum(largest, np.linalg.norm(rows, axis=1) / length)
+    return np.where(largest <= 1.0 + ROUNDING, 1.0, largest)

@@ -21,7 +21,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pbrg_mj.analysis.metrics.run_metrics import metrics
-from pbrg_mj.governor.stability.step_bound import admissible_step, steepest_gradients
+from pbrg_mj.governor.stability.step_bound import linear_step_limit, steepest_gradients
 from pbrg_mj.log.read.run import open_run
 from pbrg_mj.log.write.writer import LogWriter
 from pbrg_mj.loop.simulation import Simulation
@@ -105,7 +105,7 @@ def limit() -> float:
     scenario = load_scenario("paper/experiment_near").scenario
     team = network(scenario)
     gradients = steepest_gradients(team, np.array(scenario.team.formation), None)
-    return admissible_step(team, scenario.governor.alpha, gradients)
+    return linear_step_limit(team, scenario.governor.alpha, gradients)
 
 
 LOOK: dict[tuple[str, float], dict[str, Any]] = {
@@ -181,7 +181,7 @@ def main() -> int:
     if "--draw" not in sys.argv[1:]:
         rows = list(Parallel(n_jobs=2, verbose=5)(delayed(measure)(case) for case in cases()))
         DATA.parent.mkdir(exist_ok=True)
-        found = {"duration_s": DURATION, "admissible_step_s": limit(), "points": rows}
+        found = {"duration_s": DURATION, "linear_step_limit_s": limit(), "points": rows}
         DATA.write_text(json.dumps(found, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     rows = json.loads(DATA.read_text(encoding="utf-8"))["points"]
     draw(rows, "rate", "flow_per_time_constant_s", "alpha_r", DOCS / "img" / "rates_governor.png")

@@ -8,7 +8,7 @@ import pytest
 from pbrg_mj.governor.distributed.estimates import Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.stability.delay_margin import DelayedRounds, delay_margin
-from pbrg_mj.governor.stability.step_bound import admissible_step, steepest_gradients
+from pbrg_mj.governor.stability.step_bound import linear_step_limit, steepest_gradients
 from tests.channels import channel, links, uneven
 from tests.problems import FORMATION, GRAPHS, START, graph, problem
 
@@ -46,7 +46,7 @@ def largest(rounds, gradients):
 def test_the_margin_is_where_the_first_eigenvalue_leaves_the_circle(name, delay):
     network, alpha = graph(GRAPHS[name]), 2.0
     gradients = np.array([2.0, 2.0, 1.0, 2.0, 2.0])
-    step = 0.4 * admissible_step(network, alpha, gradients)
+    step = 0.4 * linear_step_limit(network, alpha, gradients)
     rounds = DelayedRounds(network, alpha, step, channel(network, delay).delay)
     margin = delay_margin(rounds, gradients)
     assert margin is not None
@@ -92,7 +92,7 @@ def test_the_papers_ring_bears_four_tenths_of_a_second_whatever_the_step():
 
 def test_too_long_a_step_has_no_margin_at_all():
     network, gradients = graph(), steepest_gradients(graph(), FORMATION, None)
-    allowed = admissible_step(network, 7.0, gradients)
+    allowed = linear_step_limit(network, 7.0, gradients)
     nothing_late = np.zeros(10, dtype=np.int64)
     assert delay_margin(DelayedRounds(network, 7.0, 0.999 * allowed, nothing_late), gradients) is None
     assert delay_margin(DelayedRounds(network, 7.0, 1.001 * allowed, nothing_late), gradients) == -1

@@ -7,12 +7,16 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pbrg_mj.governor.distributed.estimates import Flow
+from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
+from pbrg_mj.governor.distributed import equations
+from pbrg_mj.governor.distributed.estimates import Estimates, Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.distributed.rounds import run_rounds
+from pbrg_mj.governor.monitor.equilibrium import equilibrium
 from pbrg_mj.governor.problem.ball import input_rows
 from pbrg_mj.governor.problem.rows import rho, stacked
-from pbrg_mj.governor.stability.step_bound import admissible_step, robots_abreast, steepest_gradients
+from pbrg_mj.governor.stability.step_bound import linear_step_limit, robots_abreast, steepest_gradients
+from tests.linear_rounds import longest_step, modes_at
 from tests.problems import FORMATION, GRAPHS, START, graph, problem
 
 WALLS = [(4, [1, 1], 3.0), (0, [0, 1], 2.2), (3, [1, 0.2], 2.5)]
@@ -32,7 +36,7 @@ def blows_up(network, walls, alpha, step, inputs=None):
 @pytest.mark.parametrize("name", ["ring", "path", "kite"])
 def test_the_flow_holds_at_the_predicted_step_and_falls_apart_not_far_beyond(name, alpha):
     network = graph(GRAPHS[name])
-    step = admissible_step(network, alpha, steepest_gradients(network, FORMATION, None))
+    step = linear_step_limit(network, alpha, steepest_gradients(network, FORMATION, None))
     for walls in ([], WALLS[:1], WALLS):
         assert not blows_up(network, walls, alpha, step)
     assert any(blows_up(network, walls, alpha, 5.0 * step) for walls in (WALLS[:1], WALLS))
@@ -41,17 +45,86 @@ def test_the_flow_holds_at_the_predicted_step_and_falls_apart_not_far_beyond(nam
 @pytest.mark.parametrize("alpha", [2.0, 7.0])
 @pytest.mark.parametrize("limit", [2.5, 8.0])  # infeasible, and binding
 def test_so_it_does_with_input_rows_and_their_curvature(alpha, limit):
-    inputs = input_rows(graph(), 1.0, limit, 8)
-    step = admissible_step(graph(), alpha, steepest_gradients(graph(), FORMATION, inputs))
-    assert step < 0.5 * admissible_step(graph(), alpha, steepest_gradients(graph(), FORMATION, None))
+    inputs = input_rows(graph(), 1.0, limit)
+    step = linear_step_limit(graph(), alpha, steepest_gradients(graph(), FORMATION, inputs))
+    assert step < 0.5 * linear_step_limit(graph(), alpha, steepest_gradients(graph(), FORMATION, None))
     for walls in ([], WALLS):
         assert not blows_up(graph(), walls, alpha, step, inputs)
     assert any(blows_up(graph(), walls, alpha, 40.0 * step, inputs) for walls in ([], WALLS))
 
 
+def random_feasible(rng):
+    """A team of 2 to 6 robots near a wall or three, where some row binds; its alpha."""
+    while True:
+        n = int(rng.integers(2, 7))
+        edges = {(int(rng.integers(k)), k) for k in range(1, n)}
+        edges |= {(i, k) for i in range(n) for k in range(i + 1, n) if rng.random() < 0.2}
+        leaders = rng.permutation(n)[: rng.integers(1, n + 1)]
+        walls = [
+            (int(rng.integers(n)), rng.normal(size=2), float(rng.uniform(0.5, 4))) for _ in range(rng.integers(1, 4))
+        ]
+        spread = 10 ** rng.uniform(-2, -0.3)
+        p, xi, formation = (
+            spread * rng.normal(size=(n, 2)),
+            spread * rng.normal(size=(n, 2)),
+            rng.uniform(-1, 1, (n, 2)),
+        )
+        network = graph(sorted(edges), tuple(leaders), n)
+        found = problem(walls, p, 4 * rng.normal(size=2), network, xi - xi.mean(axis=0), formation)
+        optimum = ClarabelSolver().solve(found)
+        if optimum.status == "solved" and optimum.multipliers.max() > 1e-4:
+            return found, optimum, formation, 10 ** rng.uniform(-0.3, 1.3)
+
+
+def test_how_often_a_round_at_the_linear_limit_is_unstable_at_random_optima():
+    """The rates that docs/theory.md quotes: the limit is no bound, and curvature is what breaks it."""
+    rng, unstable, unstable_where_flat, flat, unstable_when_shrunk = np.random.default_rng(21), 0, 0, 0, 0
+    for _ in range(60):
+        static, optimum, formation, alpha = random_feasible(rng)
+        n = static.network.robots
+        limit = linear_step_limit(static.network, alpha, steepest_gradients(static.network, formation, None))
+        stiffness = alpha * n * optimum.multipliers.sum() / rho(optimum.m, static.p, static.xi)
+        true = longest_step(modes_at(static, optimum, alpha))
+        unstable += true < 0.98 * limit
+        flat += limit * stiffness < 1.0
+        unstable_where_flat += limit * stiffness < 1.0 and true < 0.98 * limit
+        unstable_when_shrunk += true < 0.98 / (1.0 / limit + stiffness)
+    assert 15 <= unstable <= 45
+    assert flat >= 10 and unstable_where_flat <= 2
+    assert unstable_when_shrunk <= 1
+
+
+def test_the_linearised_round_is_that_of_the_equations():
+    """Eigenvalues against those of central differences of the plain round at its rest."""
+    rng = np.random.default_rng(22)
+    static, optimum, _, alpha = random_feasible(rng)
+    while static.network.robots > 2:
+        static, optimum, _, alpha = random_feasible(rng)
+    flow, rest = Flow(alpha, 1e-3), equilibrium(static, optimum, alpha, np.zeros(10))
+    moving = [np.ones_like(rest.z), np.ones_like(rest.zeta), optimum.multipliers > 1e-6, np.ones_like(rest.nu)]
+    places = np.flatnonzero(np.concatenate([part.reshape(-1) for part in moving]))
+    values, cuts = np.concatenate([part.reshape(-1) for part in rest]), np.cumsum([part.size for part in rest])[:-1]
+
+    def one_round(vector):
+        parts = np.split(vector, cuts)
+        estimates = Estimates(*(part.reshape(like.shape) for part, like in zip(parts, rest, strict=True)))
+        return np.concatenate([part.reshape(-1) for part in equations.run_rounds(static, estimates, flow, 1)])
+
+    rates = np.empty((len(places), len(places)))
+    for column, place in enumerate(places):
+        off = np.zeros(len(values))
+        off[place] = 1e-6 * max(1.0, abs(values[place]))
+        change = one_round(values + off)[places] - one_round(values - off)[places]
+        rates[:, column] = change / (2.0 * off[place] * flow.step)
+        rates[column, column] -= 1.0 / flow.step
+    found = np.linalg.eigvals(rates)
+    for mode in modes_at(static, optimum, alpha):
+        assert np.abs(found - mode).min() < 1e-3 * max(1.0, abs(mode))
+
+
 def test_the_steepest_gradient_bounds_that_of_all_rows_together():
     rng = np.random.default_rng(3)
-    inputs = input_rows(graph(), 1.0, 2.0, 8)
+    inputs = input_rows(graph(), 1.0, 2.0)
     for rows_of_inputs in (None, inputs):
         bound = steepest_gradients(graph(), FORMATION, rows_of_inputs)
         for _ in range(200):

@@ -20,7 +20,9 @@ def test_the_papers_steps_raise_no_doubt():
 
 def test_a_step_beyond_the_admissible_one_is_predicted_with_the_admissible_one():
     (line,) = stability_warnings(paper("governor.step=0.05"))
-    assert line.startswith("a round of 0.05 s may be too long for alpha = 7 on this graph: explicit steps are stable")
+    assert line.startswith(
+        "a round of 0.05 s may be too long for alpha = 7 on this graph: its linear modes alone are stable"
+    )
     (line,) = stability_warnings(paper("governor.rounds=1"))
     assert "a round of 0.01 s" in line
 

@@ -10,7 +10,7 @@ from pbrg_mj.governor.distributed.channel import channel
 from pbrg_mj.governor.problem.ball import BallCertificate
 from pbrg_mj.governor.registry import round_step
 from pbrg_mj.governor.stability.delay_margin import MAX_ROBOTS, DelayedRounds, delay_margin
-from pbrg_mj.governor.stability.step_bound import admissible_step, steepest_gradients
+from pbrg_mj.governor.stability.step_bound import linear_step_limit, steepest_gradients
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.graph import network
 
@@ -24,18 +24,18 @@ def stability_warnings(scenario: Scenario) -> list[str]:
     if scenario.robots > MOST_ROBOTS:
         return [f"whether the governor's rounds are stable is not computed for more than {MOST_ROBOTS} robots"]
     team = network(scenario)
-    inputs = BallCertificate.of(scenario, team).inputs
-    gradients = steepest_gradients(team, np.array(scenario.team.formation, dtype=float), inputs)
+    ball = BallCertificate.of(scenario, team)
+    gradients = steepest_gradients(team, ball.formation, ball.inputs, ball.growth)
     return list(_step(scenario, gradients)) or list(_delay(scenario, gradients))
 
 
 def _step(scenario: Scenario, gradients: np.ndarray) -> Iterator[str]:
     alpha, step = scenario.governor.alpha, round_step(scenario)
-    allowed = admissible_step(network(scenario), alpha, gradients)
+    allowed = linear_step_limit(network(scenario), alpha, gradients)
     if step > allowed:
         yield (
             f"a round of {step:.3g} s may be too long for alpha = {alpha:g} on this graph: "
-            f"explicit steps are stable up to {allowed:.2g} s. More governor.rounds, or a smaller governor.step, help"
+            f"its linear modes alone are stable up to {allowed:.2g} s. More rounds, or a smaller step, help"
         )
 
 

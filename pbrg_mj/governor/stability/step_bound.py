@@ -1,4 +1,4 @@
-"""How large a round's step may be: explicit Euler on the linearised flow, from the problem's own data."""
+"""How large a round's step may be for the flow's linear modes: explicit Euler, from the problem's own data."""
 
 from __future__ import annotations
 
@@ -10,20 +10,21 @@ from pbrg_mj.team.network import Network
 ZERO_MODE = 1e-9  # eigenvalues this small belong to what the flow conserves: the mean of zeta
 
 
-def admissible_step(network: Network, alpha: float, gradients: np.ndarray) -> float:
-    """Return the largest step [s] for which every linearised mode of eqs. 25-30 decays under explicit Euler.
+def linear_step_limit(network: Network, alpha: float, gradients: np.ndarray) -> float:
+    """Return the largest step [s] for which these linear modes of eqs. 25-30 decay under explicit Euler.
 
-    An eigenvalue mu of the flow decays when |1 + step mu| < 1, that is step < -2 Re(mu) / |mu|^2. The flow falls apart
-    into components of z that only meet in the constraint rows:
+    An eigenvalue mu of the flow decays when |1 + step mu| < 1, that is step < -2 Re(mu) / |mu|^2. Computed are
 
     - m: consensus and the leaders' cost,
     - (z_pj, z_xij): consensus, pinned by robot j's nu,
     - m with the rows of one robot, whose gradient is at most `gradients` (n,) long (`steepest_gradients`).
 
-    The curvature of rho is left out, and nothing blows up of it. Of a row a rho + C m - d it pulls m towards where rho
-    falls with a lambda n / rho, more than explicit steps follow when rho is small; but the pull itself is never longer
-    than a lambda sqrt(n), lambda at most its cap, so m chatters within a step's length of it. On static problems the
-    flow really blows up at 1 to 5 times this step, with input rows at 5 to 25 (tests/test_governor_stability.py).
+    It is no bound of the whole flow: rows of several robots at once, and the curvature of rho, are not in it. Of a row
+    a rho + C m - d the curvature pulls m with a stiffness of up to kappa = alpha n a lambda / rho, which grows beyond
+    all limits as a team comes to rest on a line with lambda > 0, so that no step bounds it before the run. What happens
+    then is bounded all the same: the pull is never longer than a lambda sqrt(n), and m chatters within a step's length
+    of it. docs/theory.md has how often a round at this limit is unstable, measured over random problems, and how far
+    the step must shrink for it not to be.
     """
     n, L = network.robots, network.laplacian
     consensus = np.block([[-L, L], [-L, np.zeros((n, n))]])
@@ -36,15 +37,16 @@ def admissible_step(network: Network, alpha: float, gradients: np.ndarray) -> fl
     return min(_euler_limit(flow) for flow in flows)
 
 
-def steepest_gradients(network: Network, formation: np.ndarray, inputs: Rows | None) -> np.ndarray:
-    """Return for every robot how long the gradient in m of all its rows that bind at once can be, (n,).
+def steepest_gradients(network: Network, formation: np.ndarray, inputs: Rows | None, growth: float = 1.0) -> np.ndarray:
+    """Return for every robot how long the gradient in m of all its rows of one half-space can be, (n,).
 
-    Of a ball row it is at most 1 + sqrt(n), since ||grad_m rho|| <= sqrt(n), and as many rows of one half-space bind at
+    Of a ball row it is at most 1 + gamma sqrt(n), since ||grad_m rho|| <= sqrt(n), gamma being the weight of rho
+    (`growth`), and as many rows of one half-space bind at
     once as robots of the formation, b (n, 2) [m], stand in one line at its edge. Of an input row it is at most
-    a sqrt(n), and the rows of all facets are the same row, `inputs`; None without input constraints.
+    a sqrt(n); `inputs` is None without input constraints.
     """
     n = network.robots
-    squares = np.full(n, robots_abreast(formation) * (1.0 + np.sqrt(n)) ** 2)
+    squares = np.full(n, robots_abreast(formation) * (1.0 + growth * np.sqrt(n)) ** 2)
     if inputs is not None:
         squares += n * np.sum(inputs.a**2, axis=1)
     return np.sqrt(squares)

@@ -51,8 +51,8 @@ class GuardedGovernor:
     def step(self, problem: Problem, memory: GuardedMemory) -> tuple[Solution, GuardedMemory]:
         """Run one tick's rounds, exchange what is known once, and return what each robot may apply.
 
-        The status is `infeasible` where a robot's rows forbid even its c_i. A robot that has not yet heard of everyone,
-        in the first ticks, is not guarded.
+        The status is `inadmissible` where a robot's rows forbid even its c_i. A robot that has not yet heard of
+        everyone, in the first ticks, is not guarded.
         """
         solution, inner = self.inner.step(problem, memory.inner)
         network = problem.network
@@ -69,7 +69,7 @@ class GuardedGovernor:
         guarded = dataclasses.replace(
             solution,
             m=np.where(knows[:, None], centre + share[:, None] * way, solution.m),
-            status="infeasible" if np.any(own < 0.0) else solution.status,
+            status="inadmissible" if np.any(own < 0.0) else solution.status,
             bytes_sent=solution.bytes_sent + DOUBLE * 5 * network.robots * network.degree,
         )
         return guarded, GuardedMemory(inner, heard, age)

@@ -21,6 +21,7 @@ from pbrg_mj.governor.certified.governor import CertifiedGovernor
 from pbrg_mj.governor.distributed.channel import channel
 from pbrg_mj.governor.distributed.estimates import Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
+from pbrg_mj.governor.distributed.penalty import exact_multiplier_cap
 from pbrg_mj.governor.guard import GuardedGovernor
 from pbrg_mj.governor.plug_in import PlugInCertificate, PlugInGovernor, PlugInSolver
 from pbrg_mj.governor.problem.ball import BallCertificate
@@ -61,11 +62,18 @@ def round_step(scenario: Scenario) -> float:
     return scenario.timing.tick / settings.rounds if settings.step is None else settings.step
 
 
+def multiplier_cap(scenario: Scenario) -> float:
+    """Return mu [m]: as given, inf for null, or for `auto` so large that the penalty is exact (`penalty`)."""
+    settings = scenario.governor
+    if settings.multiplier_cap == "auto":
+        return exact_multiplier_cap(scenario.robots, len(scenario.team.leaders), settings.reference_range)
+    return math.inf if settings.multiplier_cap is None else settings.multiplier_cap
+
+
 def _distributed(scenario: Scenario) -> Governor:
     settings = scenario.governor
-    cap = math.inf if settings.multiplier_cap is None else settings.multiplier_cap
     optimizer = DistributedGovernor(
-        flow=Flow(settings.alpha, round_step(scenario), cap),
+        flow=Flow(settings.alpha, round_step(scenario), multiplier_cap(scenario)),
         rounds=settings.rounds,
         initial=settings.initial,
         channel=channel(scenario),

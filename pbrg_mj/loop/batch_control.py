@@ -11,6 +11,7 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.distributed.rounds import check_limits, rounds_in_new_arrays
 from pbrg_mj.governor.problem.interface import Certificate, Problem, StateCertificate
+from pbrg_mj.governor.problem.near_reference import write_near_references
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.governor.registry import certificate, governor
 from pbrg_mj.kernel import kernel
@@ -31,6 +32,7 @@ class BatchParameters:
     formation: np.ndarray  # (n, 2) b [m]
     certificate: Certificate
     governor: DistributedGovernor
+    reference_range: float  # [m]
     control: tuple[float, float, float]  # alpha_r, leak, tick [s]
     sizes: tuple[float, float, float]  # of the robot: hand offset, half the track, wheels' radius [m]
     motor: tuple[float, float, int]  # V s/rad, supply [V], duty cycles each way
@@ -55,6 +57,7 @@ class BatchParameters:
             formation=np.array(scenario.team.formation, dtype=float),
             certificate=rows,
             governor=chosen,
+            reference_range=scenario.governor.reference_range,
             control=(scenario.control.alpha_r, scenario.control.leak, scenario.timing.tick),
             sizes=sizes,
             motor=motor,
@@ -93,7 +96,10 @@ class BatchState:
         """Take the governor's first estimates in every world, from the poses known by now."""
         for world, pose in enumerate(self.pose):
             p = hand_point(pose, team.sizes[0]) - team.formation
-            memory = team.governor.init(Problem(team.network, p, self.xi[world], self._rows_of(world), reference))
+            rows = self._rows_of(world)
+            memory = team.governor.init(
+                Problem(team.network, p, self.xi[world], rows, reference, reference_range=team.reference_range)
+            )
             first = memory.estimates
             for array, value in zip(self.estimates, (first.z, first.zeta, first.lam, first.nu), strict=True):
                 array[world] = value
@@ -112,7 +118,7 @@ class BatchState:
             (self.pose, self.xi, self.m, self.diverged, self.command),
             self.estimates,
             self.rows,
-            ((net.first, net.neighbours, net.leader), team.formation, reference),
+            ((net.first, net.neighbours, net.leader), team.formation, reference, team.reference_range),
             (
                 (governor.flow.alpha, governor.flow.step, governor.flow.multiplier_cap),
                 (governor.rounds, governor.diverged_beyond),
@@ -131,15 +137,17 @@ class BatchState:
 def _step(worlds, states, estimates, rows, team, numbers):
     """Do for each of the worlds what `tick` does between perception and physics."""
     pose, xi, m, diverged, command = states
-    graph, formation, r = team
+    graph, formation, r, reach = team
     gains, (rounds, beyond), (alpha_r, leak, tick), sizes, motor = numbers
     p, u, rate = np.empty(formation.shape), np.empty(formation.shape), np.empty(formation.shape)
+    near = np.empty(formation.shape)
     for w in range(*worlds):
         write_hand_points(pose[w], sizes[0], p)
         p -= formation
+        write_near_references(p, r, reach, near)
         before = (estimates[0][w], estimates[1][w], estimates[2][w], estimates[3][w])
         own_rows = (rows[0][w], rows[1][w], rows[2][w], rows[3][w])
-        after = rounds_in_new_arrays(before, graph, (p, xi[w], r), own_rows, gains, 0 if diverged[w] else rounds)
+        after = rounds_in_new_arrays(before, graph, (p, xi[w], near), own_rows, gains, 0 if diverged[w] else rounds)
         estimates[0][w], estimates[1][w], estimates[2][w], estimates[3][w] = after
         diverged[w] = not check_limits(after[0], after[2], beyond, gains[2])[0]
         if not diverged[w]:

@@ -109,6 +109,7 @@ def control_tick(loop: ClosedLoop, state: LoopState, index: int) -> tuple[LoopSt
         rows=rows,
         reference=operator_reference(scenario.operator, time),
         heading=readings.body_pose[:, 2],
+        reference_range=scenario.governor.reference_range,
     )
     memory = loop.governor.init(problem) if state.governor is None else state.governor
     solution, memory = loop.governor.step(problem, memory)

@@ -14,6 +14,7 @@ from pbrg_mj.analysis.metrics.margins import sensed_margin, true_margin, worst_r
 from pbrg_mj.analysis.metrics.outcome import ROUNDING, final_target, formation_error, outcome
 from pbrg_mj.analysis.metrics.sensing_gap import true_optima
 from pbrg_mj.errors import InputError
+from pbrg_mj.governor.problem.near_reference import near_references
 from pbrg_mj.log.read.run import Run
 from pbrg_mj.scenario.checks.world import BODY_RADIUS
 
@@ -209,7 +210,9 @@ def _against_optimum(run: Run) -> dict[str, Any]:
     rows = np.searchsorted(run.ticks.index, run.optima.index[solved])
     m, leaders = run.ticks.m[rows], _leaders(run)
     gap = np.linalg.norm(m - run.optima.m[solved][:, None, :], axis=-1)
-    cost = np.sum((run.ticks.reference[rows][:, None, :] - m[:, leaders]) ** 2, axis=(1, 2))
+    reach = run.scenario.governor.reference_range
+    r = np.array([near_references(run.ticks.p[row], run.ticks.reference[row], reach)[leaders] for row in rows])
+    cost = np.sum((r.reshape(-1, len(leaders), 2) - m[:, leaders]) ** 2, axis=(1, 2))
     return {
         "optimality_gap_m": statistics(gap),
         "leader_optimality_gap_m": statistics(gap[:, leaders]),

@@ -36,7 +36,8 @@ def true_optima(run: Run, among: np.ndarray) -> np.ndarray | None:
         if true is None:
             return None
         rows = certificate.rows(_in_slots_of_the_first_robot(true))
-        found[row] = solver.solve(Problem(graph, ticks.p[tick], ticks.xi[tick], rows, r)).m
+        reach = scenario.governor.reference_range
+        found[row] = solver.solve(Problem(graph, ticks.p[tick], ticks.xi[tick], rows, r, reference_range=reach)).m
     return found
 
 

@@ -68,8 +68,8 @@ class ClarabelSolver:
         if found != "solved":
             nothing = np.full(problem.rows.d.shape, np.nan)
             return Optimum(np.full(2, np.nan), found, np.nan, nothing, words, built - started, solving)
-        (x, y, _), (r_x, r_y), count = solution.x, problem.reference.tolist(), len(self._places)
-        cost = problem.network.leaders * ((x - r_x) * (x - r_x) + (y - r_y) * (y - r_y))
+        (x, y, _), count = solution.x, len(self._places)
+        cost = problem.cost((x, y))
         multipliers = np.zeros(problem.rows.d.size)
         multipliers[self._places] = solution.z[:count]
         multipliers = multipliers.reshape(problem.rows.d.shape)
@@ -77,7 +77,7 @@ class ClarabelSolver:
 
     def _built(self, problem: Problem) -> clarabel.DefaultSolver:
         """Return the solver with the problem's data in it."""
-        same_rows, (r_x, r_y) = problem.rows is self._rows, problem.reference.tolist()
+        same_rows, (r_x, r_y) = problem.rows is self._rows, problem.mean_reference
         if not same_rows:
             self._rows, self._tightest = problem.rows, tightest_rows(problem.rows)
             self._places = np.ravel_multi_index(self._tightest, problem.rows.d.shape)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from time import perf_counter
-from typing import cast
 
 import cvxpy as cp
 import numpy as np
@@ -46,7 +45,7 @@ class CvxpySolver:
         program = self._programs[key]
         centre = problem.p.mean(axis=0)
         values = {
-            "r": problem.reference,
+            "r": np.array(problem.mean_reference),
             "centre": centre,
             "s": float(np.sqrt(np.sum((problem.p - centre) ** 2) + np.sum(problem.xi**2))),
             "a": rows.a[owner, row],
@@ -62,10 +61,11 @@ class CvxpySolver:
             multipliers[:] = 0.0
             if program.rows is not None:
                 multipliers[owner, row] = program.rows.dual_value
+        m = np.array(program.m.value) if found == "solved" else np.full(2, np.nan)
         return Optimum(
-            m=np.array(program.m.value) if found == "solved" else np.full(2, np.nan),
+            m=m,
             status=found,
-            cost=float(cast(float, program.problem.value)) if found == "solved" else np.nan,
+            cost=problem.cost(m) if found == "solved" else np.nan,
             multipliers=multipliers,
             solver_status=words,
             build_seconds=perf_counter() - started - solving,
@@ -94,6 +94,8 @@ def _solve(program: cp.Problem) -> tuple[str, float]:
 
 def _program(n: int, count: int, leaders: int) -> _Program:
     """Compile min leaders ||r - m||^2 subject to t >= rho(m, p, xi) and a t + C m <= d in `count` rows.
+
+    r is the mean of the leaders' r_i.
 
     All rows share rho, and rho^2 = n ||m - mean p||^2 + s^2 with s^2 = sum ||p_j - mean p||^2 + ||xi||^2, so that one
     cone of dimension 4 serves n robots; so Clarabel reaches these tolerances, with cones of dimension 4n often not.

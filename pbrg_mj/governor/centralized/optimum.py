@@ -16,7 +16,7 @@ class Optimum(NamedTuple):
 
     m: np.ndarray  # (2,) m* [m]; NaN unless solved
     status: OptimumStatus
-    cost: float  # number of leaders times ||r - m*||^2 [m^2]; NaN unless solved
+    cost: float  # sum of the leaders' ||r_i - m*||^2 [m^2]; NaN unless solved
     multipliers: np.ndarray  # (n, R) lambda*, one per row; NaN unless solved
     solver_status: str  # in the solver's own words
     build_seconds: float  # wall clock

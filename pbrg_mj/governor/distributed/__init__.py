@@ -1,6 +1,7 @@
 """The paper's algorithm: rounds of messages between neighbours (eqs. 16-30).
 
 - `estimates`: what the robots remember between rounds, and the flow's parameters
+- `penalty`: how large a cap of the multipliers keeps the penalty exact
 - `equations`: one round in plain NumPy, as the paper writes it; `rounds`: the same compiled
 - `channel`: delay, loss and silence of messages, and what the links hold between rounds
 - `network_equations`: rounds over such a channel in plain NumPy; `network_rounds`: the same compiled

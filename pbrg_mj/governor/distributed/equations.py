@@ -3,7 +3,7 @@
 Every robot sends (z_i, zeta_i) to its neighbours once and then takes one explicit step of the paper's flow. All
 functions but the last are about one robot, and take only what this robot knows or has heard. With z = (m, z_p, z_xi):
 
-    minimize f_i(z) = delta_i ||r - m||^2                                   (19)
+    minimize f_i(z) = delta_i ||r_i - m||^2                                 (19)
     subject to g_i(z) = a rho(z) + C m - d <= 0,                            (20), rows as of (13)
                h_i(z) = (z_pi - p_i, z_xii - xi_i) = 0                      (21)
 
@@ -25,7 +25,7 @@ class LocalProblem(NamedTuple):
     """What robot i alone knows of one tick's problem, with its R_i rows that exist."""
 
     leads: float  # delta_i, 1.0 for a leader and 0.0 otherwise
-    reference: np.ndarray  # (2,) the operator's r; of no weight unless the robot leads [m]
+    reference: np.ndarray  # (2,) r_i; of no weight unless the robot leads [m]
     state: np.ndarray  # (4,) p_i, xi_i [m]
     pinned: np.ndarray  # (4,) int, where z_i holds the estimates of p_i and xi_i
     a: np.ndarray  # (R_i,)
@@ -55,7 +55,7 @@ def local_problem(problem: Problem, i: int) -> LocalProblem:
     active = rows.active[i]
     return LocalProblem(
         leads=problem.network.leader[i],
-        reference=problem.reference,
+        reference=problem.near_references[i],
         state=np.concatenate([problem.p[i], problem.xi[i]]),
         pinned=np.array([2 + 2 * i, 3 + 2 * i, 2 + 2 * n + 2 * i, 3 + 2 * n + 2 * i]),
         a=rows.a[i, active],

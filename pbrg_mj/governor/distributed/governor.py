@@ -56,8 +56,8 @@ class DistributedGovernor:
         """Run one tick's rounds.
 
         A flow that has left all bounds is `diverged` for good; the last m_i within them are held. A robot that counts a
-        neighbour as lost, or hears of one that does, is `holding` its estimates. A multiplier at its cap says that its
-        robot, by all it knows, finds no admissible reference: `infeasible`; the m_i then seek the least violation.
+        neighbour as lost, or hears of one that does, is `holding` its estimates. A multiplier at its cap is `capped`:
+        its robot suspects, and cannot know, that no reference is admissible; the m_i seek the least violation.
         """
         rounds = 0 if memory.diverged else self.rounds
         estimates, links, sent = self.run(problem, memory, rounds)
@@ -94,7 +94,7 @@ class DistributedGovernor:
             return "diverged"
         if links is not None and links.holding.any():
             return "holding"
-        return "infeasible" if capped else "ok"
+        return "capped" if capped else "ok"
 
     def _lost(self, problem: Problem, links: LinkStates | None) -> np.ndarray:
         """Return how many neighbours each robot counts as lost, (n,)."""

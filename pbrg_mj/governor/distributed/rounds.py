@@ -33,7 +33,7 @@ class Private(NamedTuple):
     leader: np.ndarray  # (n,) delta
     p: np.ndarray  # (n, 2) [m]
     xi: np.ndarray  # (n, 2) [m]
-    reference: np.ndarray  # (2,) the operator's, heard by the leaders [m]
+    reference: np.ndarray  # (n, 2) the operator's as each would take it, heard by the leaders [m]
     a: np.ndarray  # (n, R)
     C: np.ndarray  # (n, R, 2)
     d: np.ndarray  # (n, R) [m]
@@ -51,7 +51,7 @@ def run_rounds(problem: Problem, estimates: Estimates, flow: Flow, rounds: int) 
 
 def round_arguments(problem: Problem, estimates: Estimates, flow: Flow) -> tuple[tuple, tuple, tuple, tuple, tuple]:
     """Return the first five arguments of `rounds_in_new_arrays` and `write_rounds`."""
-    states = (problem.p, problem.xi, problem.reference)
+    states = (problem.p, problem.xi, problem.near_references)
     return tuple(estimates), problem.network.arrays, states, tuple(problem.rows), tuple(flow)
 
 
@@ -68,7 +68,7 @@ def write_rounds(estimates, graph, states, rows, flow, rounds, after):
     """Write the estimates after so many rounds.
 
     `estimates` and `after` are z, zeta, lam, nu of `Estimates`, those before are kept, lam of those after is all 0;
-    `graph` first, neighbours, leader of `GraphArrays`; `states` p (n, 2), xi (n, 2), reference (2,); `rows` a, C, d,
+    `graph` first, neighbours, leader of `GraphArrays`; `states` p, xi, reference, each (n, 2); `rows` a, C, d,
     active of `Rows`; `flow` alpha, step, multiplier_cap of `Flow`.
     """
     net, gains, private = GraphArrays(*graph), Flow(*flow), private_data(graph, states, rows)
@@ -171,8 +171,8 @@ def _descend(old, new, private, flow):
             new_lam[i, row] = min(max(multiplier + step * g, 0.0), cap) if switched else 0.0
         weight = pull / rho if rho > 0.0 else 0.0  # 0 is a subgradient of rho at its kink
         pulled = step * alpha * weight
-        new_z[i, 0] -= step * alpha * (2.0 * leader[i] * (z[i, 0] - r[0]) + push_x) + pulled * off_x
-        new_z[i, 1] -= step * alpha * (2.0 * leader[i] * (z[i, 1] - r[1]) + push_y) + pulled * off_y
+        new_z[i, 0] -= step * alpha * (2.0 * leader[i] * (z[i, 0] - r[i, 0]) + push_x) + pulled * off_x
+        new_z[i, 1] -= step * alpha * (2.0 * leader[i] * (z[i, 1] - r[i, 1]) + push_y) + pulled * off_y
         if pulled > 0.0:
             for c in range(2, 2 + 2 * n, 2):
                 new_z[i, c] += pulled * (z[i, 0] - z[i, c])

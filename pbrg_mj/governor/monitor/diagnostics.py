@@ -19,7 +19,7 @@ class Diagnostics(NamedTuple):
     storage_change: float  # V now less V a tick ago, both at the m applied then [m^2]; <= 0 in the ideal plant
     worst_row: float  # largest row of g at the applied m [m]; -inf without rows, > 0: the certificate does not hold
     consensus_spread: float  # largest distance between two robots' m_i [m]
-    stationarity: float  # || sum delta 2 (m - r) + sum lambda grad g || [m]
+    stationarity: float  # || sum delta 2 (m - r_i) + sum lambda grad g || [m]
     complementarity: float  # largest |lambda g| [m^2]
 
 
@@ -51,7 +51,7 @@ def _evaluate_ticks(leader, block_arrays, m, lam, last_m, last_storage, applied,
         rows = _evaluate_rows(mean, math.sqrt(2.0 * storage), lam[t], problem.rows)
         values[t, 0], values[t, 1] = storage, _storage(last_m, problem.p, problem.xi) - last_storage
         values[t, 2], values[t, 3] = rows.worst, _spread(m[t])
-        values[t, 4], values[t, 5] = _stationarity(leader.sum(), mean, storage, problem, rows), rows.complementarity
+        values[t, 4], values[t, 5] = _stationarity(leader, mean, storage, problem, rows), rows.complementarity
         applied[t, 0], applied[t, 1] = mean[0], mean[1]
         last_m, last_storage = mean, storage
 
@@ -92,9 +92,10 @@ def _evaluate_rows(m, rho, lam, rows):
 
 
 @kernel
-def _stationarity(leaders, m, storage, problem, rows):
-    """Return || sum delta 2 (m - r) + sum lambda grad g ||."""
-    p, r, n = problem.p, problem.reference, len(problem.p)
+def _stationarity(leader, m, storage, problem, rows):
+    """Return || sum delta 2 (m - r_i) + sum lambda grad g ||."""
+    p, n, leaders = problem.p, len(problem.p), leader.sum()
+    r = _mean_of_leaders(leader, problem.reference)
     rho = math.sqrt(2.0 * storage)
     weight = rows.pull / rho if rho > 0.0 else 0.0
     sum_x = sum_y = 0.0

@@ -36,7 +36,7 @@ class OptimumArrays(NamedTuple):
     a: np.ndarray  # (n, R)
     C: np.ndarray  # (n, R, 2)
     leader: np.ndarray  # (n,) delta
-    reference: np.ndarray  # (2,) [m]
+    reference: np.ndarray  # (n, 2) r_i [m]
     laplacian_pinv: np.ndarray  # (n, n)
     alpha: float
 
@@ -44,7 +44,7 @@ class OptimumArrays(NamedTuple):
 def equilibrium_arguments(problem: Problem, optimum: Optimum, alpha: float) -> tuple:
     """Return `OptimumArrays` as a plain tuple."""
     network, rows = problem.network, problem.rows
-    states, aims = (optimum.m, problem.p, problem.xi), (network.leader, problem.reference)
+    states, aims = (optimum.m, problem.p, problem.xi), (network.leader, problem.near_references)
     return (*states, optimum.multipliers, rows.a, rows.C, *aims, network.laplacian_pinv, alpha)
 
 
@@ -59,7 +59,7 @@ def equilibrium_arrays(optimum_arrays, zeta_mean):
     pushed, m, r, leader = optimum.alpha * force, optimum.m, optimum.reference, optimum.leader
     for i in range(len(leader)):
         for axis in range(2):
-            pushed[i, axis] = optimum.alpha * (force[i, axis] + 2.0 * leader[i] * (m[axis] - r[axis]))
+            pushed[i, axis] = optimum.alpha * (force[i, axis] + 2.0 * leader[i] * (m[axis] - r[i, axis]))
     zeta = optimum.laplacian_pinv @ pushed
     for i in range(zeta.shape[0]):
         for c in range(zeta.shape[1]):

@@ -19,7 +19,7 @@ class TickBlock:
     """The problems of T ticks. Rows, which change seldom, stand once for all ticks in a row that share them."""
 
     problems: Sequence[Problem]
-    state: tuple[np.ndarray, np.ndarray, np.ndarray]  # p, xi (T, n, 2) and the operator's r (T, 2) [m]
+    state: tuple[np.ndarray, np.ndarray, np.ndarray]  # p, xi (T, n, 2) and r_i (T, n, 2) [m]
     rows: Rows  # of U `Rows`, each array with U as its first axis
     rows_at: np.ndarray  # (T,) int64, which of them
 
@@ -37,7 +37,7 @@ class TickBlock:
             state=(
                 stack_ticks([problem.p for problem in problems]),
                 stack_ticks([problem.xi for problem in problems]),
-                stack_ticks([problem.reference for problem in problems]),
+                stack_ticks([problem.near_references for problem in problems]),
             ),
             rows=Rows(*map(stack_ticks, zip(*distinct, strict=True))),
             rows_at=rows_at,
@@ -59,7 +59,7 @@ class BlockArrays(NamedTuple):
 
     p: np.ndarray  # (T, n, 2) [m]
     xi: np.ndarray  # (T, n, 2) [m]
-    reference: np.ndarray  # (T, 2) [m]
+    reference: np.ndarray  # (T, n, 2) r_i [m]
     a: np.ndarray  # (U, n, R)
     C: np.ndarray  # (U, n, R, 2)
     d: np.ndarray  # (U, n, R) [m]
@@ -72,7 +72,7 @@ class TickArrays(NamedTuple):
 
     p: np.ndarray  # (n, 2) [m]
     xi: np.ndarray  # (n, 2) [m]
-    reference: np.ndarray  # (2,) [m]
+    reference: np.ndarray  # (n, 2) r_i [m]
     rows: Rows
 
 

@@ -2,5 +2,6 @@
 
 - `rows`: rows a rho + C m - d <= 0 and their values
 - `ball`: the paper's certificate, eqs. 3-8 and 13; another certificate is another file beside it
+- `near_reference`: how far away the operator's reference may pull
 - `interface`: `Problem`, `Solution`, and the protocols `Certificate` and `Governor`
 """

@@ -2,23 +2,38 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Literal, Protocol, runtime_checkable
 
 import numpy as np
 
+from pbrg_mj.governor.problem.near_reference import near_references
 from pbrg_mj.governor.problem.rows import Rows, row_values
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.team.network import Network
 
-Status = Literal["ok", "holding", "infeasible", "diverged", "failed"]
+Status = Literal["ok", "capped", "inadmissible", "holding", "infeasible", "diverged", "failed"]
+"""What a governor says of its answer.
+
+ok            nothing to report; no promise that the certificate holds: `worst_row` in the log says whether it does
+capped        a multiplier is at its cap: some robot suspects that nothing is admissible
+inadmissible  the guard: by some robot's own rows, at the states it has heard, what is applied breaks a row
+holding       a neighbour is lost: estimates and references are held
+infeasible    a solver that knows everything proved that nothing is admissible
+diverged      estimates have left all bounds; the last references within them are held
+failed        a solver gave up
+"""
 
 
 @dataclass(frozen=True)
 class Problem:
-    """min sum_i delta_i ||r - m||^2 subject to a rho(m, p, xi) + C m - d <= 0 for all rows (eqs. 10-13).
+    """min sum_i delta_i ||r_i - m||^2 subject to a rho(m, p, xi) + C m - d <= 0 for all rows (eqs. 10-13).
 
-    Row i of each array is private to robot i. A distributed governor may hand it to robot i's update alone.
+    r_i is the operator's r as leader i takes it, at most `reference_range` from its p_i. Row i of each array is private
+    to robot i. A distributed governor may hand it to robot i's update alone.
     """
 
     network: Network
@@ -27,6 +42,24 @@ class Problem:
     rows: Rows  # (n, R) rows of g_i
     reference: np.ndarray  # (2,) the operator's r, heard by the leaders only [m]
     heading: np.ndarray | None = None  # (n,) of the bodies as estimated [rad]; None: not kept
+    reference_range: float = math.inf  # [m]
+
+    @cached_property
+    def near_references(self) -> np.ndarray:
+        """r_i (n, 2) [m], of meaning for leaders only."""
+        return near_references(self.p, self.reference, self.reference_range)
+
+    @cached_property
+    def mean_reference(self) -> tuple[float, float]:
+        """Mean of the leaders' r_i [m]: sum_i delta_i ||r_i - m||^2 has its least value there."""
+        x, y = (self.network.leader @ self.near_references / self.network.leaders).tolist()
+        return x, y
+
+    def cost(self, m: Sequence[float] | np.ndarray) -> float:
+        """Return sum_i delta_i ||r_i - m||^2 [m^2]."""
+        x, y = self.mean_reference
+        apart = self.network.leader @ np.sum((self.near_references - self.mean_reference) ** 2, axis=1)
+        return self.network.leaders * ((m[0] - x) * (m[0] - x) + (m[1] - y) * (m[1] - y)) + float(apart)
 
     def row_values(self, m: np.ndarray) -> np.ndarray:
         """Return g (n, R) at one m (2,), with p and xi as they are; m is admissible where all are <= 0.

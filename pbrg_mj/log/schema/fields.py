@@ -61,7 +61,7 @@ TICK: tuple[Field, ...] = (
     Field("reference", "problem.reference", ("2",), "m", "the operator's reference r"),
     Field("m", "solution.m", ("n", "2"), "m", "governed reference as each robot knows it"),
     Field("multipliers", "solution.multipliers", ("n", "R"), "m", "lambda, one per constraint row"),
-    Field("status", "solution.status", (), "-", "governor: ok, holding, infeasible, diverged, failed", "text"),
+    Field("status", "solution.status", (), "-", "ok, or what the governor reports: docs/failure-modes.md", "text"),
     Field("rounds", "solution.rounds", (), "-", "communication rounds used", "int"),
     Field("bytes_sent", "solution.bytes_sent", ("n",), "bytes", "sent by each robot to its neighbours", "int"),
     Field("lost", "solution.lost", ("n",), "-", "neighbours each robot counts as lost", "int"),

@@ -20,10 +20,11 @@ class Control(Section):
         description="dxi/dt = -L p - leak L xi: bounds xi behind stuck wheels; 0, the paper's: no bound [-]",
     )
     speed_limit: Positive | None = Field(
-        default=None, description="of every robot's u, governed as an input constraint (eqs. 5-7) [m/s]; null: none"
+        default=None, description="of every robot's ||u||, governed as an input constraint (eqs. 5-7) [m/s]; null: none"
     )
     speed_facets: Annotated[int, Field(ge=3, le=64)] = Field(
-        default=8, description="sides of the regular polygon inside the disc of `speed_limit`"
+        default=8,
+        description="sides of the polygon inside the disc of `speed_limit`, where rows tell directions apart",
     )
 
 
@@ -61,10 +62,15 @@ class Governor(Section):
     initial: Literal["zero", "start"] = Field(
         default="zero", description="first estimates: zero, or m_i = p_i(0), z_p = p(0), z_xi = 0"
     )
-    multiplier_cap: Positive | None = Field(
-        default=5.0,
+    multiplier_cap: Literal["auto"] | Positive | None = Field(
+        default="auto",
         description="largest multiplier of a row [m]: where no reference is admissible, the least violation is sought "
-        "instead of running away; null: none, as in the paper",
+        "instead of running away; auto: from robots, leaders and `reference_range`, so that the penalty is exact; "
+        "null: none, as in the paper",
+    )
+    reference_range: Positive = Field(
+        default=5.0,
+        description="a leader takes a reference farther from its p than this as the point so far on the way there [m]",
     )
     guard: bool = Field(
         default=False,

@@ -63,10 +63,10 @@ def project(tmp_path):
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
     environment["PYTHONPATH"] = os.pathsep.join([str(Path(pbrg_mj.__file__).parents[1]), str(tmp_path)])
 
-    def run(callee: str) -> str:
+    def run(callee: str, **settings: str) -> str:
         (tmp_path / "callee.py").write_text(callee)
-        command = [sys.executable, "caller.py"]
-        done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
+        command, env = [sys.executable, "caller.py"], environment | settings
+        done = subprocess.run(command, cwd=tmp_path, env=env, capture_output=True, text=True, check=True)
         return done.stdout.strip()
 
     return run
@@ -92,6 +92,15 @@ def test_an_edit_of_a_callee_in_another_file_recompiles_the_caller(project, old,
 def test_an_edit_of_something_else_recompiles_nothing(project, old, new):
     assert project(CALLEE) == "22.0 ['__main__.doubled']"
     assert project(CALLEE.replace(old, new)) == "22.0 []"
+
+
+@compiled
+@pytest.mark.parametrize("setting", ["NUMBA_BOUNDSCHECK", "NUMBA_OPT"])
+def test_code_compiled_with_other_settings_is_other_code(project, setting):
+    assert project(CALLEE) == "22.0 ['__main__.doubled']"
+    assert project(CALLEE, **{setting: "1"}) == "22.0 ['__main__.doubled']"
+    assert project(CALLEE, **{setting: "1"}) == "22.0 []"
+    assert project(CALLEE) == "22.0 []"
 
 
 def kernels():

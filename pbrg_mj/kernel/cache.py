@@ -18,6 +18,9 @@ from numba.core.dispatcher import Dispatcher
 
 from pbrg_mj.kernel.fingerprint import fingerprint
 
+# Numba's settings that change the code it makes; its own cache knows of none of them.
+SETTINGS = ("BOUNDSCHECK", "OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "DEBUGINFO_DEFAULT")
+
 
 def cache_folder() -> Path:
     """Return where kernels are kept: $NUMBA_CACHE_DIR, or pbrg-mj in $XDG_CACHE_HOME or ~/.cache. May be deleted."""
@@ -37,7 +40,8 @@ def enable_cache(dispatcher: Dispatcher) -> None:
 @cache
 def _compiler_state() -> str:
     """Return what compiled code depends on besides the kernels: numba, and how this package has it compile."""
-    state = hashlib.sha256(f"{numba.__version__} {llvmlite.__version__}".encode())
+    settings = [f"{name}={getattr(numba.config, name, None)}" for name in SETTINGS]
+    state = hashlib.sha256(f"{numba.__version__} {llvmlite.__version__} {settings}".encode())
     for path in sorted(Path(__file__).parent.glob("*.py")):
         state.update(path.read_bytes())
     return state.hexdigest()

@@ -1,0 +1,47 @@
+"""Run scenarios into a folder: python -m scripts.memory.runs FOLDER [--poisoned].
+
+Between them they call every kernel: physics and the ideal plant, walls, corners, robots and things that move before
+beams at both heights, delay, loss and waves, all governors, worlds side by side.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import pbrg_mj as pbrg
+from scripts.memory.poison import poison_arrays
+
+RUNS = {  # name of the log: scenario, overrides
+    "near": ("paper/experiment_near", {"timing.duration": 2.0}),
+    "inadmissible": ("paper/experiment_inadmissible", {"timing.duration": 2.0}),
+    "corner": ("obstacles/corner", {"timing.duration": 2.0}),
+    "moving_box": ("obstacles/moving_box", {"timing.duration": 1.0}),
+    "low_beams": ("sensing/low_beams", {"timing.duration": 1.0}),
+    "robotarium": ("sensing/robotarium_sensor", {"timing.duration": 1.0}),
+    "guarded": ("sensing/late_detection_guarded", {"timing.duration": 1.0}),
+    "carried_away": ("disturbances/carried_away", {"timing.duration": 1.0}),
+    "lossy": ("network/lossy", {"timing.duration": 1.0}),
+    "waves": ("network/delayed_scattering", {"timing.duration": 1.0}),
+    "speed_limited": ("team/speed_limited", {"timing.duration": 1.0}),
+    "centralized": ("paper/simulation_near", {"timing.duration": 0.5, "governor.kind": "centralized"}),
+}
+BATCH = ("paper/experiment_near", {"timing.duration": 1.0, "sensors.beams.robots": "all"}, range(1, 4))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--poisoned", action="store_true", help="fill NumPy's memory with nonsense")
+    asked = parser.parse_args()
+    if asked.poisoned:
+        poison_arrays()
+    for name, (scenario, overrides) in RUNS.items():
+        loaded = pbrg.load(scenario, overrides | {"log.timings": False})
+        pbrg.run(loaded, log=asked.folder / f"{name}.mcap")
+    scenario, overrides, seeds = BATCH
+    pbrg.batch(pbrg.load(scenario, overrides), seeds, path=asked.folder / "batch.npz")
+
+
+if __name__ == "__main__":
+    main()

@@ -32,7 +32,7 @@ def warm_up() -> None:
     for name in SCENARIOS:
         main(["run", name, "--duration", "0.3", "--quiet", "-o", LOG])
         main(["replay", "--verify", LOG])
-    Path(LOG).unlink()
+        Path(LOG).unlink()
 
 
 def attack(seed: int, codes: Counter[str]) -> Iterator[Failure]:

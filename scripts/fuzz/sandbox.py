@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import faulthandler
 import os
 import resource
 import select
@@ -59,6 +60,7 @@ def _be_the_child(command: Callable[[], int | None], out: BinaryIO, err: BinaryI
         os.setsid()
         os.dup2(out.fileno(), 1)
         os.dup2(err.fileno(), 2)
+        faulthandler.enable(2)
         sys.stdout, sys.stderr = (open(number, "w", encoding="utf-8", closefd=False) for number in (1, 2))  # noqa: SIM115
         limit(resource.RLIMIT_CPU, CPU)
         limit(resource.RLIMIT_FSIZE, LARGEST_FILE)

@@ -28,6 +28,7 @@ def warm_up() -> None:
     typer.main.get_command = cache(typer.main.get_command)  # made anew for each command line, it takes a third of it
     for name in WARM:
         main(["run", name, "--duration", "0.3", "--quiet", "-o", LOG])
+        Path(LOG).unlink()
 
 
 def attack(seed: int, codes: Counter[str]) -> Iterator[Failure]:

@@ -1,0 +1,118 @@
+"""A sample of the attacks of docs/reliability.md, and what the attacks themselves must be."""
+
+from __future__ import annotations
+
+import signal
+import time
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from pbrg_mj.errors import InputError
+from pbrg_mj.log.read.run import open_run
+from pbrg_mj.scenario.load import parse_scenario
+from scripts.fuzz import kills, logs, scenarios
+from scripts.fuzz.forgeries import forgery
+from scripts.fuzz.mcap import take_apart
+from scripts.fuzz.mutants import mutant
+from scripts.fuzz.sandbox import CPU, MEMORY, Ending, run_apart
+from scripts.fuzz.verdict import fault
+
+DATA = sorted((Path(__file__).parent / "data").glob("*.mcap"))
+SAMPLES = {scenarios: 40, logs: 12, kills: 3}  # other cases than those that were looked at while this was written
+FIRST = 10**6
+
+
+@pytest.mark.parametrize("attack", SAMPLES, ids=lambda one: one.__name__.rsplit(".", 1)[-1])
+def test_a_sample_of_attacks(attack, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    attack.warm_up()
+    codes: Counter[str] = Counter()
+    for seed in range(FIRST, FIRST + SAMPLES[attack]):
+        assert list(attack.attack(seed, codes)) == []
+    assert len(codes) >= 2
+
+
+def test_mutants_are_their_seeds_and_some_are_valid() -> None:
+    mutants = [mutant(seed) for seed in range(60)]
+    assert mutants == [mutant(seed) for seed in range(60)]
+    assert len({one.content for one in mutants if not one.overrides}) > 40
+    valid = 0
+    for one in mutants:
+        try:
+            parse_scenario(one.content.decode("utf-8", "replace"))
+            valid += not one.overrides
+        except InputError:
+            pass
+    assert 5 < valid < 40
+
+
+@pytest.mark.parametrize("path", DATA, ids=lambda path: path.stem)
+def test_a_log_taken_apart_and_put_together_is_whole(path: Path, tmp_path: Path) -> None:
+    again = tmp_path / "again.mcap"
+    again.write_bytes(take_apart(path.read_bytes()).bytes())
+    assert open_run(again).damage is None
+    assert len(open_run(again).ticks.time) == len(open_run(path).ticks.time)
+
+
+def test_forgeries_are_their_seeds_and_most_have_the_right_checksums(tmp_path: Path) -> None:
+    originals = [path.read_bytes() for path in DATA]
+    forged = [forgery(seed, originals) for seed in range(40)]
+    assert forged == [forgery(seed, originals) for seed in range(40)]
+    said = []
+    for content in forged:
+        (tmp_path / "forged.mcap").write_bytes(content)
+        try:
+            said.append(open_run(tmp_path / "forged.mcap").damage or "")
+        except InputError as error:
+            said.append(str(error))
+    assert sum("checksum" in text for text in said) < 10
+
+
+def used(**changes) -> Ending:
+    return Ending(
+        **({"code": 0, "signal": None, "cpu_s": 1.0, "memory_bytes": 2**28, "stdout": "", "stderr": ""} | changes)
+    )
+
+
+@pytest.mark.parametrize(
+    ("ending", "kind"),
+    [
+        (used(), None),
+        (used(code=2, stderr="error: no\n"), None),
+        (used(code=0, stderr="warning: a\nwarning: b\n"), None),
+        (used(code=2, stderr="error: no\nerror: no\n"), "lines that begin with error"),
+        (used(code=2), "lines that begin with error"),
+        (used(code=0, stderr="RuntimeWarning: overflow\n"), "stray line on stderr"),
+        (used(code=3, stderr="error: a defect\n"), "exit 3"),
+        (used(code=None, signal=signal.SIGSEGV), "signal 11"),
+        (used(code=None, signal=signal.SIGXCPU), "time"),
+        (used(cpu_s=CPU + 1), "time"),
+        (used(memory_bytes=MEMORY + 1), "memory"),
+    ],
+)
+def test_what_an_ending_is_called(ending: Ending, kind: str | None) -> None:
+    found = fault(ending)
+    assert (found and found[0]) == kind
+
+
+def test_what_is_left_behind_by_wrong_input_is_a_fault() -> None:
+    wrong = used(code=2, stderr="error: no\n")
+    assert fault(wrong, ["out.mcap"]) == ("left behind", "out.mcap")
+    assert fault(used(stdout="{"), json_wanted=True) == ("no JSON", "{")
+
+
+def test_a_command_apart_has_its_own_end() -> None:
+    def crash() -> None:
+        signal.raise_signal(signal.SIGSEGV)
+
+    def hog() -> int:
+        return len(bytearray(2 * MEMORY))
+
+    began = time.process_time()
+    assert run_apart(lambda: 2).code == 2
+    assert run_apart(crash).signal == signal.SIGSEGV
+    assert "MemoryError" in run_apart(hog).stderr
+    assert "ZeroDivisionError" in run_apart(lambda: 1 // 0).stderr
+    assert time.process_time() - began < CPU

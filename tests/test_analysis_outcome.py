@@ -25,9 +25,9 @@ def test_a_team_at_its_target_has_converged():
     assert outcome(run()).word == "converged"
 
 
-def test_the_tolerance_is_the_border_between_converged_and_stalled():
+def test_the_tolerance_is_the_border_between_converged_and_stuck():
     assert outcome(run(ticks=hands(scenario(), still(-0.0499)))).word == "converged"
-    assert outcome(run(ticks=hands(scenario(), still(-0.0501)))).word == "stalled"
+    assert outcome(run(ticks=hands(scenario(), still(-0.0501)))).word == "stuck"
 
 
 def test_converged_means_over_the_whole_window():
@@ -37,15 +37,20 @@ def test_converged_means_over_the_whole_window():
     assert outcome(run(ticks=hands(scenario(), np.roll(offset, -1, axis=0)))).word == "converged"
 
 
-def test_rest_speed_is_the_border_between_stalled_and_moving():
-    assert outcome(run(ticks=hands(scenario(), moving(0.00049)))).word == "stalled"
-    assert outcome(run(ticks=hands(scenario(), moving(0.00051)))).word == "moving"
+def test_rest_speed_is_the_border_between_stuck_and_closing_in():
+    assert outcome(run(ticks=hands(scenario(), moving(0.00049)))).word == "stuck"
+    found = outcome(run(ticks=hands(scenario(), moving(0.0021))))  # from 1 m off, on its way to the target
+    assert found.word == "closing in"
+    assert found.trend is not None
+    assert found.trend.rate == pytest.approx(0.0021)
+    assert found.trend.arrival == pytest.approx(10.0 + (1.0 - 0.021 - 0.05) / 0.0021)
+    assert found.reason == "at 2.1 mm/s, there at 452.4 s at this speed"
 
 
-def test_one_robot_still_moving_is_not_at_rest():
+def test_one_robot_still_moving_is_not_stuck():
     q = resting(scenario()).hand_true - (0.3, 0.0)
     q[:, 1] += moving(0.1)
-    assert outcome(run(ticks={"hand_true": q})).word == "moving"
+    assert outcome(run(ticks={"hand_true": q})).word == "closing in"
 
 
 def test_speed_is_net_not_along_the_path():
@@ -103,29 +108,43 @@ def test_violated_beats_diverged():
     assert outcome(run(walled(), ticks={"wall_contact": contact, "m": m})).word == "violated"
 
 
-def test_a_run_shorter_than_the_window_is_moving():
+def test_a_run_shorter_than_the_window_is_unfinished():
     plan = scenario(outcome={"rest_time": 10.5})
-    assert outcome(run(plan)).word == "moving"
+    found = outcome(run(plan))
+    assert (found.word, found.reason) == ("unfinished", "shorter than 10.5 s")
     assert outcome(run(scenario(outcome={"rest_time": 10.0}))).word == "converged"
 
 
-def test_without_an_admissible_formation_a_team_at_rest_has_stalled():
+def test_without_an_admissible_formation_a_team_at_rest_is_stuck():
     given = (
         {"robot": 1, "normal": (0.0, 1.0), "offset": 0.0},
         {"robot": 1, "normal": (0.0, -1.0), "offset": 0.5},  # y >= -0.5: too narrow for b_2 = (0, -1)
     )
     plan = scenario(estimator={"source": "given", "given": given})
     found = outcome(run(plan, ticks={"hand_true": np.zeros((STEPS, 2, 2))}))
-    assert (found.word, found.reason) == ("stalled", "no admissible formation")
+    assert (found.word, found.reason) == ("stuck", "1.4 m short; no admissible formation")
 
 
-def test_a_moving_team_without_target_says_why():
+def test_a_moving_team_without_target_is_measured_from_r_and_says_why():
     box = {"center": (1.0, 0.0), "size": (0.5, 0.5)}
     plan = scenario(plant="physics", world={"boxes": (box,)}, estimator={"scope": "own"})
-    found = outcome(run(plan, ticks={"hand_true": np.zeros((STEPS, 2, 2)) + moving(0.1)[:, None]}))
-    assert found.word == "moving"
+    away = (3.0, 0.0) + np.zeros((STEPS, 2, 2)) + moving(0.1)[:, None] + np.array(plan.team.formation)
+    found = outcome(run(plan, ticks={"hand_true": away}))
+    assert found.word == "receding"
     assert found.reason is not None
-    assert found.reason.startswith("the formation at r meets an obstacle")
+    assert found.reason.startswith("at 1e+02 mm/s, 2 m short; the formation at r meets an obstacle")
+
+
+def test_the_trend_begins_with_the_last_reference():
+    r = np.tile([1.0, 0.0], (STEPS, 1))
+    r[:8] = (1.0, 5.0)  # until then the team stood still
+    q = resting(scenario()).hand_true.copy()
+    q[8:, :, 0] -= 0.9 - 0.05 * np.arange(STEPS - 8)[:, None]
+    q[:8, :, 0] -= 0.9
+    assert outcome(run(ticks={"hand_true": q, "reference": r})).word == "closing in"
+    r[:12] = (1.0, 5.0)
+    found = outcome(run(ticks={"hand_true": q, "reference": r}))
+    assert (found.word, found.reason) == ("unfinished", "the reference changed 4 s before the end")
 
 
 def test_boxes_are_walls_to_the_margin():

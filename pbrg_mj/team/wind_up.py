@@ -24,6 +24,11 @@ from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.network import Network
 
 
+def slowest_rate(network: Network) -> float:
+    """Return lambda_2(L) [1/s], the inverse of the consensus' slowest time constant; 0 for a robot alone."""
+    return float(np.linalg.eigvalsh(network.laplacian)[:2][-1])
+
+
 @dataclass(frozen=True)
 class WindUpDetector:
     """Parameters of the test for wind-up."""
@@ -35,9 +40,8 @@ class WindUpDetector:
     @classmethod
     def of(cls, scenario: Scenario, network: Network) -> WindUpDetector:
         """Return the detector for a scenario's team."""
-        slowest = float(np.linalg.eigvalsh(network.laplacian)[:2][-1])  # lambda_2 [1/s]; 0 for a robot alone
         tick = scenario.timing.tick
-        return cls(math.exp(-tick * slowest), tick, scenario.outcome.tolerance)
+        return cls(math.exp(-tick * slowest_rate(network)), tick, scenario.outcome.tolerance)
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,9 @@ obstacles         walls and boxes as rectangles with faces
 best_formation    the point where the team should come to rest
 contacts          which contacts there were, and which of them violate the run
 margins           certificate rows and distances to true and sensed lines
+trend             where a team is going, by its distance over the last seconds
 outcome           how the run ended, in one word
+binding           what binds at the end, in words
 sensing_gap       what sensing costs: the optimum on sensed against true half-spaces
 run_metrics       all metrics of a run
 table             metrics of several runs as text

@@ -1,4 +1,4 @@
-"""How a run ended, in one word."""
+"""How a run ended, in one word. docs/outcomes.md states the rules with their time scales."""
 
 from __future__ import annotations
 
@@ -13,27 +13,42 @@ from numpy.typing import ArrayLike
 from pbrg_mj.analysis.metrics.best_formation import BestFormation, best_formation
 from pbrg_mj.analysis.metrics.contacts import FIELDS, Kind, contact_flags, is_violation, words
 from pbrg_mj.analysis.metrics.margins import obstructed, static_margin
+from pbrg_mj.analysis.metrics.trend import Direction, Trend, trend
 from pbrg_mj.log.read.run import Run
 
 Violation = Kind | Literal["half-space"]
-Word = Literal["converged", "moving", "stalled", "violated", "diverged"]
+Word = Literal[
+    "violated", "diverged", "converged", "closing in", "receding", "circling", "stuck", "stalled", "unfinished"
+]
+WORDS: dict[Direction, Word] = {
+    "closing in": "closing in",
+    "receding": "receding",
+    "circling": "circling",
+    "standing": "stuck",
+    "wandering": "stalled",
+}
 ROUNDING = 1e-6  # [m] a margin above -ROUNDING is on the line, not past it
+HUNTING = 1e-3  # [m] a standing team that strays farther than this from its mean place hunts
 CLOCK = 1e-9  # [s] rounding of tick times
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """The word, and what led to it where it needs saying; robot, time and kind of the first violation."""
+    """The word, and what led to it where it needs saying; robot, time and kind of the first violation.
+
+    `trend` is that of the last seconds; None for a run that was violated, diverged or is too short.
+    """
 
     word: Word
     reason: str | None = None
     robot: int | None = None  # counted from 1
     time: float | None = None  # [s]
     kind: Violation | None = None  # with what
+    trend: Trend | None = None
 
 
 def outcome(run: Run) -> Outcome:
-    """Return the outcome by ground truth: violated before diverged, before converged, stalled and moving."""
+    """Return the outcome by ground truth: violated before diverged, before converged, before what the trend says."""
     return _violated(run) or _diverged(run) or _ended(run)
 
 
@@ -88,16 +103,52 @@ def _diverged(run: Run) -> Outcome | None:
 
 
 def _ended(run: Run) -> Outcome:
-    rules, time = run.scenario.outcome, run.ticks.time
-    first = np.searchsorted(time, time[-1] - rules.rest_time + CLOCK, side="right") - 1
-    if first < 0:
-        return Outcome("moving", "shorter than rest_time")
-    window = slice(first, None)
-    best = final_target(run)
-    if best.point is not None and np.all(formation_error(run, best.point)[window] <= rules.tolerance):
+    rules, time, best = run.scenario.outcome, run.ticks.time, final_target(run)
+    recent = _last(time, rules.rest_time)
+    if recent is None:
+        return Outcome("unfinished", f"shorter than {rules.rest_time:g} s")
+    if best.point is not None and np.all(formation_error(run, best.point)[recent] <= rules.tolerance):
         return Outcome("converged")
-    at_rest = np.all(net_speed(run.ticks.hand_true[window], time[window]) < rules.rest_speed)
-    return Outcome("stalled" if at_rest else "moving", best.reason)
+    changed = last_change(run)
+    window = _last(time[changed:], min(rules.trend_time, float(time[-1] - time[changed])))
+    if time[-1] - time[changed] < rules.rest_time - CLOCK or window is None:
+        return Outcome("unfinished", f"the reference changed {time[-1] - time[changed]:.3g} s before the end")
+    target = run.ticks.reference[-1] if best.point is None else best.point
+    seen = slice(changed + window.start, None)
+    distance = formation_error(run, target)[seen]
+    found = trend(time[seen], run.ticks.hand_true[seen], distance, rules.rest_speed, rules.tolerance)
+    at_rest = np.all(net_speed(run.ticks.hand_true[recent], time[recent]) < rules.rest_speed)
+    word = "stuck" if at_rest else WORDS[found.direction]
+    reason = "; ".join(filter(None, (_words(word, found, float(distance[-1])), best.reason)))
+    return Outcome(word, reason, trend=found)
+
+
+def _last(time: np.ndarray, seconds: float) -> slice | None:
+    """Return the ticks of the last `seconds`, both ends included; None when there are not so many."""
+    first = int(np.searchsorted(time, time[-1] - seconds + CLOCK, side="right")) - 1
+    return slice(first, None) if first >= 0 and len(time) - first >= 3 else None
+
+
+def last_change(run: Run) -> int:
+    """Return the row of the tick at which r took its last value."""
+    changes = np.flatnonzero(np.any(np.diff(run.ticks.reference, axis=0) != 0, axis=1)) + 1
+    return int(changes[-1]) if len(changes) else 0
+
+
+def _words(word: Word, found: Trend, distance: float) -> str:
+    """Return the numbers that belong to a word."""
+    if word in ("stuck", "stalled"):
+        hunting = f", hunting within {1e3 * found.extent:.2g} mm" if found.extent > HUNTING else ""
+        return f"{distance:.2g} m short{hunting if word == 'stuck' else ''}"
+    if word == "circling":
+        return f"{distance:.2g} m short, within {found.extent:.2g} m"
+    speed = f"at {1e3 * abs(found.rate):.2g} mm/s"
+    if word == "receding":
+        return f"{speed}, {distance:.2g} m short"
+    if np.isinf(found.arrival):
+        return f"{speed}, levelling off {found.limit:.2g} m short"
+    steady = " at this speed" if np.isnan(found.limit) else ""
+    return f"{speed}, there at {found.arrival:.4g} s{steady}"
 
 
 def net_speed(hand: np.ndarray, time: np.ndarray) -> np.ndarray:

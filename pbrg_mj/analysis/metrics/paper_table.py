@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator, Sequence
 
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics
-from pbrg_mj.analysis.metrics.table import LAYOUT, cell, look_up
+from pbrg_mj.analysis.metrics.table import LAYOUT, WRAPPED, cell, look_up, text
 
 RUNS = ("simulation_near", "simulation_inadmissible", "experiment_near", "experiment_inadmissible")
 """The bundled scenarios under `paper/`, in the order of the paper's figures 4, 5, 7 and 8."""
@@ -18,7 +18,10 @@ def markdown(runs: Sequence[RunMetrics]) -> str:
     """Return the runs' numbers as a Markdown table, a column each: the rows of `pbrg compare` but wall-clock times."""
     data = [run.as_dict() for run in runs]
     lines = [_row("", [f"`{one['scenario']}`" for one in data]), _row("---", ["---"] * len(data))]
-    lines += [_row(label, [_escaped(cell(look_up(one, key))) for one in data]) for label, key in _rows()]
+    lines += [
+        _row(label, [_escaped((text if key in WRAPPED else cell)(look_up(one, key))) for one in data])
+        for label, key in _rows()
+    ]
     return "\n".join(lines) + "\n"
 
 

@@ -9,16 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pbrg_mj.analysis.metrics.binding import bindings
 from pbrg_mj.analysis.metrics.contacts import FIELDS, count_contacts
 from pbrg_mj.analysis.metrics.margins import sensed_margin, true_margin, worst_row
-from pbrg_mj.analysis.metrics.outcome import ROUNDING, final_target, formation_error, outcome
+from pbrg_mj.analysis.metrics.outcome import ROUNDING, final_target, formation_error, last_change, outcome
 from pbrg_mj.analysis.metrics.sensing_gap import true_optima
 from pbrg_mj.errors import InputError
 from pbrg_mj.governor.problem.near_reference import near_references
 from pbrg_mj.log.read.run import Run
 from pbrg_mj.scenario.checks.world import BODY_RADIUS
 
-AT_REST = {"converged", "stalled"}
+AT_REST = {"converged", "stuck"}
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,10 @@ class RunMetrics:
     target_y_m: float
     terminal_gap_m: float
     settling_time_s: float
+    closing_rate_m_s: float
+    arrival_time_s: float
+    extrapolated_gap_m: float
+    binding: tuple[str, ...]
     true_margin_min_m: float
     rest_margin_m: float
     moving_margin_min_m: float
@@ -137,9 +142,7 @@ def settling_time(run: Run, point: ArrayLike) -> float:
     settled = late[-1] + 1 if len(late) else 0
     if settled >= len(run.ticks.time):
         return math.nan
-    changes = np.flatnonzero(np.any(np.diff(run.ticks.reference, axis=0) != 0, axis=1)) + 1
-    changed = run.ticks.time[changes[-1]] if len(changes) else run.ticks.time[0]
-    return max(0.0, float(run.ticks.time[settled] - changed))
+    return max(0.0, float(run.ticks.time[settled] - run.ticks.time[last_change(run)]))
 
 
 def _identity(run: Run) -> dict[str, Any]:
@@ -173,6 +176,10 @@ def _end(run: Run) -> dict[str, Any]:
         "target_y_m": y,
         "terminal_gap_m": float(np.linalg.norm(centre - (x, y))),
         "settling_time_s": settling_time(run, (x, y)) if end.word == "converged" else math.nan,
+        "closing_rate_m_s": end.trend.rate if end.trend else math.nan,
+        "arrival_time_s": end.trend.arrival if end.trend else math.nan,
+        "extrapolated_gap_m": end.trend.limit if end.trend else math.nan,
+        "binding": tuple(one.text for one in bindings(run)),
     }
 
 

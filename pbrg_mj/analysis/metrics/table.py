@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import chain, repeat, zip_longest
+from textwrap import wrap
 from typing import Any
 
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics
@@ -10,6 +12,7 @@ from pbrg_mj.analysis.text import plain
 
 LABEL_WIDTH = 38
 COLUMN_WIDTH = 29  # two runs fit 100 columns
+WRAPPED = {"reason", "binding"}  # keys of sentences: on as many lines as they need
 # group -> rows of (label with unit, key in the JSON)
 LAYOUT: dict[str, tuple[tuple[str, str], ...]] = {
     "run": (
@@ -33,6 +36,10 @@ LAYOUT: dict[str, tuple[tuple[str, str], ...]] = {
         ("best formation y [m]", "target_y_m"),
         ("terminal gap [m]", "terminal_gap_m"),
         ("settling time [s]", "settling_time_s"),
+        ("comes closer at [m/s]", "closing_rate_m_s"),
+        ("  would arrive at [s]", "arrival_time_s"),
+        ("  would level off at [m]", "extrapolated_gap_m"),
+        ("binds at the end", "binding"),
     ),
     "safety": (
         ("true margin, least [m]", "true_margin_min_m"),
@@ -94,6 +101,7 @@ SHORT = (
     "duration_s",
     "outcome",
     "reason",
+    "binding",
     "terminal_gap_m",
     "settling_time_s",
     "true_margin_min_m",
@@ -114,7 +122,9 @@ def comparison_table(runs: Sequence[RunMetrics], own: Sequence[Mapping[str, floa
     lines: list[str] = []
     for group, rows in LAYOUT.items():
         lines += ["", group] if lines else [group]
-        lines += [_line(f"  {label}", [look_up(run, key) for run in data]) for label, key in rows]
+        for label, key in rows:
+            values = [look_up(run, key) for run in data]
+            lines += _wrapped(f"  {label}", values) if key in WRAPPED else [_line(f"  {label}", values)]
     names = list(dict.fromkeys(name for values in own for name in values))
     lines += ["", "own metrics"] if names else []
     lines += [_line(f"  {plain(name)}", [values.get(name) for values in own]) for name in names]
@@ -125,7 +135,11 @@ def short_summary(run: RunMetrics) -> str:
     """Return the rows of the table that sum up a run's end."""
     data = run.as_dict()
     labels = {key: label.strip() for rows in LAYOUT.values() for label, key in rows}
-    return "\n".join(f"{labels[key]:<{LABEL_WIDTH}}  {_text(look_up(data, key))}" for key in SHORT)
+    lines: list[str] = []
+    for key in SHORT:
+        texts = sentences(look_up(data, key)) if key in WRAPPED else [text(look_up(data, key))]
+        lines += [f"{label:<{LABEL_WIDTH}}  {line}" for label, line in zip_longest([labels[key]], texts, fillvalue="")]
+    return "\n".join(lines)
 
 
 def look_up(data: dict[str, Any], key: str) -> Any:
@@ -137,14 +151,36 @@ def look_up(data: dict[str, Any], key: str) -> Any:
 
 def cell(value: Any) -> str:
     """Return a value as text of at most COLUMN_WIDTH characters; the end of a long text says more than its start."""
-    text = _text(value)
-    return text if len(text) <= COLUMN_WIDTH else "..." + text[3 - COLUMN_WIDTH :]
+    whole = text(value)
+    return whole if len(whole) <= COLUMN_WIDTH else "..." + whole[3 - COLUMN_WIDTH :]
 
 
-def _text(value: Any) -> str:
+def text(value: Any) -> str:
+    """Return a value as text: four digits, "-" where there is none, several sentences with semicolons."""
+    if isinstance(value, tuple | list):
+        return "; ".join(map(text, value)) or "-"
     if value is None:
         return "-"
     return _number(value) if isinstance(value, float) else plain(str(value))
+
+
+def sentences(value: Any) -> list[str]:
+    """Return the texts of a value that holds several, one of one that does not."""
+    return list(map(text, value)) or ["-"] if isinstance(value, tuple | list) else [text(value)]
+
+
+def _wrapped(label: str, values: list[Any]) -> list[str]:
+    """Return the lines of a row of sentences: each begins a line, and goes on a little further in."""
+    columns = [
+        [line for sentence in sentences(value) for line in wrap(sentence, COLUMN_WIDTH, subsequent_indent="  ")]
+        for value in values
+    ]
+    if all(len(column) == 1 for column in columns):
+        return [_line(label, values)]
+    labels, rows = chain([label], repeat("")), zip_longest(*columns, fillvalue="")
+    return [
+        f"{next(labels):<{LABEL_WIDTH}}{''.join(f'  {one:<{COLUMN_WIDTH}}' for one in row)}".rstrip() for row in rows
+    ]
 
 
 def _number(value: float) -> str:

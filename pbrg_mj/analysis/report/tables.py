@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from pbrg_mj.analysis.metrics.table import LAYOUT, cell, look_up
+from pbrg_mj.analysis.metrics.table import LAYOUT, WRAPPED, cell, look_up, text
 from pbrg_mj.analysis.report.report_run import ReportRun
 from pbrg_mj.analysis.text import plain
 
@@ -32,7 +32,9 @@ def comparison(report_runs: Sequence[ReportRun]) -> str:
     rows = []
     for group, lines in LAYOUT.items():
         rows.append(f'<tr class="group"><th scope="colgroup" colspan="{len(data) + 1}">{escape(group)}</th></tr>')
-        rows += [_row(label, [cell(look_up(one, key)) for one in data]) for label, key in lines]
+        rows += [
+            _row(label, [(text if key in WRAPPED else cell)(look_up(one, key)) for one in data]) for label, key in lines
+        ]
     return f'<table><thead><tr><th scope="col">run</th>{heads}</tr></thead><tbody>\n{_lines(rows)}\n</tbody></table>'
 
 
@@ -57,12 +59,15 @@ def _card(number: int, one: ReportRun) -> str:
     data = one.numbers.as_dict()
     facts = "".join(_fact(label, look_up(data, key), unit) for label, key, unit in CARD)
     reason = f" <small>{_text(one.numbers.reason)}</small>" if one.numbers.reason else ""
+    binds = "".join(f"<li>{_text(one)}</li>" for one in one.numbers.binding)
+    binding = f'<p class="binding">Binds at the end:</p><ul class="binding">{binds}</ul>' if binds else ""
+    style = one.numbers.outcome.replace(" ", "-")
     notice = f'<p class="notice">Damaged log: {_text(one.numbers.damage)}</p>' if one.numbers.damage else ""
     identity = f"{one.numbers.plant}, {one.numbers.governor}, {one.numbers.robots} robots, seed {one.numbers.seed}"
     held = f"{one.numbers.duration_s:g} of {one.numbers.asked_s:g} s: {one.numbers.ended}"
     return (
         f'<article class="card"><h2><span class="number">{number}</span>{_text(one.numbers.scenario)}</h2>'
-        f'<p class="outcome {escape(one.numbers.outcome)}">{escape(one.numbers.outcome)}{reason}</p>'
+        f'<p class="outcome {escape(style)}">{escape(one.numbers.outcome)}{reason}</p>{binding}'
         f'<p class="from">{_text(one.log)}: {_text(identity)}; {_text(held)}</p>{notice}<dl>{facts}</dl></article>'
     )
 

@@ -43,6 +43,9 @@ class Outcome(Section):
         default=0.0005, description="a robot slower than this, over `rest_time`, is at rest [m/s]"
     )
     rest_time: Positive = Field(default=5.0, description="window over which speeds are averaged [s]")
+    trend_time: Positive = Field(
+        default=20.0, description="window over which a team comes closer to its target, or does not [s]"
+    )
     diverged_beyond: Positive = Field(
         default=1000.0, description="any state or reference larger than this has diverged [m]"
     )

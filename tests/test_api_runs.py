@@ -273,4 +273,4 @@ def test_metrics_are_those_of_the_log(logged):
         assert hasattr(logged.metrics, field.name)
     assert logged.metrics.as_dict() == pbrg.open(logged.path).metrics.as_dict()
     assert not logged.failed
-    assert "experiment_near" in repr(logged) and "moving" in repr(logged)
+    assert "experiment_near" in repr(logged) and "unfinished" in repr(logged)

@@ -48,7 +48,7 @@ def test_new_writes_a_scenario_that_validates_and_runs(capsys):
     assert main(["validate", "mine.yaml"]) == 0
     assert capsys.readouterr() == ("mine.yaml: ok, 3 robots, ideal plant, 20 s\n", "")
     assert main(["run", "mine.yaml", "--json", "--duration", "2"]) == 0
-    assert json.loads(capsys.readouterr().out)["outcome"] == "moving"
+    assert json.loads(capsys.readouterr().out)["outcome"] == "unfinished"
 
 
 def test_new_replaces_no_file_unless_forced(capsys):

@@ -64,7 +64,10 @@ def test_outcomes_are_told(logs, capsys):
     assert json.loads(capsys.readouterr().out)[0]["outcome"] == "converged"
     assert pbrg("compare", str(logs["paper/experiment_inadmissible"]), "--json") == 0
     # still creeping towards the wall, ever slower, as the certificate's ball shrinks
-    assert json.loads(capsys.readouterr().out)[0]["outcome"] == "moving"
+    found = json.loads(capsys.readouterr().out)[0]
+    assert found["outcome"] == "closing in"
+    assert any("half-space 0.71 x + 0.71 y <= 2.1" in one and "(walls.0)" in one for one in found["binding"])
+    assert any(one.startswith("the ball holds m") for one in found["binding"])
 
 
 def messages(path):

@@ -12,9 +12,10 @@ from mcap_protobuf.decoder import DecoderFactory
 from mcap_protobuf.schema import build_file_descriptor_set
 
 from pbrg_mj.errors import InputError, PbrgError
+from pbrg_mj.log.read.columns import MessageColumns
 from pbrg_mj.log.read.run import OptimumSeries, TickSeries, TimingSeries, open_run
 from pbrg_mj.log.schema.fields import MESSAGES, Field
-from pbrg_mj.log.schema.protobuf import CLASSES, decode, encoder
+from pbrg_mj.log.schema.protobuf import CLASSES, encoder
 from pbrg_mj.log.write.log_file import partial_path
 from pbrg_mj.log.write.writer import LogWriter
 from pbrg_mj.loop.record import TickRecord
@@ -94,7 +95,11 @@ def test_the_runtime_reads_what_the_encoder_writes() -> None:
     for name, table in MESSAGES.items():
         data = encoder(name, DIMS)(record)
         message = CLASSES[name].FromString(data)
-        for field, value in zip(table, decode(name, data, DIMS), strict=True):
+        columns = MessageColumns(name, DIMS)
+        columns.add(data, 0, 0)
+        for field, value in (
+            (field, values[0]) for field, values in zip(table, columns.columns().values(), strict=True)
+        ):
             truth = attrgetter(field.source)(record)
             flat = np.ravel(truth).tolist() if field.shape else truth
             held = list(getattr(message, field.name)) if field.shape else getattr(message, field.name)

@@ -11,7 +11,7 @@ from pbrg_mj.analysis.metrics.paper_table import markdown
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics
 from pbrg_mj.analysis.metrics.table import comparison_table
 from pbrg_mj.api.own_metrics import Metric
-from pbrg_mj.api.run import FAILED, Run, as_run
+from pbrg_mj.api.run import FAILED, Run, as_run, metrics_of
 from pbrg_mj.errors import InputError
 
 
@@ -60,6 +60,9 @@ def compare(*runs: Run | RunMetrics | str | Path, metrics: Sequence[Metric] = ()
             if metrics:
                 raise InputError("metrics of one's own are of runs or logs, not of their metrics")
             compared.append(one)
+            continue
+        if not metrics:
+            compared.append(one.metrics if isinstance(one, Run) else metrics_of(one))
             continue
         run = as_run(one)
         compared.append(run.metrics)

@@ -17,6 +17,7 @@ from pbrg_mj.analysis.dataset import dataset
 from pbrg_mj.analysis.export import WRITERS, arrays, export
 from pbrg_mj.analysis.figures.figure import METADATA, PAPER, check_panels, plot, wanted_panels
 from pbrg_mj.analysis.figures.panel import OnePart, draw_panel
+from pbrg_mj.analysis.metrics.log_metrics import log_metrics
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics, metrics
 from pbrg_mj.analysis.metrics.table import short_summary
 from pbrg_mj.analysis.output_file import by_suffix, write_atomically
@@ -218,6 +219,14 @@ def open(log: str | Path) -> Run:  # noqa: A001 - pbrg.open
 def as_run(run: Run | str | Path) -> Run:
     """Return the run itself, or the one in the log that is named."""
     return run if isinstance(run, Run) else open(run)
+
+
+def metrics_of(log: str | Path) -> RunMetrics:
+    """Return the metrics of a log, which is never held as a whole; damage is warned of, as by `open`."""
+    found = log_metrics(log)
+    if found.damage:
+        LOG.warning("%s: %s", log, found.damage)
+    return found
 
 
 def export_log(log: str | Path, path: str | Path) -> None:

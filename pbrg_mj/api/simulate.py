@@ -8,10 +8,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pbrg_mj.analysis.metrics.run_metrics import RunMetrics
 from pbrg_mj.api.garbage_collection import collecting_rarely
 from pbrg_mj.api.interrupt import Interrupted, interruptible
 from pbrg_mj.api.profile import Profile
-from pbrg_mj.api.run import IN_MEMORY, Run
+from pbrg_mj.api.run import IN_MEMORY, Run, metrics_of
 from pbrg_mj.api.run import open as open_log
 from pbrg_mj.api.scenario import Scenario, as_scenario
 from pbrg_mj.errors import InputError
@@ -65,13 +66,30 @@ def run(
     simulation = Simulation.build(scenario.settings, objects)
     with collecting_rarely():
         if path is not None:
-            writer = LogWriter(path, scenario.loaded, simulation.model_xml, force=force)
-            _record(simulation, writer, watch, profile)
+            _record(simulation, scenario, path, force, watch, profile)
             return open_log(path)
         with tempfile.TemporaryDirectory(prefix="pbrg-") as folder:
             path = Path(folder) / "run.mcap"
-            _record(simulation, LogWriter(path, scenario.loaded, simulation.model_xml), watch, profile)
+            _record(simulation, scenario, path, False, watch, profile)
             return Run(replace(open_run(path), path=IN_MEMORY), path.read_bytes())
+
+
+def record(
+    scenario: Scenario,
+    log: Path,
+    *,
+    force: bool = False,
+    watch: Iterable[Sink] = (),
+    profile: Profile | None = None,
+) -> RunMetrics:
+    """Simulate a scenario into a log and return the run's metrics; the run itself is never held.
+
+    Arguments and errors are those of `run`.
+    """
+    path = log_path(log, force=force)
+    with collecting_rarely():
+        _record(Simulation.build(scenario.settings), scenario, path, force, watch, profile)
+    return metrics_of(path)
 
 
 def simulate(
@@ -120,12 +138,15 @@ def with_objects(scenario: Scenario, objects: Objects) -> Scenario:
     return scenario.override(overrides) if overrides else scenario
 
 
-def _record(simulation: Simulation, writer: LogWriter, watch: Iterable[Sink], profile: Profile | None) -> None:
+def _record(
+    simulation: Simulation, scenario: Scenario, path: Path, force: bool, watch: Iterable[Sink], profile: Profile | None
+) -> None:
     """Simulate into a log, which is closed and whole so far when this raises Interrupted."""
+    writer = LogWriter(path, scenario.loaded, simulation.model_xml, force=force)
     with interruptible() as came, writer as write:
         sinks = (profile.timed("log", write) if profile else write, *watch, *([profile] if profile else []))
         for record in simulation.records():
             for sink in sinks:
                 sink(record)
             if number := came():
-                raise Interrupted(f"the log so far: {writer.path}", number)
+                raise Interrupted(f"the log so far: {path}", number)

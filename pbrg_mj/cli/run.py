@@ -16,7 +16,7 @@ from pbrg_mj.cli.progress import progress
 from pbrg_mj.cli.real_time import pacer
 
 if TYPE_CHECKING:
-    from pbrg_mj import Run, Scenario, TickRecord
+    from pbrg_mj import RunMetrics, Scenario, TickRecord
     from pbrg_mj.api.profile import Profile
 
 
@@ -37,7 +37,7 @@ def run(
     """Run a scenario headlessly and write its log. Exit code 1 when it was violated or diverged."""
     without_drawing()
     from pbrg_mj.api.profile import Profile
-    from pbrg_mj.api.simulate import log_path
+    from pbrg_mj.api.simulate import log_path, record
 
     loaded = pbrg.load(scenario, overrides or (), seed=seed, duration=duration)
     path = log_path(output or f"{loaded.name.rsplit('/', 1)[-1]}.mcap", force=force)
@@ -46,7 +46,7 @@ def run(
     spent = Profile() if profile else None
     try:
         with _viewers(loaded, live=live, port=port, pace=pace, show=not quiet) as watch:
-            made = pbrg.run(loaded, log=path, force=force, watch=watch, profile=spent)
+            made = record(loaded, path, force=force, watch=watch, profile=spent)
     except pbrg.Interrupted as error:
         note(f"interrupted; {error}")
         return 128 + error.signal
@@ -75,12 +75,14 @@ def _shown(loaded: Scenario, show: bool) -> Iterator[Callable[[TickRecord], None
         yield shown
 
 
-def _report(made: Run, profile: Profile | None, *, json: bool, quiet: bool) -> int:
+def _report(made: RunMetrics, profile: Profile | None, *, json: bool, quiet: bool) -> int:
+    from pbrg_mj.api.run import FAILED, short_summary
+
     if json:
         spent = {"profile_us_per_tick": profile.per_tick()} if profile else {}
-        emit_json({**made.metrics.as_dict(), **spent})
+        emit_json({**made.as_dict(), **spent})
     elif not quiet:
-        emit(made.summary())
+        emit(short_summary(made))
         if profile:
             emit(profile.table())
-    return 1 if made.failed else 0
+    return 1 if made.outcome in FAILED else 0

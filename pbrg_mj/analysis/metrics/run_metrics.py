@@ -11,13 +11,14 @@ from numpy.typing import ArrayLike
 
 from pbrg_mj.analysis.metrics.binding import bindings
 from pbrg_mj.analysis.metrics.contacts import FIELDS, count_contacts
-from pbrg_mj.analysis.metrics.margins import sensed_margin, true_margin, worst_row
+from pbrg_mj.analysis.metrics.margins import sensed_series, true_margin
 from pbrg_mj.analysis.metrics.outcome import ROUNDING, final_target, formation_error, last_change, outcome
 from pbrg_mj.analysis.metrics.sensing_gap import true_optima
 from pbrg_mj.errors import InputError
 from pbrg_mj.governor.problem.near_reference import near_references
 from pbrg_mj.log.read.run import Run
 from pbrg_mj.scenario.checks.world import BODY_RADIUS
+from pbrg_mj.scenario.schema import Scenario
 
 AT_REST = {"converged", "stuck"}
 
@@ -106,14 +107,23 @@ class RunMetrics:
         return _plain(asdict(self))
 
 
-def metrics(run: Run) -> RunMetrics:
-    """Return the metrics of a run. Raises InputError when the log holds no tick."""
+def metrics(run: Run, end: Run | None = None) -> RunMetrics:
+    """Return the metrics of a run; `end` is the last part of it, where `run` has not all columns.
+
+    Raises InputError when the log holds no tick.
+    """
     if not len(run.ticks.time):
         raise InputError("the log holds no complete tick", file=run.path)
     # A diverged run overflows here; its NaN and inf are the answer.
     with np.errstate(all="ignore"):
         return RunMetrics(
-            **_identity(run), **_end(run), **_safety(run), **_against_optimum(run), **_network(run), **_wall_clock(run)
+            **_identity(run),
+            **_end(run),
+            **_safety(run),
+            **_against_optimum(run),
+            **_network(run),
+            **_wall_clock(run),
+            binding=tuple(one.text for one in bindings(end or run)),
         )
 
 
@@ -179,20 +189,19 @@ def _end(run: Run) -> dict[str, Any]:
         "closing_rate_m_s": end.trend.rate if end.trend else math.nan,
         "arrival_time_s": end.trend.arrival if end.trend else math.nan,
         "extrapolated_gap_m": end.trend.limit if end.trend else math.nan,
-        "binding": tuple(one.text for one in bindings(run)),
     }
 
 
 def _safety(run: Run) -> dict[str, Any]:
-    rows = worst_row(run.ticks, np.array(run.scenario.team.formation), _leaders(run))
-    margin, sensed = true_margin(run), np.flatnonzero(run.ticks.half_space_active.any(axis=(1, 2)))
+    taken = run.reduced or sensed_series(run.ticks, np.array(run.scenario.team.formation), leaders_of(run.scenario))
+    rows, margin, sensed = taken["certificate_row"], true_margin(run), np.flatnonzero(taken["sensing"])
     return {
         "true_margin_min_m": float(margin.min()),
         "rest_margin_m": float(margin[-1].min()) if outcome(run).word in AT_REST else math.nan,
         "moving_margin_min_m": float(run.ticks.moving_margin.min()),
         "robot_gap_min_m": least_robot_gap(run),
         **_contacts(run),
-        "sensed_margin_min_m": float(sensed_margin(run.ticks).min()),
+        "sensed_margin_min_m": float(taken["sensed_margin"].min()),
         "certificate_worst_m": float(rows.max()),
         "certificate_violated_share": float(np.mean(rows > ROUNDING)),
         "first_half_space_s": float(run.ticks.time[sensed[0]]) if len(sensed) else math.nan,
@@ -215,7 +224,7 @@ def _against_optimum(run: Run) -> dict[str, Any]:
     status = run.optima.status[known]
     solved = known & (run.optima.status == "solved")
     rows = np.searchsorted(run.ticks.index, run.optima.index[solved])
-    m, leaders = run.ticks.m[rows], _leaders(run)
+    m, leaders = run.ticks.m[rows], leaders_of(run.scenario)
     gap = np.linalg.norm(m - run.optima.m[solved][:, None, :], axis=-1)
     reach = run.scenario.governor.reference_range
     r = np.array([near_references(run.ticks.p[row], run.ticks.reference[row], reach)[leaders] for row in rows])
@@ -265,8 +274,9 @@ def _wall_clock(run: Run) -> dict[str, Any]:
     }
 
 
-def _leaders(run: Run) -> np.ndarray:
-    return np.array(run.scenario.team.leaders) - 1
+def leaders_of(scenario: Scenario) -> np.ndarray:
+    """Return the leaders' indices, counted from 0."""
+    return np.array(scenario.team.leaders) - 1
 
 
 def _wall_clock_ms(seconds: np.ndarray) -> WallClock:

@@ -19,6 +19,9 @@ from pbrg_mj.log.write.log_file import partial_path
 from pbrg_mj.scenario.load import parse_scenario
 from pbrg_mj.scenario.schema import Scenario
 
+METADATA = {channels.RUN_METADATA, channels.VERSIONS_METADATA, channels.ENDING_METADATA}
+ATTACHMENTS = {channels.SCENARIO_ATTACHMENT, channels.MODEL_ATTACHMENT}
+
 
 @dataclass(frozen=True)
 class LogHeader:
@@ -41,10 +44,10 @@ class Embedded:
     attachments: dict[str, bytes] = field(default_factory=dict)
 
     def add(self, item: Attachment | Metadata) -> None:
-        """Take one of them in."""
-        if isinstance(item, Metadata):
+        """Take one of them in, unless it is none of ours."""
+        if isinstance(item, Metadata) and item.name in METADATA:
             self.metadata[item.name] = item.metadata
-        else:
+        elif isinstance(item, Attachment) and item.name in ATTACHMENTS:
             self.attachments[item.name] = item.data
 
     def dims(self) -> Dims:

@@ -23,6 +23,7 @@ from pbrg_mj.log.schema.message import LogMessage
 
 MAGIC = b"\x89MCAP0\r\n"
 LARGEST_CHUNK = 2**28  # bytes after decompression; a decompression bomb ends here
+LARGEST_RECORD = 2**28  # bytes; no log has one that comes near
 RECORD_PREFIX = struct.Struct("<BQ")  # opcode, length
 MESSAGE_PREFIX = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
 
@@ -67,6 +68,8 @@ def split_records(file: BinaryIO, left: int) -> Iterator[tuple[int, bytes, bytes
         left -= RECORD_PREFIX.size + length
         if left < 0:
             raise DamageError("the file ends inside a record")
+        if length > LARGEST_RECORD:  # in a file with a hole in it, which has room for it
+            raise DamageError("a record has an impossible size")
         yield opcode, prefix, file.read(length)
 
 
@@ -140,7 +143,7 @@ def parse_message(topic: str, body: bytes) -> LogMessage:
 
 def check_end(file: BinaryIO, data_end: bytes) -> None:
     """Check the index behind the data. Nothing here reads it, but other readers do."""
-    tail = file.read()
+    tail = file.read(LARGEST_RECORD)
     footer_size = RECORD_PREFIX.size + 20  # two offsets and the checksum
     index, end = tail[: -len(MAGIC)], tail[-len(MAGIC) :]
     if end != MAGIC or len(index) < footer_size:

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 import numpy as np
-from google.protobuf.message import DecodeError
 
 from pbrg_mj.errors import InputError
+from pbrg_mj.log.read.columns import MessageColumns, Reduce
 from pbrg_mj.log.read.header import Embedded, open_mcap
 from pbrg_mj.log.read.mcap_records import DamageError, read_records
 from pbrg_mj.log.schema import channels
-from pbrg_mj.log.schema.ending import Ending, how_it_ended
-from pbrg_mj.log.schema.fields import MESSAGES, Dims
+from pbrg_mj.log.schema.ending import Ending, asked_ticks, how_it_ended
+from pbrg_mj.log.schema.fields import MESSAGES
 from pbrg_mj.log.schema.message import LogMessage
-from pbrg_mj.log.schema.protobuf import DTYPE, absent_fields, decode
 from pbrg_mj.scenario.schema import Scenario
 
 
@@ -64,6 +63,13 @@ class TickSeries:
     moving_margin: np.ndarray  # (T, n) [m] truth: hand point to nearest moving box, less the clearance
     moving_contact: np.ndarray  # (T, n) bool, truth
     robot_contact: np.ndarray  # (T, n) bool, truth
+
+    @classmethod
+    def of(cls, columns: dict[str, np.ndarray]) -> TickSeries:
+        """Return a series that has these columns; asking for another one raises AttributeError."""
+        made = object.__new__(cls)
+        made.__dict__.update(columns)
+        return made
 
 
 @dataclass(frozen=True)
@@ -118,6 +124,7 @@ class Run:
     timings: TimingSeries
     damage: str | None  # why the file ends early, in one line; None for a complete log
     absent: frozenset[str] = frozenset()  # fields of `ticks` that the log is too old to have: NaN or false here
+    reduced: dict[str, np.ndarray] = field(default_factory=dict)  # what `reduce` made of the columns, (T, ...)
     ending: Ending | None = None  # what the log says about its end; None when it says nothing, as after a kill
 
     @property
@@ -129,65 +136,77 @@ class Run:
 TOPICS = {channels.TICK: "Tick", channels.OPTIMUM: "Optimum", channels.TIMING: "Timing"}
 
 
-@dataclass
 class _Contents:
     """What was found so far."""
 
-    embedded: Embedded
-    rows: dict[str, list[tuple[Any, ...]]] = field(default_factory=lambda: {name: [] for name in MESSAGES})
-    damage: str | None = None
-    absent: frozenset[str] = frozenset()
+    def __init__(self, path: str, reduce: Reduce):
+        self.embedded = Embedded(path)
+        self.damage: str | None = None
+        self.messages: dict[str, MessageColumns] = {}
+        self._reduce, self._reached = reduce, dict.fromkeys(TOPICS.values(), -1)
+
+    def add(self, item: LogMessage) -> None:
+        """Take a message; raise DamageError when it cannot be read, or is out of order."""
+        if not self.messages:
+            self._start(item)
+        name = TOPICS[item.topic]
+        one, ticks = self.messages[name], self.messages["Tick"].count
+        place, first = f"message {one.count} on {item.topic}", self._reached[name] + 1
+        if name == "Tick" and ticks == self._asked:
+            raise DamageError(f"{place} is beyond the scenario's end")
+        try:  # of every tick one message at most, and none of ticks that are not there
+            self._reached[name] = one.add(item.data, first, first if name == "Tick" else ticks - 1)
+        except IndexError as error:
+            raise DamageError(f"{place} is out of order") from error
+        except ValueError as error:
+            raise DamageError(f"{place} cannot be read") from error
+
+    def _start(self, first: LogMessage) -> None:
+        """All that is embedded before the first tick is known by now."""
+        header = self.embedded.header(None)
+        self._asked = asked_ticks(header.scenario)
+        for name in MESSAGES:
+            reduce = self._reduce if name == "Tick" else dict
+            self.messages[name] = MessageColumns(name, header.dims, reduce)
 
 
-def open_run(path: str | Path) -> Run:
+def open_run(path: str | Path, reduce: Reduce = dict) -> Run:
     """Read a log into arrays, bit for bit what the run had: float64, int64, bool and text, time on the first axis.
 
     TickSeries, OptimumSeries and TimingSeries give every array's shape and unit. A log that is cut or corrupted yields
     the ticks of its leading whole chunks, and the reason in `Run.damage`. Scans are read apart, by `read_scans`.
+
+    `reduce` is given the columns of /tick by name, some hundred ticks at a time, and returns what is kept of them: any
+    column that it leaves out `ticks` does not have, what has another name stands in `reduced`.
 
     Raises InputError when there is no such file, it is not a log of this package, a newer version wrote it, or it
     holds no whole tick.
     """
     path = Path(path)
     with open_mcap(path) as (file, size):
-        contents = _read_contents(file, size, str(path))
+        contents = _read_contents(file, size, str(path), reduce)
     return _assemble(contents, str(path))
 
 
-def _read_contents(file: BinaryIO, size: int, path: str) -> _Contents:
-    contents, dims = _Contents(Embedded(path)), None
+def _read_contents(file: BinaryIO, size: int, path: str, reduce: Reduce) -> _Contents:
+    contents = _Contents(path, reduce)
     try:
         for item in read_records(file, size):
             if not isinstance(item, LogMessage):
                 contents.embedded.add(item)
             elif item.topic in TOPICS:
-                dims = dims or contents.embedded.dims()
-                _add_row(contents, item, dims)
+                contents.add(item)
     except DamageError as damage:
         contents.damage = str(damage)
     return contents
 
 
-def _add_row(contents: _Contents, item: LogMessage, dims: Dims) -> None:
-    name = TOPICS[item.topic]
-    rows = contents.rows[name]
-    try:
-        row = decode(name, item.data, dims)
-        if name == "Tick" and not rows:
-            contents.absent = absent_fields(name, item.data)
-    except (DecodeError, ValueError) as error:
-        raise DamageError(f"message {len(rows)} on {item.topic} cannot be read") from error
-    index, ticks = int(row[0]), contents.rows["Tick"]
-    in_order = index == len(rows) if name == "Tick" else 0 <= index < len(ticks)
-    if not in_order:
-        raise DamageError(f"message {len(rows)} on {item.topic} is out of order")
-    rows.append(row)
-
-
 def _assemble(contents: _Contents, path: str) -> Run:
-    header = contents.embedded.header(contents.damage)
-    if not contents.rows["Tick"]:
+    header, messages = contents.embedded.header(contents.damage), contents.messages
+    if not messages or not messages["Tick"].count:
         raise InputError(f"the log holds no whole tick ({contents.damage or 'the run never began'})", file=path)
+    ticks, absent = messages["Tick"].columns(), messages["Tick"].absent
+    own = {one.name for one in MESSAGES["Tick"]}
     return Run(
         path=path,
         name=header.name,
@@ -195,20 +214,11 @@ def _assemble(contents: _Contents, path: str) -> Run:
         scenario_yaml=header.scenario_yaml,
         model_xml=header.model_xml,
         versions=header.versions,
-        ticks=TickSeries(**_columns("Tick", contents, header.dims)),
-        optima=OptimumSeries(**_columns("Optimum", contents, header.dims)),
-        timings=TimingSeries(**_columns("Timing", contents, header.dims)),
+        ticks=TickSeries.of({name: values for name, values in ticks.items() if name in own}),
+        optima=OptimumSeries(**messages["Optimum"].columns()),
+        timings=TimingSeries(**messages["Timing"].columns()),
         damage=contents.damage,
-        absent=contents.absent,
+        absent=absent,
         ending=contents.embedded.ending(),
+        reduced={name: values for name, values in ticks.items() if name not in own},
     )
-
-
-def _columns(name: str, contents: _Contents, dims: Dims) -> dict[str, np.ndarray]:
-    """Return one array per field, (messages, *shape)."""
-    fields, rows = MESSAGES[name], contents.rows[name]
-    columns = zip(*rows, strict=True) if rows else ((),) * len(fields)
-    return {
-        f.name: np.array(column, DTYPE[f.kind]).reshape(len(rows), *f.extent(dims))
-        for f, column in zip(fields, columns, strict=True)
-    }

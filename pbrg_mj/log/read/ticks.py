@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import chain, groupby
+from itertools import chain, groupby, islice
 from pathlib import Path
 from typing import BinaryIO
 
+from pbrg_mj.errors import InputError
 from pbrg_mj.log.read.header import Embedded, LogHeader, open_mcap
 from pbrg_mj.log.read.mcap_records import DamageError, read_records
 from pbrg_mj.log.schema import channels
 from pbrg_mj.log.schema.ending import Ending
-from pbrg_mj.log.schema.message import LogMessage
+from pbrg_mj.log.schema.message import NANOSECONDS, LogMessage
+
+# A tick's, at most: one on each channel, events, and each robot's scans and events.
+MOST_MESSAGES, MOST_MESSAGES_OF_ROBOT = 50, 10
 
 
 class LoggedTicks:
@@ -24,7 +28,7 @@ class LoggedTicks:
     def __init__(self, file: BinaryIO, size: int, path: str):
         self.damage: str | None = None
         self.passed = 0  # groups so far
-        self._embedded = Embedded(path)
+        self._path, self._embedded = path, Embedded(path)
         messages = self._messages(file, size)
         first = next(messages, None)  # everything embedded stands before it
         self.header: LogHeader = self._embedded.header(self.damage)
@@ -43,7 +47,11 @@ class LoggedTicks:
 
     def __next__(self) -> list[LogMessage]:
         """Return the next tick's messages."""
-        group = list(next(self._groups)[1])
+        most = MOST_MESSAGES + MOST_MESSAGES_OF_ROBOT * self.header.dims["n"]
+        time, messages = next(self._groups)
+        group = list(islice(messages, most + 1))
+        if len(group) > most:
+            raise InputError(f"the log has more than {most} messages at {time / NANOSECONDS:.9g} s", file=self._path)
         self.passed += 1
         return group
 

@@ -144,30 +144,7 @@ def _check(field: Field, value: Any, dims: Dims) -> None:
         raise ValueError(f"{field.name}: shape {np.shape(value)}, not {field.extent(dims)}")
 
 
-def decode(name: str, data: bytes, dims: Dims) -> tuple[Any, ...]:
-    """Return the values of one serialized message in table order: text as str, everything else as arrays.
-
-    A field that the message is too old to have is NaN, or false, throughout.
-
-    Raises ValueError when an array does not have the shape of the table, and the runtime's DecodeError for
-    bytes that are not this message at all.
-    """
-    message = CLASSES[name].FromString(data)
-    return tuple(_value(message, field, dims) for field in MESSAGES[name])
-
-
 def absent_fields(name: str, data: bytes) -> frozenset[str]:
     """Return the names of the fields that a serialized message is too old to have. Raises the runtime's DecodeError."""
     message = CLASSES[name].FromString(data)
     return frozenset(field.name for field in MESSAGES[name] if field.added and not len(getattr(message, field.name)))
-
-
-def _value(message: Message, field: Field, dims: Dims) -> Any:
-    value = getattr(message, field.name)
-    if field.kind == "text":
-        return value
-    if not field.shape:
-        return np.array(value, DTYPE[field.kind])
-    if field.added and not len(value):
-        return np.full(field.extent(dims), np.nan if field.kind == "double" else 0, DTYPE[field.kind])
-    return np.fromiter(value, DTYPE[field.kind], len(value)).reshape(field.extent(dims))

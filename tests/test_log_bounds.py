@@ -1,0 +1,143 @@
+"""Reading takes memory for what a log holds, not for what it declares; metrics take less than the run."""
+
+from __future__ import annotations
+
+import os
+import tracemalloc
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pbrg_mj.analysis.metrics.log_metrics import log_metrics
+from pbrg_mj.analysis.metrics.run_metrics import metrics
+from pbrg_mj.cli.main import main
+from pbrg_mj.errors import InputError
+from pbrg_mj.log.read.columns import BLOCK_MESSAGES, MessageColumns
+from pbrg_mj.log.read.header import open_mcap
+from pbrg_mj.log.read.layout import MOST_TEXT, Layout
+from pbrg_mj.log.read.mcap_records import MAGIC, RECORD_PREFIX
+from pbrg_mj.log.read.run import open_run
+from pbrg_mj.log.read.ticks import LoggedTicks
+from pbrg_mj.log.schema.fields import MESSAGES
+from pbrg_mj.log.schema.protobuf import CLASSES, encoder
+from pbrg_mj.log.write.writer import LogWriter
+from tests.records import SCENARIO_YAML, loaded, records
+from tests.test_log_damage import DIMS, forge, ticks_of
+
+MOST_PER_TICK = 2048  # bytes
+
+
+def written(path: Path, ticks: int) -> Path:
+    with LogWriter(path, loaded(timings=True), "<mujoco/>") as sink:
+        for record in records(ticks):
+            sink(record)
+    return path
+
+
+def test_reading_costs_at_most_two_kilobytes_a_tick(tmp_path: Path) -> None:
+    few, many = (written(tmp_path / f"{ticks}.mcap", ticks) for ticks in (300, 1500))
+
+    def peak(path: Path) -> int:
+        tracemalloc.start()
+        run = open_run(path)
+        found = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert run.damage is None
+        return found
+
+    peak(few)  # what is made once, as classes are
+    assert (peak(many) - peak(few)) / 1200 < MOST_PER_TICK
+
+
+@pytest.mark.parametrize("scenario", ["paper/experiment_near", "paper/simulation_inadmissible"])
+def test_metrics_of_a_log_are_those_of_the_run(tmp_path: Path, scenario: str) -> None:
+    path = tmp_path / "run.mcap"
+    assert main(["run", scenario, "--duration", "6", "--quiet", "-o", str(path)]) == 0
+    run = open_run(path)
+    assert len(run.ticks.time) > 2 * BLOCK_MESSAGES
+    assert log_metrics(path).as_dict() == metrics(run).as_dict()
+
+
+def test_a_column_that_was_not_kept_is_not_there(tmp_path: Path) -> None:
+    run = open_run(
+        written(tmp_path / "log.mcap", 20), lambda columns: {"time": columns["time"], "twice": 2 * columns["p"]}
+    )
+    np.testing.assert_array_equal(run.ticks.time, 0.02 * np.arange(20))
+    assert run.reduced["twice"].shape == (20, 3, 2)
+    with pytest.raises(AttributeError):
+        _ = run.ticks.p
+
+
+def test_a_log_has_no_more_ticks_than_its_scenario(tmp_path: Path) -> None:
+    text = SCENARIO_YAML.replace("TIMINGS", "true").replace("{tick: 0.02}", "{tick: 0.02, duration: 0.06}")
+    run = open_run(forge(tmp_path / "long.mcap", ticks_of(9), scenario=text))
+    assert (len(run.ticks.time), run.damage) == (4, "message 4 on /tick is beyond the scenario's end")
+
+
+def test_a_hole_that_calls_itself_a_record_is_not_read(tmp_path: Path) -> None:
+    path, size = tmp_path / "hole.mcap", 60 * 2**30
+    with path.open("wb") as file:
+        file.write(MAGIC + RECORD_PREFIX.pack(0x42, size))
+        file.truncate(len(MAGIC) + RECORD_PREFIX.size + size)
+    with pytest.raises(InputError, match="a record has an impossible size"):
+        open_run(path)
+    assert main(["repair", str(path), "-o", str(tmp_path / "out.mcap")]) == 2
+    os.truncate(path, 0)
+
+
+def test_a_text_of_a_forger_does_not_fill_every_row(tmp_path: Path) -> None:
+    first, second, third = (CLASSES["Tick"].FromString(data) for data in ticks_of(3))
+    second.status, third.status = "x" * MOST_TEXT, "x" * (MOST_TEXT + 1)  # type: ignore[attr-defined]
+    run = open_run(forge(tmp_path / "log.mcap", [one.SerializeToString() for one in (first, second, third)]))
+    assert (len(run.ticks.time), run.damage) == (2, "message 2 on /tick cannot be read")
+
+
+def test_a_tick_of_countless_messages_is_refused(tmp_path: Path) -> None:
+    path, said = forge(tmp_path / "log.mcap", ticks_of(1) * 1000), "more than 80 messages at 0 s"
+    with open_mcap(path) as (file, size), pytest.raises(InputError, match=said):
+        list(LoggedTicks(file, size, "log.mcap"))
+
+
+@pytest.mark.parametrize("name", MESSAGES)
+def test_messages_of_others_read_the_same(name: str) -> None:
+    """Protobuf's own runtime orders fields otherwise, and leaves out zeros."""
+    ours, theirs = MessageColumns(name, DIMS), MessageColumns(name, DIMS)
+    for record in (one for one in records(BLOCK_MESSAGES + 30) if name != "Optimum" or one.optimum is not None):
+        data = encoder(name, DIMS)(record)
+        again = CLASSES[name].FromString(data).SerializeToString()
+        assert ours.add(data, 0, 10**9) == theirs.add(again, 0, 10**9) == record.index
+    mine, other = ours.columns(), theirs.columns()
+    assert list(mine) == [field.name for field in MESSAGES[name]]
+    for field in MESSAGES[name]:
+        assert mine[field.name].tobytes() == other[field.name].tobytes(), field.name
+
+
+def test_what_is_no_message_is_refused() -> None:
+    good = ticks_of(1)[0]
+    layout = Layout.of("Tick", good, DIMS)
+    assert layout.fits(good)
+    flag = layout.offsets["wall_contact"]
+    for bad in (
+        good + good,  # every field twice
+        good[:-1],
+        good[:flag] + b"\x02" + good[flag + 1 :],
+        b"\x0b" + good,  # a group's start
+        b"\x00" + good,  # field 0
+        b"\xff" * 11 + good,
+    ):
+        with pytest.raises(ValueError, match=r"."):
+            Layout.of("Tick", bad, DIMS)
+        assert len(bad) != len(good) or not layout.fits(bad)
+    later = good + b"\xfa\x3f\x03abc" + b"\xf9\x3f" + bytes(8)  # fields 1023 of a later version
+    assert Layout.of("Tick", later, DIMS).offsets == layout.offsets
+
+
+def test_a_tick_has_one_message_of_a_kind() -> None:
+    columns = MessageColumns("Tick", DIMS)
+    first, second, third = ticks_of(3)
+    assert columns.add(first, 0, 0) == 0
+    for data, place in ((first, 1), (third, 1)):
+        with pytest.raises(IndexError):
+            columns.add(data, place, place)
+    assert columns.add(second, 1, 1) == 1 and columns.count == 2

@@ -63,12 +63,16 @@ def project(tmp_path):
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
     environment["PYTHONPATH"] = os.pathsep.join([str(Path(pbrg_mj.__file__).parents[1]), str(tmp_path)])
 
-    def run(callee: str, **settings: str) -> str:
-        (tmp_path / "callee.py").write_text(callee)
-        command, env = [sys.executable, "caller.py"], environment | settings
+    def python(file: str, **settings: str) -> str:
+        command, env = [sys.executable, file], environment | settings
         done = subprocess.run(command, cwd=tmp_path, env=env, capture_output=True, text=True, check=True)
         return done.stdout.strip()
 
+    def run(callee: str, **settings: str) -> str:
+        (tmp_path / "callee.py").write_text(callee)
+        return python("caller.py", **settings)
+
+    run.python = python
     return run
 
 
@@ -244,3 +248,28 @@ def test_a_copy_of_the_package_shares_the_cache(tmp_path):
     from pbrg_mj.perception.perceive import perceive_scans
 
     assert done.stdout.strip() == fingerprint(perceive_scans.py_func)
+
+
+WITH_ANOTHER_NUMBA = """
+import sys
+
+import numba
+import numpy as np
+
+numba.__version__ = "0.99.1"
+
+from caller import doubled, seen
+from pbrg_mj.vehicle.hand_point import hand_point
+
+print(doubled(2.0), hand_point(np.array([[1.0, 2.0, 0.0]]), 0.5).tolist(), seen)
+print([name for name in sys.modules if name.startswith("pbrg_mj.kernel.pipeline")])
+"""
+
+
+@compiled
+def test_with_a_numba_never_tested_kernels_compile_as_it_does_by_default(project, tmp_path):
+    assert project(CALLEE) == "22.0 ['__main__.doubled']"  # code of the numba there is, in the same cache
+    (tmp_path / "another.py").write_text(WITH_ANOTHER_NUMBA)
+    for seen in ("['caller.doubled', None]", "[]"):  # compiled, then read from the cache
+        done = project.python("another.py")
+        assert done.splitlines()[-2:] == [f"24.0 [[1.5, 2.0]] {seen}", "[]"]

@@ -15,7 +15,7 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
 
 from pbrg_mj.kernel.cache import enable_cache
-from pbrg_mj.kernel.compiler import EntryPipeline, LinkedDispatcher, lean_flags
+from pbrg_mj.kernel.compiler import EntryPipeline, LinkedDispatcher, lean_compilation, lean_flags
 from pbrg_mj.kernel.stopwatch import not_counted, report
 
 
@@ -40,7 +40,7 @@ class Kernel(CPUDispatcher):
 
     def compile(self, signature: Any) -> Any:
         """Compile for the types of a call, or read that from the cache."""
-        with global_compiler_lock, not_counted(), _without_collecting():
+        with global_compiler_lock, not_counted(), _without_collecting(), lean_compilation():
             if not self._looked_for_cache:  # only now is all there that the function refers to
                 self._looked_for_cache = True
                 enable_cache(self)

@@ -78,7 +78,18 @@ def write_rounds(estimates, graph, states, rows, flow, rounds, after):
         update_robots(now, then, Heard(net.first, net.neighbours, now.z, now.zeta), private, gains)
         now = then
     if rounds == 0:
-        last.z[:], last.zeta[:], last.lam[:], last.nu[:] = estimates
+        _copy(now.z, last.z)
+        _copy(now.zeta, last.zeta)
+        _copy(now.lam, last.lam)
+        _copy(now.nu, last.nu)
+
+
+@kernel
+def _copy(array, to):
+    """Copy number by number: for whole arrays numba compiles a check with a formatted error."""
+    for i in range(array.shape[0]):
+        for c in range(array.shape[1]):
+            to[i, c] = array[i, c]
 
 
 @kernel

@@ -27,7 +27,9 @@ def update_half_spaces(tracks, robots, params, g, h, active):
         if root[i]:
             rows[i, 0], rows[i, 1], rows[i, 2], distance[i] = half_space(tracks, i, links, robots, params)
     _assign_slots(tracks, root, distance, len(h))
-    g[:], h[:], active[:] = 0.0, 0.0, False
+    for slot in range(len(h)):
+        g[slot, 0] = g[slot, 1] = h[slot] = 0.0
+        active[slot] = False
     for i in range(len(tracks)):
         slot = tracks[i]["slot"]
         if root[i] and slot >= 0:

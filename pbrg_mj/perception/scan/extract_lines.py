@@ -137,7 +137,8 @@ def extract_lines_into(ranges, directions, params, work, out):
 def _fit_segments(params, order, found, work):
     """Fit all segments that are not curved; return how many are lines, listed in `work.ranking`."""
     points, (segments, ring) = work.points, found
-    work.owner[:] = -1
+    for b in range(len(work.owner)):
+        work.owner[b] = -1
     lines = 0
     for i in range(segments):
         if is_curved(points, order, work.segments, segments, ring, i):

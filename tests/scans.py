@@ -8,7 +8,7 @@ from pbrg_mj.perception.scan.parameters import LineParameters, line_parameters
 from pbrg_mj.scenario.schema import PRESETS, Beams, Scenario
 from tests.raycast import Scene, cast
 
-SENSORS = ("none", *PRESETS)
+SENSORS = ("generic", *PRESETS)
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Sensor:
         return ranges
 
 
-def sensor(preset: str = "none", **keys: object) -> Sensor:
+def sensor(preset: str = "generic", **keys: object) -> Sensor:
     scenario = Scenario.model_validate(
         {
             "team": {"start": [(0, 0), (1, 0)], "formation": [(0, 0), (1, 0)], "leaders": [1]},

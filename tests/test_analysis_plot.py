@@ -223,3 +223,44 @@ def test_panels_are_chosen_on_the_command_line(tmp_path, monkeypatch, capsys):
         assert main(["plot", "a.mcap", "-o", "a.pdf", "--panels", wrong]) == 2
         told = capsys.readouterr().err
         assert f"{said}; allowed: trajectories, references, margin" in told and told.count("\n") == 1
+
+
+def among_things():
+    """A team that walks two metres along x, a wall beside it, a box that drives off, and a wall far away."""
+    world = {
+        "walls": (
+            {"start": (-3.0, 0.9), "end": (3.0, 0.9), "thickness": 0.1},
+            {"start": (-3.0, 90.0), "end": (3.0, 90.0), "thickness": 0.1},
+        ),
+        "moving_boxes": (
+            {
+                "size": (0.3, 0.3),
+                "waypoints": ({"time": 0.0, "center": (0.0, -0.6)}, {"time": 2.0, "center": (2.5, -0.6)}),
+            },
+        ),
+    }
+    plan = scenario(plant="physics", world=world, estimator={})
+    return run(plan, ticks={"hand_true": resting(plan).hand_true})
+
+
+def test_the_plan_shows_what_stands_and_moves_near_the_team_and_not_what_is_far():
+    from pbrg_mj.analysis.figures.trajectories import trajectories
+
+    made = among_things()
+    axes = drawn(trajectories, made)
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    q = made.ticks.hand_true
+    assert left < q[..., 0].min() and right > q[..., 0].max()
+    assert q[..., 1].max() < 0.95 < top < 5.0
+    assert bottom < -0.75
+
+
+@pytest.mark.parametrize("largest", [1e-2, np.inf])
+def test_neither_rounding_nor_divergence_sets_the_scale_of_consensus(largest):
+    from pbrg_mj.analysis.figures.time_histories import consensus
+
+    spread = np.geomspace(1e-4, 1e-2, 21)
+    spread[0], spread[-1] = 0.0, largest
+    low, high = drawn(consensus, run(ticks={"consensus_spread": spread})).get_ylim()
+    assert 1e-5 < low <= spread[1]
+    assert spread[-2] <= high < 1e-1

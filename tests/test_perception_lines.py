@@ -84,7 +84,7 @@ def test_the_covariance_counts_strays_that_pass_for_points_of_the_wall() -> None
 
 
 @pytest.mark.parametrize(
-    ("preset", "angle_deg", "offset"), [("none", 0.25, 0.002), ("tof_ring", 1.0, 0.01), ("robotarium", 2.0, 0.02)]
+    ("preset", "angle_deg", "offset"), [("generic", 0.25, 0.002), ("tof_ring", 1.0, 0.01), ("robotarium", 2.0, 0.02)]
 )
 def test_single_scans_are_this_exact_at_one_and_a_half_metres(preset: str, angle_deg: float, offset: float) -> None:
     error, _ = errors(sensor(preset), 1.5, -3.0, 3.0, 300)

@@ -47,7 +47,7 @@ def test_a_concave_corner_has_two_walls() -> None:
     assert found.angle[order] == pytest.approx([0, np.pi / 2], abs=1e-3)
 
 
-@pytest.mark.parametrize("preset", ["none", "robotarium", "lidar"])
+@pytest.mark.parametrize("preset", ["generic", "robotarium", "lidar"])
 def test_turning_the_scan_by_whole_beams_turns_the_lines(preset: str) -> None:
     random, of = np.random.default_rng(7), sensor(preset)
     for _ in range(40):
@@ -104,7 +104,7 @@ def test_four_robots_are_no_walls(preset: str) -> None:
         assert extract_lines_into(of.disturb(exact, random), of.directions, of.params, work, out) == 0
 
 
-RECALL = {"none": 0.985, "ideal": 0.985, "robotarium": 0.97, "tof_ring": 0.95, "lidar": 0.985}
+RECALL = {"generic": 0.985, "ideal": 0.985, "robotarium": 0.97, "tof_ring": 0.95, "lidar": 0.985}
 
 
 @pytest.mark.parametrize("preset", SENSORS)
@@ -230,7 +230,7 @@ def test_corners_are_ends_only_where_beams_pass() -> None:
     assert box.free_high[near] or box.free_low[near]  # convex: beams pass the face
 
 
-@pytest.mark.parametrize("preset", ["none", "ideal", "lidar"])
+@pytest.mark.parametrize("preset", ["generic", "ideal", "lidar"])
 def test_a_doorway_parts_a_wall_and_a_robot_before_it_does_not(preset: str) -> None:
     of = sensor(preset)
     door = Scene(((1.0, -1.5, 1.0, -0.25), (1.0, 0.3, 1.0, 1.5)))

@@ -116,7 +116,7 @@ def test_a_preset_fills_in_and_keys_beside_it_win():
     bare, some = Beams(preset="tof_ring"), Beams.model_validate({"preset": "tof_ring", "count": 8, "dropout": 0})
     assert (bare.count, bare.range_max, bare.noise_std, bare.quantum) == (24, 3.0, 0.008, 0.001)
     assert (some.count, some.dropout, some.noise_std) == (8, 0.0, 0.008)
-    assert Beams(preset="none") == Beams()
+    assert Beams.model_validate({"preset": "none"}) == Beams(preset="generic") == Beams()
     for name in PRESETS:
         chosen = Beams.model_validate({"preset": name})
         assert chosen.range_min < chosen.range_max

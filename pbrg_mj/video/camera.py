@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from pbrg_mj.analysis.metrics.obstacles import area_of_interest
 from pbrg_mj.log.read.run import Run
 from pbrg_mj.video.playback import Motion, between, held, smoothed
 from pbrg_mj.video.settings import ROBOT_CAMERA, RenderTask
@@ -98,14 +99,10 @@ def _points_in_view(run: Run) -> np.ndarray:
 
 
 def _top(task: RenderTask) -> Camera:
-    world = task.run.scenario.world
     goals = task.run.ticks.reference[-1] + np.array(task.run.scenario.team.formation)
     team = np.vstack([_points_in_view(task.run).reshape(-1, 2), goals])
-    stops = [stop.center for box in world.moving_boxes for stop in box.waypoints]
-    things = np.reshape([*stops, *(box.center for box in world.boxes)], (-1, 2))
-    # Obstacles count only where they are near: far ones must not make the team small.
-    points = np.vstack([team, np.clip(things, team.min(axis=0) - BESIDE, team.max(axis=0) + BESIDE)])
-    low, high = points.min(axis=0) - BORDER, points.max(axis=0) + BORDER
+    low, high = area_of_interest(task.run.scenario, team, BESIDE)
+    low, high = low - BORDER, high + BORDER
     width, height = task.size
     half = float(max((high[1] - low[1]) / 2, (high[0] - low[0]) / 2 * height / width))
     return top_camera((low + high) / 2, half, mark=0.02 * half)

@@ -1,4 +1,4 @@
-"""The words in a picture: clock, margin, the governor's status, and what the marks mean."""
+"""The words in a picture: clock, margin, the governor's status."""
 
 from __future__ import annotations
 
@@ -9,8 +9,6 @@ from pbrg_mj.log.read.run import Run
 from pbrg_mj.video.playback import latest
 
 LONGEST = 48  # characters of a name
-LEGEND = "red star  r\nblack cross  m*\ndiscs  m_i\npale discs  m_i + b_i"
-OPTIMUM_LEGEND = "black cross  m*\n"
 
 
 def caption(run: Run, time: float) -> tuple[str, str]:
@@ -32,11 +30,6 @@ def caption(run: Run, time: float) -> tuple[str, str]:
         if len(touching):
             facts[f"touches {what}"] = "robot " + ", ".join(map(str, touching.tolist()))
     return "\n".join(facts), "\n".join(facts.values())
-
-
-def legend(run: Run) -> str:
-    """Return what the marks of the references mean."""
-    return LEGEND if len(run.optima.time) else LEGEND.replace(OPTIMUM_LEGEND, "")
 
 
 def _gap(run: Run, tick: int, solved: int) -> str:

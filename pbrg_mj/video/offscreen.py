@@ -12,7 +12,8 @@ import mujoco
 import numpy as np
 
 from pbrg_mj.video.camera import camera_path
-from pbrg_mj.video.caption import caption, legend
+from pbrg_mj.video.caption import caption
+from pbrg_mj.video.legend import Legend
 from pbrg_mj.video.markers import Markers
 from pbrg_mj.video.overlay import FrameState, Overlay
 from pbrg_mj.video.playback import Playback, latest, motion_of
@@ -58,6 +59,7 @@ class OffscreenRenderer:
         self._gl = mujoco.GLContext(*self._task.size)
         self._gl.make_current()
         self._context = mujoco.MjrContext(self._playback.model, _font_scale(self._task.size[1]))
+        self._legend = Legend(self._task.run, self._task.size, self._context)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         return self
 
@@ -85,16 +87,19 @@ class OffscreenRenderer:
         self._overlay.draw(Markers(scene, task.size[1] / FULL_HEIGHT), frame, task.layers)
         frame.camera.place(scene, task.size)
         mujoco.mjr_render(self._view, scene, self._context)
+        legend = "text" in task.layers and "references" in task.layers and task.size[1] >= LEGEND_HEIGHT
+        if legend:
+            self._legend.write(frame.camera)
         if "text" in task.layers:
             self._write(time)
         mujoco.mjr_readPixels(self._pixels, None, self._view, self._context)
+        if legend:
+            self._legend.paint(self._pixels)
         return self._pixels
 
     def _write(self, time: float) -> None:
         font, places = mujoco.mjtFont.mjFONT_NORMAL, mujoco.mjtGridPos
         mujoco.mjr_overlay(font, places.mjGRID_TOPLEFT, self._view, *caption(self._task.run, time), self._context)
-        if "references" in self._task.layers and self._task.size[1] >= LEGEND_HEIGHT:
-            mujoco.mjr_overlay(font, places.mjGRID_BOTTOMLEFT, self._view, legend(self._task.run), "", self._context)
 
 
 def _font_scale(height: int) -> int:

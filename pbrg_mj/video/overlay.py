@@ -22,6 +22,8 @@ SHADOW_COLOUR = (0.0, 0.0, 0.0, 0.22)
 EDGE_COLOUR = (0.25, 0.27, 0.32, 0.7)
 OPTIMUM_COLOUR = (0.05, 0.05, 0.05, 1.0)
 REFERENCE_COLOUR = (0.85, 0.08, 0.12, 1.0)
+STAR_ANGLES = np.pi * np.array([0.5, 5 / 6, 7 / 6])  # of the bars of r [rad]
+MOST_BEAMS = 36  # drawn of a robot's scan: more are moire
 HIT_SIZE = 0.18  # of a beam's end [marks]
 TRAIL_SECONDS, TRAIL_STEP = 15.0, 0.5  # [s]
 STILL = 1e-4  # pieces of trails that are shorter are not seen [m]
@@ -120,7 +122,7 @@ class Overlay:
             star = _above(run.optima.m[solved], top + APART)
             markers.star(star, 1.5 * size, np.pi * np.array([0.25, 0.75]), OPTIMUM_COLOUR)
         reference = _above(run.ticks.reference[frame.tick], top + 2 * APART)
-        markers.star(reference, 1.5 * size, np.pi * np.array([0.5, 5 / 6, 7 / 6]), REFERENCE_COLOUR)
+        markers.star(reference, 1.5 * size, STAR_ANGLES, REFERENCE_COLOUR)
 
     def _beams(self, markers: Markers, frame: FrameState) -> None:
         """Draw each robot's latest scan from where it was taken; a beam that returned nothing is left out."""
@@ -129,13 +131,19 @@ class Overlay:
             if k < 0:
                 continue
             x, y, heading = between(self._motion.time, self._motion.pose[:, robot], float(scans.time[k]))
-            start, ranges = np.array([x, y, self._run.scenario.sensors.beams.height]), scans.ranges[k]
-            angles = heading + scans.angles
+            start = np.array([x, y, self._run.scenario.sensors.beams.height])
+            drawn = drawn_beams(len(scans.angles))
+            ranges, angles = scans.ranges[k][drawn], heading + scans.angles[drawn]
             ends = start + ranges[:, None] * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(len(angles))])
             colour = self._colour[robot]
             for end in ends[np.isfinite(ranges)]:
                 markers.line(start, end, 1.0, (*colour[:3], 0.35))
                 markers.dot(end, HIT_SIZE * frame.camera.mark, (*colour[:3], 1.0))
+
+
+def drawn_beams(count: int) -> slice:
+    """Return which of a scan's beams are drawn: every one of a few, evenly spaced ones of many."""
+    return slice(0, count, -(-count // MOST_BEAMS))
 
 
 def trail(time: np.ndarray, hand: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -34,8 +34,8 @@ def _what(found: dict) -> str:
     recall = ", ".join(f"{share:.0%}" for share in four["recall"])
     return _filled(f"""
 `python scripts/accuracy`, {of} seeds: a wall of 3 m, its middle at a range and incidence, a robot at rest with a random
-heading, ten scans. Every cell has noise of its own, and the camera's (1 mm, 0.2 deg) is part of every figure. `none` is
-the schema's default sensor (5 mm).
+heading, ten scans. Every cell has noise of its own, and the camera's (1 mm, 0.2 deg) is part of every figure. `generic`
+is the schema's default sensor (5 mm).
 
 - *Recall*: the wall binds after ten scans.
 - *Outside*: the half-space for k = 3 lets the hand point nearer to the wall than the clearance; allowed are 0.3 %.

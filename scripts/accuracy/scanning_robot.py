@@ -13,7 +13,7 @@ from pbrg_mj.sensing.beam_model import noisy_scan
 from pbrg_mj.sensing.noise import sensor_noise
 from pbrg_mj.sensing.readings import Readings
 
-SENSORS = ("ideal", "none", "robotarium", "tof_ring", "lidar")  # presets
+SENSORS = ("ideal", "generic", "robotarium", "tof_ring", "lidar")  # presets
 CLEARANCE, HAND = 0.1, 0.04  # [m]
 
 

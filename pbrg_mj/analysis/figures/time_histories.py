@@ -23,6 +23,7 @@ from pbrg_mj.log.read.run import Run
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+MOST = 1e3  # [m] what is more has diverged
 LEAST = 1e-12  # [m] what is less is rounding, and has no place on a logarithmic axis
 
 
@@ -89,7 +90,13 @@ def gap(axes: Axes, run: Run) -> None:
 def consensus(axes: Axes, run: Run) -> None:
     """Draw the largest distance between two robots' references."""
     axes.set_yscale("log")
-    axes.plot(run.ticks.time, _positive(run.ticks.consensus_spread), color=COLOURS[0], linewidth=THIN)
+    spread = finite(run.ticks.consensus_spread)
+    axes.plot(run.ticks.time, _positive(spread), color=COLOURS[0], linewidth=THIN)
+    told = spread[(spread > LEAST) & (spread < MOST)]
+    if len(told):  # what is rounding, or has diverged, must not set the scale
+        axes.set_ylim(0.5 * told.min(), 2.0 * told.max())
+    elif not (spread > LEAST).any():
+        axes.set_ylim(LEAST / 2, 1e3 * LEAST)
     axes.set_ylabel("$\\max\\,\\|m_i - m_j\\|$ [m]")
 
 

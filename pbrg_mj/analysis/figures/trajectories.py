@@ -7,14 +7,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pbrg_mj.analysis.figures.style import MARKERS, finite, legend_above, robot_style
-from pbrg_mj.analysis.metrics.obstacles import footprints
+from pbrg_mj.analysis.metrics.obstacles import area_of_interest, footprint_corners, footprints, moving_footprints
 from pbrg_mj.analysis.metrics.outcome import final_target
 from pbrg_mj.log.read.run import Run
-from pbrg_mj.world.scene.footprints import Rectangles, wall_rectangles
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+FARTHEST = 30.0  # from the team's start, what is farther is not shown [m]
+BESIDE = 1.0  # how far off the team's way things are shown [m]
+BORDER = 0.05  # around it all, as a share of its size
 POINT: dict[str, Any] = {"color": "black", "linestyle": "none"}
 
 
@@ -32,12 +34,9 @@ def trajectories(axes: Axes, run: Run) -> None:
         axes.annotate(str(robot + 1), q[-1, robot], xytext=(-9, -9), textcoords="offset points", **halo)
     _formation(axes, q[-1])
     _points(axes, run)
-    # Walls and lines run through the whole picture; they must not stretch it.
-    axes.set_xlim(axes.get_xlim())
-    axes.set_ylim(axes.get_ylim())
-    axes.set_aspect("equal")
+    _frame(axes, run)
     _floor(axes, run)
-    for corners in _corners(footprints(run.scenario)):
+    for corners in footprint_corners(footprints(run.scenario)):
         axes.fill(*corners.T, facecolor="0.8", edgecolor="0.4", linewidth=0.6)
     lines = final_target(run).rows
     for G, h in zip(lines.G, lines.h, strict=True):
@@ -47,15 +46,30 @@ def trajectories(axes: Axes, run: Run) -> None:
     legend_above(axes)
 
 
+def _frame(axes: Axes, run: Run) -> None:
+    """Show the team's way, r, and what stands or moves near it; lines run through the whole picture."""
+    ticks = run.ticks
+    team = np.concatenate([ticks.hand_true.reshape(-1, 2), ticks.reference[-1:], _best(run)])
+    start = np.mean(run.scenario.team.start, axis=0)
+    near = np.all(np.abs(team - start) < FARTHEST, axis=1)  # a run may diverge
+    low, high = area_of_interest(run.scenario, np.vstack([team[near], start]), BESIDE)
+    border = BORDER * max(float((high - low).max()), 1.0)
+    axes.set_xlim(low[0] - border, high[0] + border)
+    axes.set_ylim(low[1] - border, high[1] + border)
+    axes.set_aspect("equal")
+
+
 def _floor(axes: Axes, run: Run) -> None:
     """Draw working areas under everything else, and dashed where moving boxes stop."""
     world = run.scenario.world
     for patch in world.patches:
         (x0, y0), (x1, y1) = patch.start, patch.end
         axes.fill([x0, x1, x1, x0], [y0, y0, y1, y1], facecolor="#F2E6D0", edgecolor="none", zorder=0)
-    stops = [box.at(stop).as_wall() for box in world.moving_boxes for stop in box.waypoints]
-    for corners in _corners(wall_rectangles(stops)):
+    for corners in footprint_corners(moving_footprints(run.scenario)):
         axes.fill(*corners.T, fill=False, edgecolor="0.4", linewidth=0.6, linestyle="--")
+    for box in world.moving_boxes:
+        way = np.array([waypoint.center for waypoint in box.waypoints])
+        axes.plot(*way.T, color="0.4", linewidth=0.6, linestyle=":")
 
 
 def _formation(axes: Axes, q: np.ndarray) -> None:
@@ -68,17 +82,14 @@ def _formation(axes: Axes, q: np.ndarray) -> None:
 
 def _points(axes: Axes, run: Run) -> None:
     axes.plot(*run.ticks.reference[-1], "*", label="r", **POINT, markersize=9, markerfacecolor="white")
-    best = final_target(run).point
-    if best is not None:
+    for best in _best(run):
         axes.plot(*best, "x", label="best admissible", **POINT, markersize=5)
 
 
-def _corners(rectangles: Rectangles) -> np.ndarray:
-    """Return the corners (w, 4, 2) of the footprints, in turn."""
-    along = rectangles.axis * rectangles.half_size[:, :1]
-    across = np.column_stack([-rectangles.axis[:, 1], rectangles.axis[:, 0]]) * rectangles.half_size[:, 1:]
-    c = rectangles.centre
-    return np.stack([c - along - across, c + along - across, c + along + across, c - along + across], axis=1)
+def _best(run: Run) -> np.ndarray:
+    """Return the best admissible reference, (1, 2) [m]; (0, 2) where there is none."""
+    best = final_target(run).point
+    return np.zeros((0, 2)) if best is None else best[None]
 
 
 def _slope(G: np.ndarray) -> float:

@@ -82,9 +82,9 @@ LAYOUT: dict[str, tuple[tuple[str, str], ...]] = {
     ),
     "network": (
         ("rounds per tick", "rounds_per_tick"),
-        ("sent per robot per tick [bytes]", "sent_per_robot_per_tick_bytes"),
-        ("sent per robot per second [bytes]", "sent_per_robot_per_second_bytes"),
-        ("sent per robot in all [bytes]", "sent_per_robot_total_bytes"),
+        ("sent per robot per tick", "sent_per_robot_per_tick_bytes"),
+        ("sent per robot per second", "sent_per_robot_per_second_bytes"),
+        ("sent per robot in all", "sent_per_robot_total_bytes"),
     ),
     "wall clock": (
         ("distributed tick, median [ms]", "governor_ms.median"),
@@ -96,6 +96,7 @@ LAYOUT: dict[str, tuple[tuple[str, str], ...]] = {
         ("simulated per wall second", "real_time_factor"),
     ),
 }
+BYTES = {"B": 1.0, "kB": 1e3, "MB": 1e6, "GB": 1e9, "TB": 1e12}
 SHORT = (
     "scenario",
     "duration_s",
@@ -123,7 +124,7 @@ def comparison_table(runs: Sequence[RunMetrics], own: Sequence[Mapping[str, floa
     for group, rows in LAYOUT.items():
         lines += ["", group] if lines else [group]
         for label, key in rows:
-            values = [look_up(run, key) for run in data]
+            values = [shown(run, key) for run in data]
             lines += _wrapped(f"  {label}", values) if key in WRAPPED else [_line(f"  {label}", values)]
     names = list(dict.fromkeys(name for values in own for name in values))
     lines += ["", "own metrics"] if names else []
@@ -137,7 +138,7 @@ def short_summary(run: RunMetrics) -> str:
     labels = {key: label.strip() for rows in LAYOUT.values() for label, key in rows}
     lines: list[str] = []
     for key in SHORT:
-        texts = sentences(look_up(data, key)) if key in WRAPPED else [text(look_up(data, key))]
+        texts = sentences(look_up(data, key)) if key in WRAPPED else [text(shown(data, key))]
         lines += [f"{label:<{LABEL_WIDTH}}  {line}" for label, line in zip_longest([labels[key]], texts, fillvalue="")]
     return "\n".join(lines)
 
@@ -147,6 +148,18 @@ def look_up(data: dict[str, Any], key: str) -> Any:
     for part in key.split("."):
         data = data[part]
     return data
+
+
+def shown(data: dict[str, Any], key: str) -> Any:
+    """Return the value at a key as it stands in a table: numbers of bytes with the unit a person reads."""
+    value = look_up(data, key)
+    return amount(value) if key.endswith("_bytes") and value is not None else value
+
+
+def amount(count: float) -> str:
+    """Return a number of bytes in B, kB, MB, GB or TB, by powers of 1000: 704 kB."""
+    unit = next((name for name in BYTES if abs(count) < 1000.0 * BYTES[name]), "TB")
+    return f"{count / BYTES[unit]:.4g} {unit}"
 
 
 def cell(value: Any) -> str:

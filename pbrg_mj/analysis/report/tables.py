@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from pbrg_mj.analysis.metrics.table import LAYOUT, WRAPPED, cell, look_up, text
+from pbrg_mj.analysis.metrics.table import LAYOUT, WRAPPED, cell, look_up, shown, text
 from pbrg_mj.analysis.report.report_run import ReportRun
 from pbrg_mj.analysis.text import plain
 
@@ -33,7 +33,7 @@ def comparison(report_runs: Sequence[ReportRun]) -> str:
     for group, lines in LAYOUT.items():
         rows.append(f'<tr class="group"><th scope="colgroup" colspan="{len(data) + 1}">{escape(group)}</th></tr>')
         rows += [
-            _row(label, [(text if key in WRAPPED else cell)(look_up(one, key)) for one in data]) for label, key in lines
+            _row(label, [(text if key in WRAPPED else cell)(shown(one, key)) for one in data]) for label, key in lines
         ]
     return f'<table><thead><tr><th scope="col">run</th>{heads}</tr></thead><tbody>\n{_lines(rows)}\n</tbody></table>'
 

@@ -43,6 +43,8 @@ PRESETS: dict[str, dict[str, float | int]] = {
     },
 }
 """What a preset sets. Keys given beside it win."""
+EARLIER_GENERIC = "none"
+"""What `generic` was called in earlier logs: it has beams all the same."""
 
 
 Deviation = Annotated[float, Field(ge=0, le=1000)]
@@ -57,8 +59,9 @@ is open above and below. Lower than the wheels' axles, beams would meet the floo
 class Beams(Section):
     """Range beams from the body's centre, counter-clockwise."""
 
-    preset: Literal["none", "ideal", "robotarium", "tof_ring", "lidar"] = Field(
-        default="none", description="a known sensor, whose numbers stand in for this page's defaults"
+    preset: Literal["generic", "ideal", "robotarium", "tof_ring", "lidar"] = Field(
+        default="generic",
+        description="generic: this page's defaults; else a known sensor, whose numbers stand in for them",
     )
     robots: Literal["all"] | tuple[RobotNumber, ...] = Field(default="all", description="robots that carry beams")
     count: Annotated[int, Field(ge=1, le=1080)] = Field(default=72, description="beams per robot")
@@ -84,6 +87,8 @@ class Beams(Section):
     @classmethod
     def _preset(cls, keys: Any) -> Any:
         """Fill in the preset's values under the keys that are given."""
+        if isinstance(keys, dict) and keys.get("preset") == EARLIER_GENERIC:
+            keys = {**keys, "preset": "generic"}
         preset = PRESETS.get(str(keys.get("preset"))) if isinstance(keys, dict) else None
         return {**preset, **keys} if preset else keys
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from pbrg_mj.governor.distributed import equations, network_equations, network_rounds, rounds
-from pbrg_mj.governor.distributed.channel import LinkStates, Loss
+from pbrg_mj.governor.distributed.channel import Loss
 from pbrg_mj.governor.distributed.estimates import Estimates, Flow
+from pbrg_mj.governor.distributed.link_states import LinkStates
 from pbrg_mj.governor.monitor.passivity import Passivity
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.governor.problem.rows import Rows
@@ -24,6 +25,9 @@ NETWORKS = {
     "delay": "{delay_rounds: 7}",
     "loss": "{loss: 0.2, loss_burst: 3}",
     "waves": "{exchange: scattering, delay_rounds: 4, loss: 0.1}",
+    "jitter": "{delay_rounds: 1, jitter_rounds: 4}",
+    "a queue": "{jitter_rounds: 9, reordering: false}",
+    "waves out of order": "{exchange: scattering, delay_rounds: 2, jitter_rounds: 6, loss: 0.4, loss_burst: 5}",
     "silence": "{silences: [{robot: 2, time: 0.1, duration: 0.6}], silent_after: 0.2}",
 }
 
@@ -75,7 +79,7 @@ def test_a_compiled_round_is_the_round_of_the_equations(seed):
 
 @pytest.mark.parametrize("seed", range(30))
 def test_a_compiled_round_over_a_network_is_the_round_of_the_equations(seed):
-    """Round after round from the compiled state: numbers to rounding, ages, hop counts and who is up exactly."""
+    """Round after round from the compiled state: numbers to rounding; ages, counts and who is up exactly."""
     rng = np.random.default_rng(seed)
     network = random_network(rng)
     problem, estimates = random_team(rng, network)
@@ -89,6 +93,9 @@ def test_a_compiled_round_over_a_network_is_the_round_of_the_equations(seed):
         (Loss(), Loss.independent(0.3), Loss.bursty(0.3, 4.0))[seed % 3],
         silences=silent,
         silent_after=int(rng.integers(2, 8)),
+        jitter=int(rng.integers(0, 5)) if seed >= 12 else 0,
+        in_order=seed >= 22,
+        reserve=int(rng.integers(0, 4)),
     )
     memory, flow = (estimates, LinkStates.empty(links, network.robots)), random_flow(rng)
     for _ in range(30):

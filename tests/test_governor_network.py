@@ -13,13 +13,17 @@ from pbrg_mj.governor.distributed.estimates import Estimates, Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.distributed.rounds import run_rounds
 from pbrg_mj.scenario.load import parse_scenario
-from tests.channels import channel, links, lonely, naive, quiet, run, uneven
+from tests.channels import channel, links, lonely, naive, quiet, run, scheduled, uneven
 from tests.problems import GRAPHS, graph, random_problem
 from tests.scenario_texts import three
 from tests.test_governor_rounds import FLOW, PRIVATE, random_estimates
 
 FIELDS = Estimates._fields
 SOME_LOSS = {"none": Loss(), "independent": Loss.independent(0.3), "bursty": Loss.bursty(0.3, 4.0)}
+
+
+JITTER, QUEUE = {"jitter": 5}, {"jitter": 5, "in_order": True}
+WAYS = [*((name, {}) for name in GRAPHS), ("kite", JITTER), ("kite", QUEUE), ("kite", {"jitter": 3, "reserve": 6})]
 
 
 def start(seed, name="kite"):
@@ -30,11 +34,11 @@ def start(seed, name="kite"):
 
 @pytest.mark.parametrize("impedance", [0.0, 0.7, 2.0])
 @pytest.mark.parametrize("loss", SOME_LOSS)
-@pytest.mark.parametrize("name", GRAPHS)
-def test_rounds_are_the_rounds_written_out(name, loss, impedance):
+@pytest.mark.parametrize(("name", "how"), WAYS)
+def test_rounds_are_the_rounds_written_out(name, how, loss, impedance):
     problem, first = start(4, name)
     delay = uneven if impedance else lambda i, k: uneven(i, k) - 1
-    links_ = channel(problem.network, delay, impedance, SOME_LOSS[loss], seed=9)
+    links_ = channel(problem.network, delay, impedance, SOME_LOSS[loss], seed=9, **how)
     got, _ = run(problem, quiet(links_, first), links_, FLOW, 40)
     want = naive(problem, first, links_, FLOW, 40)
     for field in FIELDS:
@@ -99,6 +103,56 @@ def test_another_seed_loses_other_messages_and_the_same_seed_the_same():
     assert 200 < np.count_nonzero(one.lost(nothing, 0, 64) != other.lost(nothing, 0, 64)) < 440
 
 
+def test_jitter_is_even_and_its_own_and_a_queue_keeps_the_order():
+    rounds = 20_000
+    free, queue, other = (
+        channel(graph(), uneven, jitter=4, in_order=order, seed=seed)
+        for order, seed in ((False, 1), (True, 1), (False, 2))
+    )
+    nothing = np.zeros(10, dtype=np.int64)
+    arrivals, sent = free.arrivals(nothing, 0, rounds), np.arange(rounds)[:, None]
+    extra = arrivals - sent - free.delay
+    counts = np.array([np.bincount(link, minlength=5) for link in extra.T])
+    np.testing.assert_allclose(counts / rounds, 0.2, atol=0.015)
+    assert np.any(np.diff(arrivals, axis=0) < 0, axis=0).all()
+    assert np.mean(arrivals == other.arrivals(nothing, 0, rounds)) == pytest.approx(0.2, abs=0.01)
+    in_order = queue.arrivals(nothing, 0, rounds)
+    np.testing.assert_array_equal(in_order, np.maximum.accumulate(arrivals))
+    for one in (free, queue):  # whatever rounds are asked for at once
+        parts = [one.arrivals(nothing, 0, 7)]
+        parts.append(one.arrivals(parts[0][-1], 7, 30))
+        np.testing.assert_array_equal(np.vstack(parts), one.arrivals(nothing, 0, 37))
+
+
+def test_a_message_that_comes_after_a_newer_one_is_dropped():
+    """Of five messages sent in rounds 0 to 4, those of rounds 1 and 2 are overtaken by that of round 3."""
+    problem, first = start(7, "path")
+    extra = np.zeros((8, 8), dtype=np.int64)
+    extra[:5] = np.array([0, 4, 4, 0, 2])[:, None]
+    links_ = scheduled(channel(problem.network, 1), np.zeros((8, 8), dtype=bool), extra)
+    memory, newest = quiet(links_, first), []
+    for _ in range(8):
+        memory = run(problem, memory, links_, FLOW, 1)
+        states = memory[1]
+        newest.append((states.round - states.age)[0] if states.up[0] else None)
+    # held after rounds 0 to 7, by the round of sending; those of round 5 and later are in time
+    assert newest == [None, 0, 0, 0, 3, 3, 5, 6]
+
+
+def test_estimates_that_come_out_of_order_are_those_sent_last():
+    problem, first = start(8)
+    links_ = channel(problem.network, uneven, jitter=6, seed=4)
+    memory, sent = quiet(links_, first), []
+    receiver, sender = np.array(links(problem.network)).T
+    for _ in range(60):
+        sent.append(np.stack([memory[0].z[sender], memory[0].zeta[sender]]))
+        memory = run(problem, memory, links_, FLOW, 1)
+        states = memory[1]
+        for e in np.flatnonzero(states.up):
+            np.testing.assert_array_equal(states.held[:, e], sent[states.round - states.age[e]][:, e])
+    assert len(receiver) == len(links_.delay)
+
+
 def travel_times(network, delays):
     """Rounds that anything needs from robot to robot: a hop takes its delay and the round that uses it."""
     n = network.robots
@@ -138,14 +192,22 @@ def test_private_data_travel_no_faster_than_the_links(name, impedance, private):
 
 def test_bytes_count_what_is_sent_though_it_be_lost_and_nothing_of_the_silent():
     problem, _ = start(8)
-    message = 2 * 22 * 8 + 2  # two vectors of doubles, and the hop count
     for impedance in (0.0, 2.0):
+        message = 2 * 22 * 8 + 2 + (4 if impedance else 0)  # vectors, hop count, and how many waves are in the sum
         links_ = channel(problem.network, 1, impedance, Loss.independent(0.5), silences=[(2, 4, 7)])
         governor = DistributedGovernor(Flow(2.0, 1e-3), 10, "zero", links_)
         solution, memory = governor.step(problem, governor.init(problem))
         np.testing.assert_array_equal(solution.bytes_sent, message * np.array([20, 20, 3 * 7, 20, 10]))
         solution, _ = governor.step(problem, memory)
         np.testing.assert_array_equal(solution.bytes_sent, message * 10 * np.array([2, 2, 3, 2, 1]))
+
+
+def test_messages_that_may_be_overtaken_carry_a_number():
+    problem, _ = start(8)
+    links_ = channel(problem.network, 1, jitter=3)
+    governor = DistributedGovernor(Flow(2.0, 1e-3), 10, "zero", links_)
+    solution, _ = governor.step(problem, governor.init(problem))
+    np.testing.assert_array_equal(solution.bytes_sent, (2 * 22 * 8 + 2 + 4) * 10 * problem.network.degree)
 
 
 NETWORK = """{exchange: scattering, impedance: 3, delay_rounds: 4, links: [{robots: [3, 2], delay_rounds: 9}],
@@ -161,10 +223,30 @@ def test_a_scenarios_network_becomes_rounds():
     assert (made.impedance, made.seed, made.silent_after) == (3.0, 3, 120)  # 4 rounds every 10 ms
     assert made.loss == Loss(0.2, pytest.approx(0.0625), 0.75)
     np.testing.assert_array_equal(made.silences, [[1, 600, 700], [0, 2800, NEVER]])
+    assert (made.jitter, made.in_order, made.reserve) == (0, False, 19)  # 0.2 * 0.75^19 < 0.001 < 0.2 * 0.75^18
     assert made.silent(2798, 4, 3).tolist() == [[False] * 3] * 2 + [[True, False, False]] * 2
+
+
+@pytest.mark.parametrize(
+    ("section", "reserve"),
+    [
+        ("{delay_rounds: 3}", 0),
+        ("{jitter_rounds: 7, reordering: false}", 7),
+        ("{jitter_rounds: 7, loss: 0.5}", 7 + 9),  # 2^-10 < 0.001 < 2^-9
+        ("{jitter_rounds: 7, loss: 0.5, reserve_rounds: 3}", 3),
+        ("{loss: 0.5, loss_burst: 1000}", 2000),  # no longer than neighbour_timeout: beyond, the robots hold
+        ("{loss: 0.5, loss_burst: 1}", 1),
+        ("{loss: 1}", 0),
+    ],
+)
+def test_the_reserve_is_what_links_use_up_in_one_of_a_thousand_rounds(section, reserve):
+    made = channel_of(parse_scenario(three(graph="{kind: path}", governor="{rounds: 40}", network=section)))
+    assert made is not None
+    assert made.reserve == reserve
+    assert made.in_order == ("reordering" in section)
 
 
 def test_a_scenario_that_says_nothing_has_the_immediate_exchange():
     assert channel_of(parse_scenario(three(network="{neighbour_timeout: 2, impedance: 5}"))) is None
-    for one in ("{delay_rounds: 1}", "{loss: 0.1}", "{outages: [{robot: 1, time: 0}]}"):
+    for one in ("{delay_rounds: 1}", "{jitter_rounds: 2}", "{loss: 0.1}", "{outages: [{robot: 1, time: 0}]}"):
         assert channel_of(parse_scenario(three(network=one))) is not None

@@ -36,6 +36,11 @@ WRONG = {
         "links.0.delay_rounds: is 0 rounds; allowed: 1 to 1000 with `exchange: scattering`",
     ),
     "delay without end": ("{delay_rounds: 1001}", "delay_rounds: is 1001 rounds; allowed: 0 to 1000"),
+    "jitter without end": (
+        "{delay_rounds: 600, jitter_rounds: 401}",
+        "jitter_rounds: is 401 rounds; allowed: 0 to 400, 1000 with the longest delay",
+    ),
+    "a reserve without end": ("{reserve_rounds: 1001}", "reserve_rounds: is 1001 rounds; allowed: 0 to 1000"),
     "more loss than such bursts make": (
         "{loss: 0.8, loss_burst: 3}",
         "loss: is 0.8; allowed: at most 0.75 in runs of loss_burst, 3 rounds",
@@ -62,6 +67,7 @@ def test_what_cannot_be_is_told(case):
         "{exchange: scattering, links: [{robots: [1, 2], delay_rounds: 1}, {robots: [3, 2], delay_rounds: 9}]}",
         "{delay_rounds: 1000, loss: 0.75, loss_burst: 3}",
         "{loss: 1}",
+        "{delay_rounds: 600, jitter_rounds: 400, reordering: false, reserve_rounds: 1000}",
     ],
 )
 def test_what_can_be_passes(section):

@@ -55,14 +55,22 @@ def test_the_rest_hold_as_soon_as_the_news_can_reach_them(name, delay, impedance
     frozen, links_ = silenced(name, robot, delay, impedance)
     expected = freezing(frozen.network, links_.delay, robot)
     memory = quiet(links_, DistributedGovernor(FLOW, 1, "start", links_).init(frozen).estimates)
-    stood = np.zeros((UNTIL, 5), dtype=bool)
+    stood, held = np.zeros((2, UNTIL, 5), dtype=bool)
     for t in range(UNTIL):
         before = memory[0]
         memory = run(frozen, memory, links_, FLOW, 1)
         stood[t] = np.all(memory[0].z == before.z, axis=1)
+        held[t] = memory[1].holding
     for i in range(5):
-        assert stood[expected[i] :, i].all(), i
-        assert not stood[20 : expected[i], i].any(), i
+        assert held[expected[i] :, i].all(), i
+        assert not held[20 : expected[i], i].any(), i
+    if not impedance:
+        np.testing.assert_array_equal(stood[20:], held[20:])
+    else:  # without new waves they stand at once, the neighbours first
+        assert not stood[20:FROM].any()
+        assert stood[held].all()
+        others = [i for i in range(5) if i != robot]
+        assert all(stood[FROM + 4 + 5 * 5 :, i].all() for i in others)
     assert expected.max() <= FROM - 1 + 4 + PATIENCE + 4 * 5
 
 

@@ -86,8 +86,9 @@ def energies(frozen, delay, rounds):
         off = {name: getattr(estimates, name) - getattr(best, name) for name in ("z", "zeta", "lam", "nu")}
         line = 0.0
         for e, delay_e in enumerate(links_.delay):
-            slots = [(exchange.round - 1 - s) % exchange.flight.shape[2] for s in range(delay_e)]
-            line += 0.5 * STEP * np.sum((exchange.flight[:, e, slots] - waves[:, e, None]) ** 2)
+            slots = [(exchange.round - 1 - s) % exchange.flight.shape[2] for s in range(delay_e, -1, -1)]
+            sent = np.diff(exchange.flight[:, e, slots], axis=1)  # messages carry sums
+            line += 0.5 * STEP * np.sum((sent - waves[:, e, None]) ** 2)
         primal = 0.5 * (np.sum(off["z"] ** 2) + np.sum(off["zeta"] ** 2))
         totals.append(primal + line + flow.alpha * 0.5 * (np.sum(off["lam"] ** 2) + np.sum(off["nu"] ** 2)))
         memory = run(frozen, memory, links_, flow, 1)

@@ -41,12 +41,12 @@ def _step(scenario: Scenario, gradients: np.ndarray) -> Iterator[str]:
 
 def _delay(scenario: Scenario, gradients: np.ndarray) -> Iterator[str]:
     links, step = channel(scenario), round_step(scenario)
-    if links is None or not links.delay.any() or scenario.network.exchange != "plain" or scenario.robots > MAX_ROBOTS:
-        return  # waves bear any constant delay
-    margin = delay_margin(DelayedRounds(network(scenario), scenario.governor.alpha, step, links.delay), gradients)
+    if links is None or not links.longest.any() or scenario.network.exchange != "plain" or scenario.robots > MAX_ROBOTS:
+        return  # waves bear any delay
+    margin = delay_margin(DelayedRounds(network(scenario), scenario.governor.alpha, step, links.longest), gradients)
     if margin is not None:
-        longest = int(links.delay.max())
-        others = "" if np.all(links.delay == longest) else ", the others in proportion"
+        longest = int(links.longest.max())
+        others = "" if np.all(links.longest == longest) else ", the others in proportion"
         yield (
             f"messages {longest} rounds late, {longest * step:.3g} s, may be too late for alpha = "
             f"{scenario.governor.alpha:g} on this graph: the plain exchange is stable up to {margin} rounds, "

@@ -15,6 +15,7 @@ class Source(IntEnum):
     BEAMS = 2
     RADIO = 3
     MESSAGES = 4
+    JITTER = 5
 
 
 class Streams:

@@ -19,6 +19,7 @@ IMG = Path(__file__).resolve().parents[2] / "docs" / "img"
 DELAYS = (1, 10, 20, 40, 60, 70, 80, 100, 150, 200)  # rounds
 IMPEDANCES = (0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 8.0)
 DEFAULT = 2.0
+JITTERS = (10, 40)  # rounds
 SHARES = (0.1, 0.3, 0.5)  # of messages lost
 WINDOW = (60.0, 240.0)  # [s] over which a rate is fitted
 
@@ -52,6 +53,8 @@ def measure() -> dict:
         "run_plain_0.3_s": [list(map(float, row)) for row in distance(plain(uniform(60)), 60.0)],
         "run_waves_0.3_s": [list(map(float, row)) for row in distance(waves(uniform(60), DEFAULT), 60.0)],
         "loss_plain_0.1_s_per_s": {name: rate(plain(uniform(20), loss)) for name, loss in losses.items()},
+        "jitter_plain_0.1_s_per_s": {jitter: rate(plain(uniform(20), jitter=jitter)) for jitter in JITTERS},
+        "jitter_waves_0.1_s_per_s": {jitter: rate(waves(uniform(20), DEFAULT, jitter=jitter)) for jitter in JITTERS},
         "loss_waves_0.1_s_per_s": {name: rate(waves(uniform(20), DEFAULT, loss)) for name, loss in losses.items()},
     }
 

@@ -45,14 +45,15 @@ def uneven(rounds: int) -> np.ndarray:
     return np.array([max(1, round(shares[min(e), max(e)] * rounds)) for e in ends])
 
 
-def plain(delay: np.ndarray, loss: Loss | None = None) -> Channel:
+def plain(delay: np.ndarray, loss: Loss | None = None, jitter: int = 0) -> Channel:
     """Messages that are estimates."""
-    return Channel(delay, 0.0, loss or Loss(), 1, np.zeros((0, 3), np.int64), FOREVER)
+    return Channel(delay, 0.0, loss or Loss(), 1, np.zeros((0, 3), np.int64), FOREVER, jitter)
 
 
-def waves(delay: np.ndarray, impedance: float, loss: Loss | None = None) -> Channel:
-    """Messages that are waves."""
-    return replace(plain(delay, loss), impedance=impedance)
+def waves(delay: np.ndarray, impedance: float, loss: Loss | None = None, jitter: int = 0) -> Channel:
+    """Messages that are waves, with the reserve that a scenario has by default."""
+    messages = plain(delay, loss, jitter)
+    return replace(messages, impedance=impedance, reserve=jitter + messages.loss.longest_run())
 
 
 def distance(channel: Channel, seconds: float, every: int = 20) -> tuple[np.ndarray, np.ndarray]:

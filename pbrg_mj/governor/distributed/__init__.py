@@ -3,7 +3,7 @@
 - `estimates`: what the robots remember between rounds, and the flow's parameters
 - `penalty`: how large a cap of the multipliers keeps the penalty exact
 - `equations`: one round in plain NumPy, as the paper writes it; `rounds`: the same compiled
-- `channel`: delay, loss and silence of messages, and what the links hold between rounds
+- `channel`: delay, loss and silence of messages; `link_states`: what robots keep of those that come
 - `network_equations`: rounds over such a channel in plain NumPy; `network_rounds`: the same compiled
 - `governor`: a tick's rounds, and what each robot takes from them
 """

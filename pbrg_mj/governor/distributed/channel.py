@@ -1,11 +1,12 @@
 """What happens to messages on the directed links of the graph: delay, loss, silent robots. Parameters, all in rounds.
 
+Nothing here looks into a message or knows who takes it: `link_states` is what robots keep of what comes.
+
 Link e brings messages to robot i from robot `neighbours[e]`, for e in `first[i]` .. `first[i + 1]` of the network.
 """
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,10 @@ from pbrg_mj.team.network import Network
 
 NEVER = np.iinfo(np.int64).max
 BLOCK = 16  # rounds whose random numbers are drawn at once; part of what a seed means, so it must never change
+DRY_SHARE = 1e-3  # of the rounds in which a link may have used up the default reserve
+
+HOPS = 2  # bytes of a message's hop count
+NUMBER = 4  # bytes of its sequence number, or of a count of waves
 
 
 @dataclass(frozen=True)
@@ -37,6 +42,15 @@ class Loss:
         """Return the loss with runs of `burst` rounds on average, geometrically distributed; share < 1."""
         return cls(share, share / ((1.0 - share) * burst), 1.0 - 1.0 / burst)
 
+    def longest_run(self) -> int:
+        """Return the least K for which more than K losses in a row end in at most a share DRY_SHARE of the rounds.
+
+        0 where everything is lost.
+        """
+        if self.share <= DRY_SHARE or self.stay == 1.0:
+            return 0
+        return 1 if self.stay == 0.0 else int(np.ceil(np.log(DRY_SHARE / self.share) / np.log(self.stay)))
+
 
 @dataclass(frozen=True)
 class Channel:
@@ -48,6 +62,35 @@ class Channel:
     seed: int
     silences: np.ndarray  # (S, 3) int64: robot, first silent round, first round after
     silent_after: int  # a neighbour not heard for this many rounds counts as lost
+    jitter: int = 0  # most rounds by which a message takes longer than `delay`
+    in_order: bool = False  # a message waits for those sent before it, as in a queue
+    reserve: int = 0  # waves sent beyond the first at the start, for rounds in which none comes
+
+    @property
+    def longest(self) -> np.ndarray:
+        """The longest that a message may take on every directed link, (E,) int64 rounds."""
+        return self.delay + self.jitter
+
+    @property
+    def header(self) -> int:
+        """Bytes of a message beside its vectors.
+
+        A sequence number where messages can overtake one another, and with waves how many are in the sum.
+        """
+        return HOPS + NUMBER * (self.jitter > 0) + NUMBER * (self.impedance > 0.0)
+
+    def arrivals(self, last: np.ndarray, first: int, rounds: int) -> np.ndarray:
+        """Return when messages sent in rounds first .. first + rounds - 1 arrive, (rounds, E) int64 rounds.
+
+        `last` (E,) is when those of the round before the first arrive. The random numbers of a round depend on nothing
+        but the seed and the round.
+        """
+        due = np.arange(first, first + rounds)[:, None] + self.delay
+        if self.jitter == 0:
+            return due
+        draws = _uniform(self.seed, Source.JITTER, first, rounds, len(self.delay))
+        due += (draws * (self.jitter + 1)).astype(np.int64)
+        return np.maximum.accumulate(np.vstack([last, due]))[1:] if self.in_order else due
 
     def lost(self, was_bad: np.ndarray, first: int, rounds: int) -> np.ndarray:
         """Return which messages sent in rounds first .. first + rounds - 1 are lost, (rounds, E).
@@ -58,7 +101,7 @@ class Channel:
         bad = np.zeros((rounds, len(self.delay)), dtype=bool)
         if self.loss.share == 0.0:
             return bad
-        draws = _uniform(self.seed, first, rounds, len(self.delay))
+        draws = _uniform(self.seed, Source.MESSAGES, first, rounds, len(self.delay))
         for t, draw in enumerate(draws):
             chance = np.where(was_bad, self.loss.stay, self.loss.enter) if first + t > 0 else self.loss.share
             was_bad = bad[t] = draw < chance
@@ -80,17 +123,23 @@ def channel(scenario: Scenario) -> Channel | None:
     settings, team = scenario.network, network(scenario)
     waves = settings.exchange == "scattering"
     delayed = settings.delay_rounds > 0 or any(link.delay_rounds > 0 for link in settings.links)
-    if not (waves or delayed or settings.loss > 0 or settings.outages):
+    if not (waves or delayed or settings.jitter_rounds > 0 or settings.loss > 0 or settings.outages):
         return None
     per_second = scenario.governor.rounds / scenario.timing.tick
     burst = settings.loss_burst
+    loss = Loss.independent(settings.loss) if burst is None else Loss.bursty(settings.loss, burst)
+    silent_after = max(1, _first_round(settings.neighbour_timeout * per_second))
+    reserve = settings.reserve_rounds
     return Channel(
         delay=_delays(scenario, team),
         impedance=settings.impedance if waves else 0.0,
-        loss=Loss.independent(settings.loss) if burst is None else Loss.bursty(settings.loss, burst),
+        loss=loss,
         seed=scenario.seed,
         silences=_silences(scenario, per_second),
-        silent_after=max(1, _first_round(settings.neighbour_timeout * per_second)),
+        silent_after=silent_after,
+        jitter=settings.jitter_rounds,
+        in_order=not settings.reordering,
+        reserve=min(settings.jitter_rounds + loss.longest_run(), silent_after) if reserve is None else reserve,
     )
 
 
@@ -115,66 +164,8 @@ def _first_round(count: float) -> int:
     return min(int(np.ceil(count - 1e-6)), NEVER)
 
 
-def _uniform(seed: int, first: int, rounds: int, links: int) -> np.ndarray:
+def _uniform(seed: int, source: Source, first: int, rounds: int, links: int) -> np.ndarray:
     """Return uniform numbers in [0, 1) of the given rounds, (rounds, links)."""
     blocks = range(first // BLOCK, (first + rounds - 1) // BLOCK + 1)
-    drawn = np.concatenate([stream(seed, Source.MESSAGES, 0, block).random((BLOCK, links)) for block in blocks])
+    drawn = np.concatenate([stream(seed, source, 0, block).random((BLOCK, links)) for block in blocks])
     return drawn[first - BLOCK * blocks.start :][:rounds]
-
-
-NO_MESSAGE = -1  # in place of a hop count: no message in this slot
-
-
-@dataclass(frozen=True)
-class LinkStates:
-    """Memory of E directed links; N = 4n + 2.
-
-    A message is a pair (z, zeta), or the two components of a wave, and a hop count: how many links ago some robot
-    counted a neighbour as lost, n for nobody known. The message sent in round t waits in slot t modulo D.
-    """
-
-    round: int  # the next one
-    flight: np.ndarray  # (2, E, D, N) messages on their way
-    flight_hops: np.ndarray  # (E, D) int64 their hop counts; NO_MESSAGE where none was sent or it was lost
-    held: np.ndarray  # (2, E, N) the last message that came
-    held_hops: np.ndarray  # (E,) int64 its hop count
-    age: np.ndarray  # (E,) int64 rounds since it was sent, or since the start while none has come
-    up: np.ndarray  # (E,) bool: a message has come, and the neighbour is not lost
-    bad: np.ndarray  # (E,) bool: the link was losing messages in the last round
-    hops: np.ndarray  # (n,) int64 hop count of each robot, n: knows of nobody lost
-
-    @classmethod
-    def empty(cls, channel: Channel, robots: int) -> LinkStates:
-        """Return links on which nothing was sent yet."""
-        links, size = len(channel.delay), 4 * robots + 2
-        slots = 1 + int(channel.delay.max(initial=0))
-        return cls(
-            round=0,
-            flight=np.zeros((2, links, slots, size)),
-            flight_hops=np.full((links, slots), NO_MESSAGE, dtype=np.int64),
-            held=np.zeros((2, links, size)),
-            held_hops=np.full(links, robots, dtype=np.int64),
-            age=np.zeros(links, dtype=np.int64),
-            up=np.zeros(links, dtype=bool),
-            bad=np.zeros(links, dtype=bool),
-            hops=np.full(robots, robots, dtype=np.int64),
-        )
-
-    def copied(self) -> LinkStates:
-        """Return the same memory in arrays of its own."""
-        arrays = {f.name: getattr(self, f.name).copy() for f in dataclasses.fields(self) if f.name != "round"}
-        return dataclasses.replace(self, **arrays)
-
-    @property
-    def holding(self) -> np.ndarray:
-        """Which robots hold their estimates because they know of a lost robot, (n,) bool."""
-        return self.hops < len(self.hops)
-
-    def lost_links(self, channel: Channel) -> np.ndarray:
-        """Return which links bring messages of a neighbour that counts as lost, (E,) bool."""
-        return self.age - channel.delay > channel.silent_after  # the last round has already aged them by one
-
-
-def reverse_links(network: Network) -> np.ndarray:
-    """Return the link in the other direction of every directed link, (E,)."""
-    return np.lexsort((network.receiver, network.neighbours))

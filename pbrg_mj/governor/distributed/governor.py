@@ -10,12 +10,12 @@ import numpy as np
 
 from pbrg_mj.governor.distributed import equations, network_equations, network_rounds
 from pbrg_mj.governor.distributed import rounds as compiled
-from pbrg_mj.governor.distributed.channel import Channel, LinkStates
+from pbrg_mj.governor.distributed.channel import Channel
 from pbrg_mj.governor.distributed.estimates import Estimates, Flow
+from pbrg_mj.governor.distributed.link_states import LinkStates
 from pbrg_mj.governor.problem.interface import Problem, Solution, Status
 
 DOUBLE = 8  # bytes of one number on the wire
-HOPS = 2  # bytes of the hop count in a message that can be late or lost
 
 
 class DistributedMemory(NamedTuple):
@@ -86,7 +86,7 @@ class DistributedGovernor:
         run_late = network_equations.run_network_rounds if in_numpy else network_rounds.run_network_rounds
         before = memory.estimates, memory.links
         estimates, links, messages = run_late(problem, before, self.channel, self.flow, rounds)
-        return estimates, links, messages * (numbers * DOUBLE + HOPS)
+        return estimates, links, messages * (numbers * DOUBLE + self.channel.header)
 
     def _status(self, estimates: Estimates, links: LinkStates | None) -> Status:
         bounded, capped = self.check(estimates)

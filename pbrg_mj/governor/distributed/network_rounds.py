@@ -10,8 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pbrg_mj.governor.distributed.channel import NO_MESSAGE, Channel, LinkStates, reverse_links
+from pbrg_mj.governor.distributed.channel import Channel
 from pbrg_mj.governor.distributed.estimates import Estimates, Flow
+from pbrg_mj.governor.distributed.link_states import NO_MESSAGE, LinkStates, reverse_links
 from pbrg_mj.governor.distributed.rounds import Heard, private_data, round_arguments, update_robots
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.kernel import kernel
@@ -22,10 +23,17 @@ class LinkArrays(NamedTuple):
 
     flight: np.ndarray
     flight_hops: np.ndarray
+    flight_arrival: np.ndarray
+    flight_waves: np.ndarray
     held: np.ndarray
     held_hops: np.ndarray
+    held_waves: np.ndarray
     age: np.ndarray
     up: np.ndarray
+    sent: np.ndarray
+    sent_waves: np.ndarray
+    unused: np.ndarray
+    unused_waves: np.ndarray
     hops: np.ndarray
 
 
@@ -35,8 +43,19 @@ class LinkParameters(NamedTuple):
     first: np.ndarray  # (n + 1,) int64, of `Network`
     reverse: np.ndarray  # (E,) int64, the link in the other direction
     delay: np.ndarray  # (E,) int64 rounds
+    jitter: int  # rounds
     silent_after: int  # rounds
     impedance: float  # 0.0: estimates are sent as they are
+    reserve: int  # waves
+
+
+class Events(NamedTuple):
+    """What happens to messages in one round."""
+
+    now: int  # its number
+    arrivals: np.ndarray  # (E,) int64 rounds in which the messages sent now arrive
+    bad: np.ndarray  # (E,) bool: they are lost
+    silent: np.ndarray  # (n,) bool: robots that neither send nor hear
 
 
 def run_network_rounds(
@@ -47,17 +66,21 @@ def run_network_rounds(
     A robot that counts a neighbour as lost, or hears of such a robot, holds its estimates; it goes on sending.
     """
     estimates, before = memory
-    net = problem.network
-    bad = channel.lost(before.bad, before.round, rounds)
-    silent = channel.silent(before.round, rounds, net.robots)
+    net, start = problem.network, before.round
+    arrivals, bad = channel.arrivals(before.last_arrival, start, rounds), channel.lost(before.bad, start, rounds)
+    silent = channel.silent(start, rounds, net.robots)
     links = before.copied()
     arrays = _run(
         round_arguments(problem, estimates, flow),
         tuple(getattr(links, name) for name in LinkArrays._fields),
-        (net.first, reverse_links(net), channel.delay, channel.silent_after, channel.impedance),
-        (before.round, bad, silent),
+        (
+            *(net.first, reverse_links(net), channel.delay, channel.jitter),
+            *(channel.silent_after, channel.impedance, channel.reserve),
+        ),
+        (start, arrivals, bad, silent),
     )
-    after = dataclasses.replace(links, round=before.round + rounds, bad=bad[-1].copy() if rounds else before.bad)
+    last = {"bad": bad[-1].copy(), "last_arrival": arrivals[-1].copy()} if rounds else {}
+    after = dataclasses.replace(links, round=start + rounds, **last)
     return Estimates(*arrays), after, np.sum(~silent, axis=0) * net.degree
 
 
@@ -66,30 +89,36 @@ def _run(arguments, link_arrays, link_parameters, events):
     """Run len(bad) rounds and return z, zeta, lam, nu; `link_arrays` change in place.
 
     `arguments` are the first five of `rounds.write_rounds`, `link_arrays` and `link_parameters` plain tuples of the
-    members of their types, `events` the number of the first round, and for every round which links lose their messages,
-    bad (rounds, E), and which robots are silent (rounds, n).
+    members of their types, `events` the number of the first round, and for every round those of `Events`.
     """
     estimates, graph, states, rows, flow = arguments
     links, parameters, gains = LinkArrays(*link_arrays), LinkParameters(*link_parameters), Flow(*flow)
-    start, bad, silent = events
+    start, arrivals, bad, silent = events
     private = private_data(graph, states, rows)
     old = Estimates(estimates[0].copy(), estimates[1].copy(), estimates[2].copy(), estimates[3].copy())
     new = Estimates(estimates[0].copy(), estimates[1].copy(), estimates[2].copy(), estimates[3].copy())
     waves = parameters.impedance > 0.0
     seen = np.zeros_like(links.held) if waves else links.held
     heard = Heard(np.zeros_like(parameters.first), np.zeros(len(parameters.delay), dtype=np.int64), seen[0], seen[1])
+    hops, moves = np.empty_like(links.hops), np.empty(len(links.hops), dtype=np.bool_)
     for t in range(len(bad)):
+        now = Events(start + t, arrivals[t], bad[t], silent[t])
         if not waves:
-            _send_estimates(old, links, parameters, start + t, bad[t], silent[t])
-        _receive(links, parameters, start + t, silent[t])
+            _put_estimates(old, links, parameters, now)
+            _send(links, parameters, now)
+        _receive(links, parameters, now)
+        _count_hops(links, parameters, hops)
+        _list_movers(links, parameters, hops, moves)
         if waves:
-            _send_waves(old, seen, links, parameters, start + t, bad[t], silent[t])
-        _count_hops(links, parameters)
+            _use_waves(old, seen, links, parameters, moves)
+            _put_sums(links, parameters, now)
+            _send(links, parameters, now)
+        links.hops[:] = hops
         _list_heard(parameters.first, links.up, heard)
         new.lam[:] = 0.0  # robots that held their estimates held multipliers of rows that are no more
         update_robots(old, new, heard, private, gains)
-        for i in range(len(links.hops)):
-            if links.hops[i] < len(links.hops):
+        for i in range(len(moves)):
+            if not moves[i]:
                 _copy_row(old, new, i)
         links.age[:] += 1
         old, new = new, old
@@ -117,68 +146,123 @@ def _list_heard(first, up, heard):
 
 
 @kernel
-def _send_estimates(old, links, parameters, now, bad, silent):
-    flight, flight_hops, hops = links.flight, links.flight_hops, links.hops
-    first, reverse = parameters.first, parameters.reverse
-    slot = now % flight.shape[2]
+def _list_movers(links, parameters, hops, moves):
+    """Write which robots step: those that know of nobody lost and, with waves, have one to use on every link."""
+    first, up, unused_waves = parameters.first, links.up, links.unused_waves
+    waves = parameters.impedance > 0.0
     for i in range(len(hops)):
-        for e in range(first[i], first[i + 1]):
-            out = reverse[e]
-            flight[0, out, slot] = old.z[i]
-            flight[1, out, slot] = old.zeta[i]
-            flight_hops[out, slot] = NO_MESSAGE if silent[i] or bad[out] else hops[i]
+        moves[i] = hops[i] == len(hops)
+        for e in range(first[i], first[i + 1] if waves else first[i]):
+            moves[i] &= not up[e] or unused_waves[e] > 0
 
 
 @kernel
-def _receive(links, parameters, now, silent):
-    """Hold on every link the message that comes in this round, if one comes; cut links that are silent for long."""
-    flight, flight_hops, held, held_hops = links.flight, links.flight_hops, links.held, links.held_hops
+def _put_estimates(old, links, parameters, now):
+    flight, first, reverse = links.flight, parameters.first, parameters.reverse
+    slot = now.now % flight.shape[2]
+    for i in range(len(links.hops)):
+        for e in range(first[i], first[i + 1]):
+            flight[0, reverse[e], slot] = old.z[i]
+            flight[1, reverse[e], slot] = old.zeta[i]
+
+
+@kernel
+def _put_sums(links, parameters, now):
+    flight, sent = links.flight, links.sent
+    slot = now.now % flight.shape[2]
+    for e in range(len(parameters.reverse)):
+        flight[0, e, slot] = sent[0, e]
+        flight[1, e, slot] = sent[1, e]
+        links.flight_waves[e, slot] = links.sent_waves[e]
+
+
+@kernel
+def _send(links, parameters, now):
+    """Send what was put on every link, with the sender's hop count."""
+    flight_hops, flight_arrival, hops = links.flight_hops, links.flight_arrival, links.hops
+    first, reverse = parameters.first, parameters.reverse
+    slot = now.now % flight_hops.shape[1]
+    for i in range(len(hops)):
+        for e in range(first[i], first[i + 1]):
+            out = reverse[e]
+            flight_hops[out, slot] = NO_MESSAGE if now.silent[i] or now.bad[out] else hops[i]
+            flight_arrival[out, slot] = now.arrivals[out]
+
+
+@kernel
+def _receive(links, parameters, now):
+    """Keep on every link the newest message of this round unless a newer one is there; cut links silent for long."""
     first, delay, age, up = parameters.first, parameters.delay, links.age, links.up
     for i in range(len(first) - 1):
         for e in range(first[i], first[i + 1]):
-            slot = (now - delay[e]) % flight.shape[2]
-            if flight_hops[e, slot] != NO_MESSAGE and not silent[i]:
-                held[0, e] = flight[0, e, slot]
-                held[1, e] = flight[1, e, slot]
-                held_hops[e] = flight_hops[e, slot]
-                age[e] = delay[e]
-                up[e] = True
-            elif age[e] - delay[e] >= parameters.silent_after:
+            arrived, slot, late = False, 0, 0
+            if not now.silent[i]:
+                for late in range(parameters.jitter + 1):  # the newest first
+                    slot = (now.now - delay[e] - late) % links.flight.shape[2]
+                    here = links.flight_hops[e, slot] != NO_MESSAGE and links.flight_arrival[e, slot] == now.now
+                    if delay[e] + late > age[e] or here:
+                        arrived = here and delay[e] + late <= age[e]
+                        break
+                if arrived:
+                    _keep(links, parameters, e, slot)
+                    age[e] = delay[e] + late
+                    up[e] = True
+            if not arrived and age[e] - delay[e] - parameters.jitter >= parameters.silent_after:
                 up[e] = False
 
 
 @kernel
-def _send_waves(old, seen, links, parameters, now, bad, silent):
-    """Solve every robot's end of every link: what the update sees, and the wave that is sent."""
-    flight, flight_hops, held, up, hops = links.flight, links.flight_hops, links.held, links.up, links.hops
+def _keep(links, parameters, e, slot):
+    """Keep the message of a slot; waves in its sum that were not in the sum kept before are there to be used."""
+    flight, held, unused = links.flight, links.held, links.unused
+    if parameters.impedance > 0.0:
+        for c in range(held.shape[2]):
+            unused[0, e, c] += flight[0, e, slot, c] - held[0, e, c]
+            unused[1, e, c] += flight[1, e, slot, c] - held[1, e, c]
+        links.unused_waves[e] += links.flight_waves[e, slot] - links.held_waves[e]
+    held[0, e] = flight[0, e, slot]
+    held[1, e] = flight[1, e, slot]
+    links.held_hops[e] = links.flight_hops[e, slot]
+    links.held_waves[e] = links.flight_waves[e, slot]
+
+
+@kernel
+def _use_waves(old, seen, links, parameters, moves):
+    """Use a wave and send one at the end of every link of the robots that move; write what their updates see."""
+    sent, unused, up = links.sent, links.unused, links.up
     first, reverse, eta = parameters.first, parameters.reverse, parameters.impedance
-    slot = now % flight.shape[2]
     root, det = np.sqrt(2.0 * eta), eta * eta + 2.0 * eta + 4.0  # det of eta I + 2 M
-    for i in range(len(hops)):
-        z, zeta = old.z[i], old.zeta[i]
-        for e in range(first[i], first[i + 1]):
+    for i in range(len(moves)):
+        for e in range(first[i], first[i + 1] if moves[i] else first[i]):
             out = reverse[e]
-            flight_hops[out, slot] = NO_MESSAGE if silent[i] or bad[out] else hops[i]
+            z, zeta = old.z[i], old.zeta[i]
+            copies = 1 + parameters.reserve if links.sent_waves[out] == 0 else 1
+            links.sent_waves[out] += copies
+            if not up[e]:  # no line yet: r_i = y_i, no flow
+                for c in range(len(z)):
+                    sent[0, out, c] += copies * (np.sqrt(0.5 * eta) * z[c])
+                    sent[1, out, c] += copies * (np.sqrt(0.5 * eta) * zeta[c])
+                continue
+            count = links.unused_waves[e]
+            links.unused_waves[e] = count - 1
             for c in range(len(z)):
-                if not up[e]:  # no line yet, or no more: r_i = y_i, no flow
-                    flight[0, out, slot, c] = np.sqrt(0.5 * eta) * z[c]
-                    flight[1, out, slot, c] = np.sqrt(0.5 * eta) * zeta[c]
-                    continue
-                b, b_zeta = held[0, e, c], held[1, e, c]
+                b, b_zeta = unused[0, e, c] / count, unused[1, e, c] / count
+                unused[0, e, c] -= b
+                unused[1, e, c] -= b_zeta
                 x = root * b + 2.0 * (z[c] - zeta[c])
                 y = root * b_zeta + 2.0 * z[c]
                 r = (eta * x + 2.0 * y) / det
                 r_zeta = ((eta + 2.0) * y - 2.0 * x) / det
                 seen[0, e, c] = 2.0 * r - z[c]
                 seen[1, e, c] = 2.0 * r_zeta - zeta[c]
-                flight[0, out, slot, c] = root * r - b
-                flight[1, out, slot, c] = root * r_zeta - b_zeta
+                sent[0, out, c] += copies * (root * r - b)
+                sent[1, out, c] += copies * (root * r_zeta - b_zeta)
 
 
 @kernel
-def _count_hops(links, parameters):
+def _count_hops(links, parameters, hops):
     """Count how many links ago some robot lost a neighbour; counts beyond n - 1 are echoes and die out."""
-    held_hops, age, up, hops = links.held_hops, links.age, links.up, links.hops
+    held_hops, age, up = links.held_hops, links.age, links.up
     first, delay = parameters.first, parameters.delay
     n = len(hops)
     for i in range(n):
@@ -186,6 +270,6 @@ def _count_hops(links, parameters):
         for e in range(first[i], first[i + 1]):
             if up[e]:
                 nearest = min(nearest, held_hops[e] + 1)
-            elif age[e] - delay[e] >= parameters.silent_after:
+            elif age[e] - delay[e] - parameters.jitter >= parameters.silent_after:
                 nearest = 0
         hops[i] = nearest

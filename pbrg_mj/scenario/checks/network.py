@@ -35,14 +35,16 @@ def messages(scenario: Scenario) -> Iterator[Diagnostic]:
     """Yield what is wrong in the network section."""
     yield from _links(scenario)
     yield from _delays(scenario)
+    yield from _jitter(scenario)
     yield from _bursts(scenario)
     yield from _guarded(scenario)
 
 
 def _guarded(scenario: Scenario) -> Iterator[Diagnostic]:
     network = scenario.network
-    late = network.delay_rounds > 0 or any(link.delay_rounds > 0 for link in network.links)
-    if scenario.governor.guard and (late or network.loss > 0 or network.outages or network.exchange != "plain"):
+    delays = (network.delay_rounds, network.jitter_rounds, *(link.delay_rounds for link in network.links))
+    unsure = max(delays) > 0 or network.loss > 0 or network.outages or network.exchange != "plain"
+    if scenario.governor.guard and unsure:
         yield Diagnostic(
             ("governor", "guard"),
             "is true with messages that are late, lost or silent, which its own messages would not be; "
@@ -72,6 +74,20 @@ def _delays(scenario: Scenario) -> Iterator[Diagnostic]:
     for k, link in enumerate(network.links):
         if not least <= link.delay_rounds <= LONGEST_DELAY:
             yield Diagnostic(("network", "links", k, "delay_rounds"), f"is {link.delay_rounds} rounds; {message}")
+
+
+def _jitter(scenario: Scenario) -> Iterator[Diagnostic]:
+    network = scenario.network
+    most = max(0, LONGEST_DELAY - max((network.delay_rounds, *(link.delay_rounds for link in network.links))))
+    if network.jitter_rounds > most:
+        yield Diagnostic(
+            ("network", "jitter_rounds"),
+            f"is {network.jitter_rounds} rounds; allowed: 0 to {most}, {LONGEST_DELAY} with the longest delay",
+        )
+    if (network.reserve_rounds or 0) > LONGEST_DELAY:
+        yield Diagnostic(
+            ("network", "reserve_rounds"), f"is {network.reserve_rounds} rounds; allowed: 0 to {LONGEST_DELAY}"
+        )
 
 
 def _bursts(scenario: Scenario) -> Iterator[Diagnostic]:

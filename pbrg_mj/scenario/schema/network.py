@@ -35,9 +35,21 @@ class Network(Section):
     impedance: Positive = Field(default=2.0, description="of the waves, for `exchange: scattering` [-]")
     delay_rounds: Rounds = Field(default=0, description="rounds from sending to use; waves need at least 1")
     links: tuple[Link, ...] = Field(default=(), description="links with a delay of their own")
-    loss: Probability = Field(default=0.0, description="share of messages lost [-]; the last one that came is held")
+    jitter_rounds: Rounds = Field(
+        default=0,
+        description="a message takes up to this many rounds longer than its link's delay, all equally likely",
+    )
+    reordering: bool = Field(
+        default=True, description="messages overtake one another under jitter; false: a link delivers them in order"
+    )
+    loss: Probability = Field(default=0.0, description="share of messages lost [-]; the last one that came is kept")
     loss_burst: Annotated[float, Field(ge=1, le=LARGEST)] | None = Field(
         default=None, description="mean length of a run of lost messages, in rounds [-]; null: losses are independent"
+    )
+    reserve_rounds: Rounds | None = Field(
+        default=None,
+        description="waves sent ahead at the start for rounds in which none comes, for `exchange: scattering`; null: "
+        "as many as `jitter_rounds` and `loss` use up in one of a thousand rounds",
     )
     outages: tuple[Outage, ...] = Field(
         default=(), description="robots that neither send nor receive for a while", max_length=MOST_EVENTS

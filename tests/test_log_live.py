@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
+import socket as sockets
 import struct
-import time
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -25,7 +26,7 @@ TICKS = 30
 def receive(socket: Any, kind: str) -> dict[str, Any]:
     """Return the next JSON message of a kind."""
     while True:
-        data = socket.recv(timeout=10)
+        data = socket.recv()
         if isinstance(data, str) and (message := json.loads(data))["op"] == kind:
             return message
 
@@ -41,7 +42,7 @@ def subscribe(socket: Any) -> tuple[dict[int, str], dict[str, dict[str, Any]]]:
 def collect(socket: Any, topics: dict[int, str], count: int) -> list[tuple[str, int, bytes]]:
     found = []
     while len(found) < count:
-        data = socket.recv(timeout=10)
+        data = socket.recv()
         if isinstance(data, bytes) and data[0] == 1:
             _, subscription, time_ns = MESSAGE.unpack_from(data)
             found.append((topics[subscription], time_ns, data[MESSAGE.size :]))
@@ -61,17 +62,76 @@ def test_a_plain_client_gets_the_same_bytes_as_the_log(tmp_path: Path) -> None:
         serve(first)
         with client.connect(serve.address, subprotocols=["foxglove.sdk.v1"], max_size=None, proxy=None) as socket:
             topics, offers = subscribe(socket)
-            deadline = time.monotonic() + 10
-            while not serve.has_subscribers() and time.monotonic() < deadline:
-                time.sleep(0.01)
+            scene = [message for message in logged if message[0] == "/scene"]  # again, for the newcomer
+            assert collect(socket, topics, 1) == scene  # so the server knows of all subscriptions
             for record in rest:
                 serve(record)
-            scene = [message for message in logged if message[0] == "/scene"]  # again, for the newcomer
-            expected = scene + [message for message in logged if message[1] > 0]
+            expected = [message for message in logged if message[1] > 0]
             assert collect(socket, topics, len(expected)) == expected
     assert set(offers) == {topic for topic, _, _ in logged}
     assert offers["/scan/robot_3"]["schemaName"] == "foxglove.LaserScan"
     assert {one["encoding"] for one in offers.values()} == {"protobuf"}
+
+
+def test_a_viewer_that_leaves_disturbs_nobody(capfd: pytest.CaptureFixture[str]) -> None:
+    client = need_module("websockets.sync.client")
+    first, *rest = records(8)
+    with LiveServer(loaded(timings=True).scenario, 0) as serve:
+        serve(first)
+        how = {"subprotocols": ["foxglove.sdk.v1"], "max_size": None, "proxy": None}
+        stays, leaves = (client.connect(serve.address, **how) for _ in range(2))
+        with stays:
+            with leaves:
+                for socket in (stays, leaves):
+                    topics, _ = subscribe(socket)
+                    collect(socket, topics, 1)
+                serve(rest[0])
+                leaves.send("not JSON")
+                leaves.send('{"op": "unsubscribe", "subscriptionIds": 7}')
+                leaves.send('{"op": "subscribe", "subscriptions": [{"id": "x"}]}')
+            for record in rest[1:]:
+                serve(record)
+            times = []
+            while not times or times[-1] < round(rest[-1].time * 1e9):
+                times.append(collect(stays, topics, 1)[0][1])
+    assert times == sorted(times)
+    assert capfd.readouterr() == ("", "")
+
+
+def handshake(address: str, *headers: str) -> str:
+    """The first line that the server answers a browser's handshake with."""
+    host, port = address.removeprefix("ws://").split(":")
+    lines = [
+        *("GET / HTTP/1.1", f"Host: {host}:{port}", "Upgrade: websocket", "Connection: Upgrade"),
+        *("Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==", "Sec-WebSocket-Version: 13"),
+        *("Sec-WebSocket-Protocol: foxglove.sdk.v1", *headers),
+    ]
+    with sockets.create_connection((host, int(port))) as socket:
+        socket.sendall("\r\n".join([*lines, "", ""]).encode())
+        return socket.makefile("rb").readline().decode("ascii").strip()
+
+
+FOREIGN = (
+    "https://example.org",
+    "http://127.0.0.1.example.org",
+    "http://localhost.example.org:8080",
+    "https://app.foxglove.dev.example.org",
+    "http://app.foxglove.dev",
+    "null",
+    "",
+)
+OWN = ("https://app.foxglove.dev", "http://localhost:8080", "http://127.0.0.1", "http://[::1]:5000", "file://")
+
+
+def test_pages_from_elsewhere_are_refused(capfd: pytest.CaptureFixture[str]) -> None:
+    with LiveServer(loaded(timings=True).scenario, 0) as serve:
+        for origin in FOREIGN:
+            assert handshake(serve.address, f"Origin: {origin}") == "HTTP/1.1 403 Forbidden", origin
+        for origin in OWN:
+            assert handshake(serve.address, f"Origin: {origin}") == "HTTP/1.1 101 Switching Protocols", origin
+        assert handshake(serve.address) == "HTTP/1.1 101 Switching Protocols"  # no browser
+        assert handshake(serve.address, "Origin: file://", "Origin: https://example.org").startswith("HTTP/1.1 4")
+    assert capfd.readouterr() == ("", "")
 
 
 def messages(path: Path) -> list[tuple[str, int, bytes]]:
@@ -113,9 +173,18 @@ def test_what_is_wrong_is_one_line(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_pace_holds_records_back_until_they_are_due() -> None:
-    wait = pacer(0.5)
-    began = time.perf_counter()
-    for record in records(6):  # 10 ms each
+def test_a_pace_holds_records_back_until_they_are_due(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a clock on which a tick takes 3 ms of computing, one of them 100 ms."""
+    now = [5.0]
+
+    def sleep(duration: float) -> None:
+        assert duration >= 0
+        now[0] += duration
+
+    monkeypatch.setattr("pbrg_mj.cli.real_time.time", SimpleNamespace(perf_counter=lambda: now[0], sleep=sleep))
+    wait, due = pacer(0.5), []
+    for record in records(6):  # 20 ms each
         wait(record)
-    assert 0.1 <= time.perf_counter() - began < 0.5
+        due.append(now[0] - 5.0)
+        now[0] += 0.1 if record.index == 2 else 0.003
+    assert due == pytest.approx([0.0, 0.04, 0.08, 0.18, 0.183, 0.2])

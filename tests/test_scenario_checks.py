@@ -79,10 +79,6 @@ WRONG = {
         three(graph="{kind: edges, edges: [[1, 3]]}"),
         "x.yaml:10: graph.edges: leave robot 2 out of reach of robot 1; allowed: a connected graph of 3 robots",
     ),
-    "coarse physics step": (
-        three(timing="{tick: 0.02, physics_step: 0.01, duration: 3}"),
-        "x.yaml:10: timing.physics_step: is 0.01 s; allowed: at most 0.005 s",
-    ),
     "guard over a late network": (
         three(governor="{guard: true}", network="{delay_rounds: 2}"),
         (

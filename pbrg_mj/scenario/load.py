@@ -47,7 +47,7 @@ def load_text(text: str, name: str, overrides: Sequence[str] = (), *, file: str)
 
 def parse_scenario(yaml_text: str, file: str = "<scenario>") -> Scenario:
     """Return the scenario in a YAML text, as a log embeds it; `file` is for the errors. Raises InputError."""
-    return build(_document(yaml_text, file), file, installed=False)
+    return build(_document(yaml_text, file), file, to_run=False)
 
 
 def _document(text: str, file: str) -> Document:

@@ -6,6 +6,21 @@ import math
 import sys
 from fractions import Fraction
 
+from pbrg_mj.errors import InputError
+from pbrg_mj.scenario.schema import LONGEST_PHYSICS_STEP, Timing, whole_number
+
+
+def steps_per_tick(timing: Timing) -> int:
+    """Return how many physics steps make a tick.
+
+    Raises InputError for a step at which wheels diverge, which logs of earlier models may hold; ValueError when steps
+    do not fit the tick.
+    """
+    if timing.physics_step > LONGEST_PHYSICS_STEP:
+        message = f"is {timing.physics_step} s; allowed: at most {LONGEST_PHYSICS_STEP} s"
+        raise InputError(message, key="timing.physics_step")
+    return whole_number(timing.tick, timing.physics_step)
+
 
 def steps_until(time: float, physics_step: float) -> int:
     """Return the first physics step at or after `time` [s]."""

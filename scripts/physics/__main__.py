@@ -1,6 +1,6 @@
 """Measure the robot, write docs/physics.md with its figures, print the measurements as JSON.
 
-python scripts/physics          # about a minute and a half; needs the `plot` extra
+python scripts/physics          # some five minutes; needs the `plot` extra
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import Any
 import driving
 import motors
 import numpy as np
+import step_size
 from figures import draw
 from page import page
 
@@ -26,6 +27,7 @@ def measure() -> dict:
         "breakaway": motors.breakaway(),
         "wheel_creep": motors.wheel_creep(),
         "robot_creep": motors.robot_creep(),
+        "breakaway_of_steps": motors.breakaway_of_steps(),
         "coasting": motors.coasting(),
         "tracking": {
             (shape, kind, friction): driving.tracking(shape, kind, friction)
@@ -37,6 +39,11 @@ def measure() -> dict:
         "deadband": {kind: driving.deadband(kind) for kind in ("voltage", "speed_loop")},
         "slip": driving.slip(),
         "floors": driving.floors(),
+        "time_constants_s": step_size.time_constants(),
+        "driven_angles_rad": step_size.driven_angles(),
+        "closed_loop": step_size.closed_loop(),
+        "seeds": step_size.seeds(),
+        "reversals_finite": step_size.reversals(),
     }
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
 import mujoco  # noqa: TID251
 import numpy as np
 from bench import ROBOT, VOLT, hold, on_floor, on_stands
@@ -44,7 +47,7 @@ def breakaway() -> list[dict]:
 def wheel_creep() -> float:
     """Return the fastest creep [rad/s] of a wheel on stands, from 1 s to 3 s after a voltage below breakaway."""
     model, worst = on_stands(), 0.0
-    for share in (0.3, 0.5, 0.8, 0.9, 0.95):
+    for share in (0.3, 0.5, 0.8, 0.9):
         data = mujoco.MjData(model)
         data.ctrl[:] = share * ROBOT.static_torque * VOLT
         mujoco.mj_step(model, data, nstep=500)
@@ -52,6 +55,33 @@ def wheel_creep() -> float:
         mujoco.mj_step(model, data, nstep=1000)
         worst = max(worst, float(np.abs(data.qpos - before).max() / (1000 * model.opt.timestep)))
     return worst
+
+
+def breakaway_of_steps() -> dict[str, float]:
+    """Return the least share of breakaway at which a step of voltage turns a wheel: it swings the bristles beyond."""
+    found = {"air": _least_share(lambda share: _turns_in_the_air(share * ROBOT.static_torque))}
+    for scale in (0.5, 1.0, 2.0):
+        found[f"floor, friction {scale:g}"] = _least_share(partial(_turns_on_the_floor, scale))
+    return found
+
+
+def _least_share(turns: Callable[[float], bool]) -> float:
+    return next(share / 100 for share in range(50, 110) if turns(share / 100))
+
+
+def _turns_in_the_air(torque: float) -> bool:
+    model = on_stands()
+    data = mujoco.MjData(model)
+    data.ctrl[:] = torque * VOLT
+    mujoco.mj_step(model, data, nstep=1000)
+    return bool(data.qvel[0] > 0.1)
+
+
+def _turns_on_the_floor(scale: float, share: float) -> bool:
+    world, voltage = on_floor(drive={"friction": scale}), share * scale * ROBOT.static_torque * VOLT
+    hold(world, 0.0, 0.0, 0.3)
+    hold(world, voltage, voltage, 2.0)
+    return bool(world.truth().wheel_speed.min() > 0.1)
 
 
 def robot_creep() -> dict:

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from bench import ROBOT
 from driving import RADIUS, SPEED, START_LOSS, TAU
 from numbers_table import numbers_table
+from step_size_page import step_size_section
 
 from pbrg_mj.world.actuation.friction import wheel_load
 
@@ -15,7 +16,10 @@ KINDS = ("voltage", "speed_loop")
 
 def page(found: dict) -> str:
     """Return the page's text."""
-    parts = (_model(), _motor(found), _tracking(found), _drives(found), _floor(found), _limits(found))
+    parts = (
+        *(_model(), _motor(found), step_size_section(found), _tracking(found)),
+        *(_drives(found), _floor(found), _limits(found)),
+    )
     head = "# The robot's physics, and the evidence\n\n<!-- Written by `python scripts/physics`; change it there. -->\n"
     return head + "".join(f"\n{part.strip()}\n" for part in parts)
 
@@ -24,18 +28,19 @@ def _model() -> str:
     casters = ROBOT.mass * 9.81 - 2 * wheel_load()
     return f"""
 Every number and figure here comes from `python scripts/physics` (needs the `plot` extra). The tests
-(`tests/test_world_motor.py`, `test_world_floor.py`, `test_world_working_areas.py`, `test_world_speed_loop.py`,
-`test_vehicle_tracking.py`) assert the same bounds.
+(`tests/test_world_motor.py`, `test_world_step_size.py`, `test_world_floor.py`, `test_world_working_areas.py`,
+`test_world_speed_loop.py`, `test_vehicle_tracking.py`) assert the same bounds.
 
 ## The model
 
 `models/robot.xml`: a differential-drive robot of the size of the paper's TDO-48, modelled after data sheets of its
-class, not identified from one machine.
+class, not identified from one machine. It opens in MuJoCo's viewer as it is; `models/scene.xml` stands it on the floor,
+with a keyframe `home`.
 
 {numbers_table()}
 
-The motor is MuJoCo's `dcmotor` with voltage input, back-EMF and LuGre friction:
-`J dw/dt = k (V - K w) - friction`, `k = stall torque / nominal voltage`, `K = nominal voltage / no-load speed`.
+Motor and LuGre friction are actuators of MuJoCo: `J dw/dt = k (V - K w) - friction`,
+`k = stall torque / nominal voltage`, `K = nominal voltage / no-load speed`.
 Casters have no friction: a soft contact that slides presses harder the faster it slides, and casters of friction 0.01
 took 40 % of the weight off the wheels at 0.3 m/s. The drag of a ball caster, about 1 % of the {casters:.2f} N that both
 carry, is 2 % of the gears' Coulomb friction."""
@@ -55,7 +60,7 @@ def _motor(found: dict) -> str:
         ("the same on the floor", "closed form", f"off by {_off(speed['floor'])}", "2 %"),
         *map(_broken_away, found["breakaway"]),
         (
-            "creep of a wheel in the air, 30 to 95 % of breakaway",
+            "creep of a wheel in the air, 30 to 90 % of breakaway",
             "0",
             f"{found['wheel_creep']:.1g} rad/s",
             "1e-6 rad/s",
@@ -71,7 +76,10 @@ def _motor(found: dict) -> str:
 |---|---|---|---|
 {_table(rows)}
 The closed form of the speed is the balance stall torque (V / Vn - w / w0) = Coulomb torque. Creep is the mean over 2 s,
-beginning 1 s (wheel) or 2 s (robot) after the voltage. Breakaway is where a ramp of 20 s turns the wheels.
+beginning 1 s (wheel) or 2 s (robot) after the voltage. Breakaway is where a ramp of 20 s turns the wheels. A step of
+voltage swings the bristles beyond where they come to rest. On the floor it turns the wheels from \
+{_percent(found, "floor, friction 1")} of breakaway on, in the air from {_percent(found, "air")}; on the floor from \
+{_percent(found, "floor, friction 0.5")} with `drive.friction` 0.5 and {_percent(found, "floor, friction 2")} with 2.
 
 ![Wheel speed against voltage on the closed form; the voltage drive moves nothing below 0.06 m/s, the speed loop follows
 at any speed; kinetic energy falls to nothing within half a second](img/physics_motor.png)
@@ -80,6 +88,10 @@ Rolling resistance c of a floor is the torque c N r per wheel, N = {wheel_load()
 LuGre Coulomb and static torques: bristles hold it without creep. MuJoCo's rolling friction of contacts (`condim="6"`)
 with the same torque is a soft constraint: at 90 % of breakaway the robot creeps at {creep["contacts_0.03"]:.1g} m/s
 (c = 0.03) and {creep["contacts_0.1"]:.1g} m/s (c = 0.1), which would let every static error decay."""
+
+
+def _percent(found: dict, name: str) -> str:
+    return f"{100 * found['breakaway_of_steps'][name]:.0f} %"
 
 
 def _broken_away(found: dict) -> tuple[str, ...]:
@@ -224,7 +236,6 @@ def _limits(found: dict) -> str:
 - A tyre that slips fast hops by some hundredths of a millimetre, as soft contacts do; its mean traction is off the
   closed form by up to {100 * worst:.0f} %.
 - Rolling resistance counts with the static wheel load; a robot that is pushed or tilts keeps it.
-- A step of voltage to about 95 % of breakaway or more can break a wheel away: the bristles overshoot.
 - No winding inductance, heat or battery sag; no play in the gears; the wheels' encoders are exact."""
 
 

@@ -5,5 +5,5 @@ robot_numbers     robots that are named exist, once
 network           graph, links, delays, losses
 world             walls, boxes, patches; what stands where at the start
 work              rounds and beams in a tick
-physics           keys of the physics plant alone
+physics           keys of the physics plant alone; its longest step
 """

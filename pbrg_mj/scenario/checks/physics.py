@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from pbrg_mj.scenario.diagnostics import Diagnostic, yaml_text
-from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.scenario.schema import LONGEST_PHYSICS_STEP, Scenario
 
 LONGEST_DELAY = 10.0  # [s]
 PHYSICS_ONLY: tuple[tuple[str, ...], ...] = (
@@ -34,6 +34,13 @@ def physics(scenario: Scenario) -> Iterator[Diagnostic]:
     yield from _delays(scenario)
     yield from _durations(scenario)
     yield from _kidnappings(scenario)
+
+
+def stable_step(scenario: Scenario) -> Iterator[Diagnostic]:
+    """Yield a physics step at which the robots' wheels diverge."""
+    step = scenario.timing.physics_step
+    if scenario.plant == "physics" and step > LONGEST_PHYSICS_STEP:
+        yield Diagnostic(("timing", "physics_step"), f"is {step} s; allowed: at most {LONGEST_PHYSICS_STEP} s")
 
 
 def _ignored(scenario: Scenario) -> Iterator[Diagnostic]:

@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.checks.check import check
+from pbrg_mj.scenario.checks.physics import stable_step
 from pbrg_mj.scenario.checks.plug_ins import plug_ins
 from pbrg_mj.scenario.diagnostics import Diagnostic, KeyPath, dotted_key, yaml_text
 from pbrg_mj.scenario.parse.document import Document
@@ -17,16 +18,18 @@ from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.scenario.schema.describe import describe_at, describe_field, keys, section_at
 
 
-def build(document: Document, file: str, installed: bool = True) -> Scenario:
+def build(document: Document, file: str, to_run: bool = True) -> Scenario:
     """Return the scenario that a document holds.
 
-    Parts of other packages must be installed and their options fit, unless `installed` is false: of an earlier run it
-    is enough that they were. Raises InputError with file, line and key of the first thing that is wrong.
+    Parts of other packages must be installed and their options fit, and the physics step must suit today's model,
+    unless `to_run` is false: of an earlier run it is enough that they did. Raises InputError with file, line and key of
+    the first thing that is wrong.
     """
     try:
         # Strict: neither `true` nor "1" is a number. By alias: a wall has `from` and `to`, no second spelling.
         scenario = Scenario.model_validate(_tuples(document.data), strict=True, by_alias=True, by_name=False)
-        diagnostics: Sequence[Diagnostic] = [*check(scenario), *(plug_ins(scenario) if installed else ())]
+        now = (*plug_ins(scenario), *stable_step(scenario)) if to_run else ()
+        diagnostics: Sequence[Diagnostic] = [*check(scenario), *now]
     except ValidationError as error:
         raise _first_error(_diagnostics(error, document.data), document, file) from None
     if diagnostics:

@@ -22,10 +22,11 @@ from pbrg_mj.scenario.schema.operator import Operator, Waypoint, operator_refere
 from pbrg_mj.scenario.schema.scenario import Log, Outcome, Scenario
 from pbrg_mj.scenario.schema.sensors import PRESETS, Beams, Camera, Sensors, beam_angles
 from pbrg_mj.scenario.schema.team import Team
-from pbrg_mj.scenario.schema.timing import Timing, whole_multiple, whole_number
+from pbrg_mj.scenario.schema.timing import LONGEST_PHYSICS_STEP, Timing, whole_multiple, whole_number
 from pbrg_mj.scenario.schema.world import Box, BoxWaypoint, MovingBox, Patch, Wall, World
 
 __all__ = [
+    "LONGEST_PHYSICS_STEP",
     "PRESETS",
     "Beams",
     "Box",

@@ -1,4 +1,4 @@
-"""Friction of gears, bearings and rolling, in the motors' LuGre element, and how it changes between working areas.
+"""Friction of gears, bearings and rolling, in the wheels' LuGre elements, and how it changes between working areas.
 
 Rolling resistance of coefficient c turns a wheel of load N and radius r with c N r against its motion, and holds it
 with as much at rest. It is added to the LuGre Coulomb and static torques because bristles hold without creeping:
@@ -18,7 +18,7 @@ import numpy as np
 
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.world.scene.floor import floor_of
-from pbrg_mj.world.scene.robot import BIAS_FRICTION, DYN_BRISTLES, WHEELS, RobotModel, load_spec
+from pbrg_mj.world.scene.robot import BIAS_FRICTION, WHEELS, RobotModel, load_spec
 
 _SETTLED = 1.0  # [s] after which the robot stands still on its contacts
 
@@ -32,16 +32,14 @@ def friction_torques(robot: RobotModel, scale: float, rolling_resistance: np.nda
 
 
 def set_friction(child: mujoco.MjSpec, scenario: Scenario, robot: RobotModel) -> None:
-    """Give a robot's motors the friction of `drive.friction` and the bare floor; no element where there is none."""
-    resistance = floor_of(scenario.world).rolling_resistance
-    coulomb_static = friction_torques(robot, scenario.drive.friction, resistance)[0]
-    frictionless = scenario.drive.friction == 0 and not resistance.any()
+    """Give a robot's wheels the friction of `drive.friction` and the bare floor; no element where there is none."""
+    torques = friction_torques(robot, scenario.drive.friction, floor_of(scenario.world).rolling_resistance)
     for side in WHEELS:
-        motor = child.actuator(f"motor_{side}")
-        motor.biasprm = _with_values(motor.biasprm, BIAS_FRICTION, coulomb_static)
-        if frictionless:
-            motor.dynprm = _with_values(motor.dynprm, DYN_BRISTLES, 0.0)
-            motor.actdim = 0
+        element = child.actuator(f"friction_{side}")
+        if torques.any():
+            element.biasprm = _with_values(element.biasprm, BIAS_FRICTION, torques[0])
+        else:
+            child.delete(element)
 
 
 def prioritise_tyres(child: mujoco.MjSpec, floor: mujoco.MjsGeom) -> None:
@@ -67,7 +65,7 @@ def wheel_load() -> float:
 
 
 class WheelFriction:
-    """Looks up what lies under each wheel and gives its tyre and its motor the friction of that area."""
+    """Looks up what lies under each wheel and gives its tyre and its LuGre element the friction of that area."""
 
     def __init__(self, scenario: Scenario, robot: RobotModel, model: mujoco.MjModel):
         """Find the wheels of a model that `add_patches` and `prioritise_tyres` prepared."""
@@ -75,18 +73,20 @@ class WheelFriction:
         self._model = model
         self._wheel = np.array([model.body(name.format("wheel")).id for name in names])
         self._tyre = np.array([model.geom(name.format("tyre")).id for name in names])
-        self._motor = np.array([model.actuator(name.format("motor")).id for name in names])
         self._floor = floor_of(scenario.world)
         self._torques = friction_torques(robot, scenario.drive.friction, self._floor.rolling_resistance)
+        elements = [model.actuator(name.format("friction")).id for name in names] if self._torques.any() else []
+        self._element = np.array(elements, dtype=int)
 
     def update(self, data: mujoco.MjData) -> None:
         """Let every wheel feel the area below its centre from the next collision check on."""
         area = self._floor.area(data.xpos[self._wheel, :2])
         self._model.geom_friction[self._tyre, 0] = self._floor.friction[area]
-        self._model.actuator_biasprm[self._motor, BIAS_FRICTION] = self._torques[area]
+        if len(self._element):
+            self._model.actuator_biasprm[self._element, BIAS_FRICTION] = self._torques[area]
 
 
-def _with_values(numbers: np.ndarray, place: slice, values: np.ndarray | float) -> np.ndarray:
+def _with_values(numbers: np.ndarray, place: slice, values: np.ndarray) -> np.ndarray:
     changed = np.array(numbers)
     changed[place] = values
     return changed

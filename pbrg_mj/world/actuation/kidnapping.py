@@ -99,4 +99,4 @@ def _set_pose(model: mujoco.MjModel, data: mujoco.MjData, index: ModelIndex, rob
     standing = model.qpos0[joint[2]]
     data.qpos[joint] = [x, y, standing + above, np.cos(heading / 2), 0.0, 0.0, np.sin(heading / 2)]
     data.qvel[dofs] = 0.0
-    data.act[index.motor_state[robot]] = 0.0  # the bristles of static friction
+    data.act[index.bristles[robot]] = 0.0  # the bristles of static friction

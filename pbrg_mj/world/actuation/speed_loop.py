@@ -3,7 +3,7 @@
 The motor with its share of the robot is J dw/dt = k (V - K w) - friction, with k = K / R and so the mechanical time
 constant tau_m = J R / K^2. With V = K w* + kp (w* - w) + integral of ki (w* - w), kp = K (tau_m / tau - 1) makes the
 proportional loop's time constant tau, and ki = kp_total / (4 tau) puts both poles at -1 / (2 tau): critically damped.
-tau is 10 ms, and at least five physics steps: a wheel in the air or slipping has a fifth of J, and must stay stable.
+tau is 10 ms, five of the longest physics steps: a wheel in the air or slipping has a fifth of J, and must stay stable.
 
 It is not MuJoCo's own controller of the dcmotor: that one has an integral over positions alone, and neither the duty
 cycles of a motor driver nor a motor cut off can stand between it and the winding.
@@ -19,7 +19,6 @@ from pbrg_mj.world.actuation.motor_driver import quantise
 from pbrg_mj.world.scene.robot import RobotModel
 
 TIME_CONSTANT = 0.01  # tau [s]
-_STEPS = 5  # least tau in physics steps
 
 
 @dataclass(frozen=True)
@@ -49,7 +48,7 @@ class SpeedLoop:
 
 def speed_loop(robot: RobotModel, step: float, pwm_levels: int) -> SpeedLoop:
     """Return the loop of a robot's wheels at a physics step [s], gains as derived above."""
-    K, tau = robot.motor_constant, max(TIME_CONSTANT, _STEPS * step)
+    K, tau = robot.motor_constant, TIME_CONSTANT
     tau_m = robot.driven_inertia * robot.no_load_speed / robot.stall_torque
     return SpeedLoop(
         feed_forward=K,

@@ -11,8 +11,10 @@ from mujoco import batch
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.kernel import kernel
-from pbrg_mj.scenario.schema import Scenario, whole_number
+from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.world.actuation.disturbances import Disturbances
+from pbrg_mj.world.actuation.motor_driver import over_first_step
+from pbrg_mj.world.physics_steps import steps_per_tick
 from pbrg_mj.world.plant.compose import compose
 from pbrg_mj.world.plant.interface import Observation, Truth
 from pbrg_mj.world.plant.truth import (
@@ -42,7 +44,7 @@ class PlantBatch:
         check_batchable(scenario)
         timing, camera, beams = scenario.timing, scenario.sensors.camera, scenario.sensors.beams
         self._robot = load_robot_model()
-        self._steps_per_tick = whole_number(timing.tick, timing.physics_step)
+        self._steps_per_tick = steps_per_tick(timing)
         model = compose(scenario, self._robot).compile()
         self._index = index_model(model, scenario)
         self._camera = Sampler(camera.rate_hz, timing.physics_step, camera.delay)
@@ -87,12 +89,19 @@ class PlantBatch:
         """Hold voltages (W, n, 2) left, right [V] over one tick."""
         last = self._step + self._steps_per_tick
         while self._step < last:
-            self._ctrl[:, self._index.motor] = self._disturbances.without_dead_motors(voltage, self._step)
+            before = self._ctrl[:, self._index.motor]
+            after = self._disturbances.without_dead_motors(voltage, self._step)
             if self._disturbances.pushing:
                 self._push[:, self._index.body, :2] = self._disturbances.force(self._step)
             steps = min(last, self._disturbances.next_change(self._step)) - self._step
-            self._batch.step(nstep=steps, stage=mujoco.mjtStage.mjSTAGE_VEL)
+            self._hold(over_first_step(before, after), 1)
+            self._hold(after, steps - 1)
             self._step += steps
+
+    def _hold(self, voltage: np.ndarray, steps: int) -> None:
+        if steps:
+            self._ctrl[:, self._index.motor] = voltage
+            self._batch.step(nstep=steps, stage=mujoco.mjtStage.mjSTAGE_VEL)
 
 
 def check_batchable(scenario: Scenario) -> None:

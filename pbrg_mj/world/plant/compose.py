@@ -74,6 +74,7 @@ def _robot_spec(scenario: Scenario, j: int, beams: bool) -> mujoco.MjSpec:
     for name in ("tub", "bumper"):
         child.geom(name).rgba = rgba
     step, sensors = scenario.timing.physics_step, scenario.sensors
+    child.option.timestep = step
     add_camera_sensors(child, Sampler(sensors.camera.rate_hz, step, sensors.camera.delay))
     if beams:
         add_beams(child, sensors.beams, Sampler(sensors.beams.rate_hz, step))

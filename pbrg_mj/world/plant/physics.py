@@ -10,12 +10,14 @@ from functools import partial
 import mujoco
 import numpy as np
 
-from pbrg_mj.scenario.schema import Scenario, whole_number
+from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.world.actuation.disturbances import Disturbances
 from pbrg_mj.world.actuation.friction import WheelFriction
 from pbrg_mj.world.actuation.kidnapping import Kidnappings
+from pbrg_mj.world.actuation.motor_driver import over_first_step
 from pbrg_mj.world.actuation.radio import RadioLink
 from pbrg_mj.world.actuation.speed_loop import speed_loop
+from pbrg_mj.world.physics_steps import steps_per_tick
 from pbrg_mj.world.plant.compose import compose, model_xml, start_pose
 from pbrg_mj.world.plant.interface import Observation, Truth
 from pbrg_mj.world.plant.mujoco_warnings import log_first_warning
@@ -36,11 +38,11 @@ class MujocoPlant:
     """
 
     def __init__(self, scenario: Scenario):
-        """Compose the model and take the sensors' first samples. Raises ValueError when steps do not fit the tick."""
+        """Compose the model and take the sensors' first samples. Raises as `steps_per_tick`."""
         log_first_warning()
         timing = scenario.timing
         self.robot = load_robot_model()
-        self.steps_per_tick = whole_number(timing.tick, timing.physics_step)
+        self.steps_per_tick = steps_per_tick(timing)
         spec = compose(scenario, self.robot)
         self.model_xml = model_xml(spec)
         self.model = spec.compile()
@@ -66,7 +68,7 @@ class MujocoPlant:
         self._kidnappings = Kidnappings(scenario, self.robot, start_pose(scenario, self.robot)) if kidnapped else None
         self._stepwise = bool(looped or self._moving_boxes or self._kidnappings)
         self._step = 0
-        self._voltage: np.ndarray | None = None  # what ctrl holds
+        self._voltage: np.ndarray | None = None  # what ctrl holds between steps
         self._observed: Observation | None = None
         if self._camera.delay_steps:
             fill_camera_history(self.model, self.data, scenario.robots, self._camera)
@@ -144,8 +146,11 @@ class MujocoPlant:
             speed = self.data.qvel[self._index.wheel_speed]
             voltage, self._integral_voltage = self._speed_loop.voltage(voltage, speed, self._integral_voltage)
         voltage = self._disturbances.without_dead_motors(voltage, self._step)
-        if voltage is not self._voltage:
-            self.data.ctrl[self._index.motor] = self._voltage = voltage
+        changed = voltage is not self._voltage
+        if changed:
+            self.data.ctrl[self._index.motor] = over_first_step(self.data.ctrl[self._index.motor], voltage)
         if self._disturbances.pushing:
             self.data.xfrc_applied[self._index.body, :2] = self._disturbances.force(self._step)
         mujoco.mj_step2(self.model, self.data)
+        if changed:
+            self.data.ctrl[self._index.motor] = self._voltage = voltage

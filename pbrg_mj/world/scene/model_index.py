@@ -24,7 +24,7 @@ class ModelIndex:
     free_joint: np.ndarray  # (n, 7) position and quaternion of the body, in qpos
     dofs: np.ndarray  # (n, 8) of the body and its wheels, in qvel
     motor: np.ndarray  # (n, 2) left, right in ctrl
-    motor_state: np.ndarray  # (n, k) in act; none without friction
+    bristles: np.ndarray  # (n, 2) left, right in act; (n, 0) without friction
     wheel_speed: np.ndarray  # (n, 2) in qvel
     camera_position: np.ndarray  # (n, 2) x, y in sensordata
     camera_ahead: np.ndarray  # (n, 2) x, y of the body's x axis, in sensordata
@@ -44,6 +44,7 @@ def index_model(model: mujoco.MjModel, scenario: Scenario) -> ModelIndex:
     body = np.array([model.body(f"robot{j}/robot").id for j in every])
     dof_root = model.body_rootid[model.dof_bodyid]
     motor = np.array([[model.actuator(f"robot{j}/motor_{side}").id for side in WHEELS] for j in every])
+    wheel = np.array([[model.joint(f"robot{j}/wheel_{side}").id for side in WHEELS] for j in every])
     free = np.array([model.joint(f"robot{j}/free").qposadr[0] for j in every])
     position = np.array([sensor(f"robot{j}/position") for j in every])
     ahead = np.array([sensor(f"robot{j}/ahead") for j in every])
@@ -52,9 +53,9 @@ def index_model(model: mujoco.MjModel, scenario: Scenario) -> ModelIndex:
         hand=np.array([model.site(f"robot{j}/hand").id for j in every]),
         free_joint=free[:, None] + np.arange(7),
         dofs=np.array([np.flatnonzero(dof_root == k) for k in body]),
-        motor=motor,
-        motor_state=np.array([_states(model, motors) for motors in motor], dtype=int),
-        wheel_speed=np.array([[model.joint(f"robot{j}/wheel_{s}").dofadr[0] for s in WHEELS] for j in every]),
+        motor=model.actuator_ctrladr[motor],
+        bristles=np.array([_states(model, joints) for joints in wheel], dtype=int),
+        wheel_speed=model.jnt_dofadr[wheel],
         camera_position=position[:, None] + np.arange(2),
         camera_ahead=ahead[:, None] + np.arange(2),
         beams=np.array([[sensor(f"robot{j}/beam{k}") for k in range(beams)] for j in beam_robots], dtype=int).reshape(
@@ -67,9 +68,10 @@ def index_model(model: mujoco.MjModel, scenario: Scenario) -> ModelIndex:
     )
 
 
-def _states(model: mujoco.MjModel, actuators: np.ndarray) -> list[int]:
-    spans = zip(model.actuator_actadr[actuators], model.actuator_actnum[actuators], strict=True)
-    return [place for first, count in spans for place in range(first, first + count)]
+def _states(model: mujoco.MjModel, joints: np.ndarray) -> np.ndarray:
+    """Return where the states of the actuators on these joints stand."""
+    with_state = np.isin(model.actuator_trnid[:, 0], joints) & (model.actuator_actnum > 0)
+    return model.actuator_actadr[with_state]
 
 
 def _history(model: mujoco.MjModel, sensor: int) -> np.ndarray:

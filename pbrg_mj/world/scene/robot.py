@@ -17,14 +17,17 @@ WHEELS = ("left", "right")
 
 
 def load_spec(name: Literal["robot", "arena"]) -> mujoco.MjSpec:
-    """Return a fresh, editable copy of a model."""
-    return mujoco.MjSpec.from_file(str(data_dir("models") / f"{name}.xml"))
+    """Return a fresh, editable copy of a model, without its keyframes: those are for viewers alone."""
+    spec = mujoco.MjSpec.from_file(str(data_dir("models") / f"{name}.xml"))
+    for key in spec.keys:
+        spec.delete(key)
+    return spec
 
 
-# Places in MuJoCo's dcmotor parameter arrays; the closed-form tests of the motor would see a shift.
-_GAIN_RESISTANCE, _GAIN_CONSTANT = 0, 1
-BIAS_FRICTION, _BIAS_STRIBECK = slice(3, 5), 5  # Coulomb, static
-DYN_BRISTLES = slice(5, 7)  # stiffness, damping
+# Places in MuJoCo's parameter arrays of actuators; the closed-form tests of the motor would see a shift.
+_BIAS_SPEED = 2  # of a motor
+BIAS_FRICTION, _BIAS_STRIBECK = slice(3, 5), 5  # of a friction element: Coulomb, static
+_DYN_BRISTLES = slice(5, 7)  # of a friction element: stiffness, damping
 
 
 @dataclass(frozen=True)
@@ -80,12 +83,11 @@ def load_robot_model() -> RobotModel:
 
 def read_robot_model(model: mujoco.MjModel) -> RobotModel:
     """Read the numbers of one robot without a prefix. Both motors and wheels are alike."""
-    motor = model.actuator("motor_left").id
-    gain, bias, dyn = model.actuator_gainprm[motor], model.actuator_biasprm[motor], model.actuator_dynprm[motor]
-    voltage = float(model.actuator_ctrlrange[motor, 1])
-    resistance, constant = float(gain[_GAIN_RESISTANCE]), float(gain[_GAIN_CONSTANT])
-    coulomb, static = bias[BIAS_FRICTION].tolist()
-    stiffness, damping = dyn[DYN_BRISTLES].tolist()
+    motor, friction = model.actuator("motor_left"), model.actuator("friction_left")
+    voltage, gain = float(motor.ctrlrange[1]), float(motor.gainprm[0])
+    back_emf_damping = float(model.actuator_damping[motor.id] - motor.biasprm[_BIAS_SPEED])  # K^2 / R [N m s/rad]
+    coulomb, static = friction.biasprm[BIAS_FRICTION].tolist()
+    stiffness, damping = friction.dynprm[_DYN_BRISTLES].tolist()
     left, right = model.body("wheel_left"), model.body("wheel_right")
     return RobotModel(
         wheel_radius=float(model.geom("tyre_left").size[2]),
@@ -93,13 +95,13 @@ def read_robot_model(model: mujoco.MjModel) -> RobotModel:
         hand_offset=float(model.site("hand").pos[0]),
         body_radius=float(model.geom("skirt").size[0]),
         mass=float(model.body("robot").subtreemass[0]),
-        wheel_inertia=float(left.inertia[1] + model.dof_armature[model.joint("wheel_left").dofadr[0]]),
+        wheel_inertia=float(left.inertia[1] + model.actuator_armature[motor.id]),
         voltage=voltage,
-        stall_torque=constant * voltage / resistance,
-        no_load_speed=voltage / constant,
+        stall_torque=gain * voltage,
+        no_load_speed=gain * voltage / back_emf_damping,
         coulomb_torque=coulomb,
         static_torque=static,
-        stribeck_speed=float(bias[_BIAS_STRIBECK]),
+        stribeck_speed=float(friction.biasprm[_BIAS_STRIBECK]),
         bristle_stiffness=stiffness,
         bristle_damping=damping,
     )

@@ -12,6 +12,7 @@ from foxglove_schemas_protobuf.Log_pb2 import Log
 from mcap.reader import make_reader
 from mcap.writer import Writer
 
+import pbrg_mj as pbrg
 from pbrg_mj.log.schema.fields import MESSAGES
 from pbrg_mj.log.schema.protobuf import CLASSES
 from pbrg_mj.log.verify import replay
@@ -164,6 +165,19 @@ def test_another_model_is_named_first(log: Path, tmp_path: Path) -> None:
     found = verify(path)
     assert found.first is not None
     assert (found.first.channel, found.first.difference.field, found.ticks) == ("model.xml", "line 1", 0)
+
+
+def test_an_earlier_versions_model_is_told_in_one_line(log: Path, tmp_path: Path) -> None:
+    with log.open("rb") as file:
+        model = next(one.data for one in make_reader(file).iter_attachments() if one.name == "model.xml")
+    earlier = model.replace(b'integrator="Euler"', b'integrator="implicitfast"')
+    assert earlier != model
+    path = rewritten(log, tmp_path / "log.mcap", keep, model=earlier, versions={"pbrg_mj.code": "0123456789abcdef"})
+    found = pbrg.verify(path)
+    (line,) = found.lines()
+    assert line.startswith("another model: the log was made with pbrg_mj.code 0123456789abcdef, here is pbrg_mj.code ")
+    assert "differs first at 0 s on model.xml: line " in line
+    assert (found.verdict, found.ok, found.found.ticks) == ("another model", False, 0)
 
 
 def test_a_cut_log_is_verified_as_far_as_it_goes(log: Path, tmp_path: Path) -> None:

@@ -27,6 +27,7 @@ from pbrg_mj.sensing.noise_model import NoiseModel
 # is the same run.
 TOLERANCE = 1e-6
 MOST_LINES = 20
+MODELLED_BY = ("pbrg_mj", "mujoco")
 
 
 @dataclass(frozen=True)
@@ -38,11 +39,13 @@ class Verification:
 
     @property
     def verdict(self) -> str:
-        """`identical` or `differs`; in another environment than the log's, `within tolerance` or `beyond tolerance`."""
+        """`identical` or `differs`; elsewhere `within tolerance`, `beyond tolerance`, or `another model`."""
         if self.found.first is None:
             return "identical"
         if not self.found.environment_changes:
             return "differs"
+        if self.found.other_model:
+            return "another model"
         return "within tolerance" if self.found.within(self.tolerance) else "beyond tolerance"
 
     @property
@@ -60,6 +63,8 @@ class Verification:
         first = f"differs first at {_place(found.first)}: {_values(found.first)}"
         if not found.environment_changes:
             return [first]
+        if found.other_model:
+            return [f"another model: {_versions(found)}; {first}; no tick is compared"]
         lines = [
             f"{name}: the log was made with {then}, here is {now}"
             for name, (then, now) in found.environment_changes.items()
@@ -177,6 +182,15 @@ def _each_once(damage: Sequence[str]) -> str:
     """Return all damage in one line, what occurs more than once with its count."""
     counts = Counter(damage)
     return "; ".join(f"{what} ({count} times)" if count > 1 else what for what, count in counts.items())
+
+
+def _versions(found: verifying.Verification) -> str:
+    """Return with which versions of what the model depends on the log was made, and which are here."""
+    changed = [(name, *pair) for name, pair in found.environment_changes.items() if name.startswith(MODELLED_BY)]
+    if not changed:
+        return "the log was made elsewhere"
+    then, now = (", ".join(f"{change[0]} {change[k]}" for change in changed) for k in (1, 2))
+    return f"the log was made with {then}, here is {now}"
 
 
 def _place(one: verifying.Mismatch) -> str:

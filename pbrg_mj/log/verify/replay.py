@@ -66,6 +66,12 @@ class Verification:
         if largest is None or mismatch.difference.size > largest.difference.size:
             self.deviations[key] = mismatch
 
+    @property
+    def other_model(self) -> bool:
+        """Whether the log comes from another environment, where robots or their world were modelled otherwise."""
+        first = self.first
+        return bool(self.environment_changes) and first is not None and first.channel == channels.MODEL_ATTACHMENT
+
     def within(self, tolerance: float) -> bool:
         """Tell whether no value differs by more than `tolerance`, in its own unit."""
         return all(one.difference.size <= tolerance for one in self.deviations.values())
@@ -81,14 +87,15 @@ def verify(
     `objects` are the parts of a run that were objects.
 
     Ends at the first mismatch, unless the log comes from another environment: then what differs is gathered to the
-    log's end. Raises InputError when the file is no log of this package or its scenario cannot be run here.
+    log's end. Of a run of another model no tick is compared. Raises InputError when the file is no log of this package
+    or its scenario cannot be run here.
     """
     with open_mcap(path) as (file, size):
         logged = LoggedTicks(file, size, str(path))
         simulation = Simulation.build(logged.header.scenario, objects)
         found = Verification(_environment_changes(logged.header.versions), logged.header.scenario.timing.duration)
         _compare_models(found, logged.header.model_xml, simulation.model_xml)
-        if found.first is None or found.environment_changes:
+        if found.first is None:
             _compare_ticks(found, logged, simulation, on_record)
         deque(logged, maxlen=0)  # the rest, unread: it may be damaged
         found.damage = logged.damage

@@ -9,11 +9,14 @@ import numpy as np
 import pytest
 
 from pbrg_mj.cli.main import main
+from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.distributed.estimates import Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.guard import GuardedGovernor, admissible_radii
 from pbrg_mj.governor.problem.ball import input_rows
 from pbrg_mj.governor.problem.rows import Rows, row_values, stacked
+from pbrg_mj.scenario.schema import Control
+from pbrg_mj.team.pre_stabiliser import pre_stabilise
 from tests.problems import FORMATION, GRAPHS, START, graph, problem, random_problem
 
 WALL_OF_2 = [(1, [1, 1], 3.0)]  # known to robot 2 alone, which does not lead
@@ -102,3 +105,41 @@ def test_a_wall_seen_late_is_not_touched(tmp_path, capsys):
     assert found["true_margin_min_m"] > 0.05
     assert main([*scenario, "-o", str(tmp_path / "paper.mcap")]) == 1
     assert json.loads(capsys.readouterr().out)["outcome"] == "violated"
+
+
+def called_back(distance, seconds=60.0):
+    """How far the guarded team gets, [m], at rest `distance` before its line and called 4.5 m back; its statuses."""
+    G, team, control = np.array([1.0, 1.0]) / np.sqrt(2.0), graph(), Control(alpha_r=1.0)
+    start = G * (3.0 / np.sqrt(2.0) - (FORMATION @ G).max() - distance)
+    p, xi, memory, statuses = np.tile(start, (5, 1)), np.zeros((5, 2)), None, set()
+    governor = GuardedGovernor(DistributedGovernor(Flow(2.0, 1e-3, 20.0), 10, "start"))
+    for _ in range(int(seconds / 0.01)):
+        now = problem([(4, [1.0, 1.0], 3.0)], p, start - 4.5 * G, team, xi)
+        memory = governor.init(now) if memory is None else memory
+        solution, memory = governor.step(now, memory)
+        statuses.add(solution.status)
+        u, rate = pre_stabilise(team, control, p, xi, solution.m)
+        p, xi = p + 0.01 * u, xi + 0.01 * rate
+    return float(np.linalg.norm(p.mean(axis=0) - start)), statuses
+
+
+def test_what_the_guard_does_not_hold():
+    """docs/failure-modes.md says this: beyond its line a team stands still for ever, just before it it creeps."""
+    stands, said = called_back(-0.005)
+    assert stands < 0.005 and "inadmissible" in said
+    creeps, _ = called_back(0.001)
+    assert creeps < 0.1
+    walks, said = called_back(0.5)
+    assert walks > 4.0 and said == {"ok"}
+
+
+def test_in_some_feasible_states_even_the_teams_mean_is_forbidden():
+    rng, forbidden = np.random.default_rng(4), 0
+    for _ in range(150):
+        random = random_problem(rng)
+        while ClarabelSolver().solve(random).status != "solved":
+            random = random_problem(rng)
+        states = np.tile(np.hstack([random.p, random.xi]), (5, 1, 1))
+        centre = np.tile(random.p.mean(axis=0), (5, 1))
+        forbidden += bool(np.any(admissible_radii(random.rows, states, centre) < 0))
+    assert 3 <= forbidden <= 25

@@ -13,6 +13,7 @@ from pbrg_mj.governor.distributed import rounds as compiled
 from pbrg_mj.governor.distributed.channel import Channel
 from pbrg_mj.governor.distributed.estimates import Estimates, Flow
 from pbrg_mj.governor.distributed.link_states import LinkStates
+from pbrg_mj.governor.distributed.suspicion import some_row_cannot_be_met
 from pbrg_mj.governor.problem.interface import Problem, Solution, Status
 
 DOUBLE = 8  # bytes of one number on the wire
@@ -56,12 +57,13 @@ class DistributedGovernor:
         """Run one tick's rounds.
 
         A flow that has left all bounds is `diverged` for good; the last m_i within them are held. A robot that counts a
-        neighbour as lost, or hears of one that does, is `holding` its estimates. A multiplier at its cap is `capped`:
-        its robot suspects, and cannot know, that no reference is admissible; the m_i seek the least violation.
+        neighbour as lost, or hears of one that does, is `holding` its estimates. A robot whose own row
+        no m meets, by the states it believes in, has `suspected` that nothing is admissible; it cannot know. `capped`
+        is a multiplier at its cap. In both cases the m_i seek the least violation.
         """
         rounds = 0 if memory.diverged else self.rounds
         estimates, links, sent = self.run(problem, memory, rounds)
-        status = self._status(estimates, links)
+        status = self._status(problem, estimates, links)
         m = memory.m if status == "diverged" else estimates.z[:, :2].copy()
         solution = Solution(
             m=m,
@@ -88,12 +90,14 @@ class DistributedGovernor:
         estimates, links, messages = run_late(problem, before, self.channel, self.flow, rounds)
         return estimates, links, messages * (numbers * DOUBLE + self.channel.header)
 
-    def _status(self, estimates: Estimates, links: LinkStates | None) -> Status:
+    def _status(self, problem: Problem, estimates: Estimates, links: LinkStates | None) -> Status:
         bounded, capped = self.check(estimates)
         if not bounded:
             return "diverged"
         if links is not None and links.holding.any():
             return "holding"
+        if some_row_cannot_be_met(estimates.z, *problem.rows):
+            return "suspected"
         return "capped" if capped else "ok"
 
     def _lost(self, problem: Problem, links: LinkStates | None) -> np.ndarray:

@@ -15,11 +15,12 @@ from pbrg_mj.governor.problem.rows import Rows, row_values
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.team.network import Network
 
-Status = Literal["ok", "capped", "inadmissible", "holding", "infeasible", "diverged", "failed"]
+Status = Literal["ok", "capped", "suspected", "inadmissible", "holding", "infeasible", "diverged", "failed"]
 """What a governor says of its answer.
 
 ok            nothing to report; no promise that the certificate holds: `worst_row` in the log says whether it does
-capped        a multiplier is at its cap: some robot suspects that nothing is admissible
+capped        a multiplier is at its cap: the penalty may not be exact any more
+suspected     by the states it believes in, some robot has a row that no reference meets: the problem may be infeasible
 inadmissible  the guard: by some robot's own rows, at the states it has heard, what is applied breaks a row
 holding       a neighbour is lost: estimates and references are held
 infeasible    a solver that knows everything proved that nothing is admissible

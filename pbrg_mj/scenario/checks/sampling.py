@@ -3,7 +3,7 @@
 Sampled every h seconds, a mode mu of the continuous team decays when |1 + h mu| < 1, that is h < -2 Re(mu) / |mu|^2.
 Without a leak, and with M = L + alpha_r Delta, this holds for all modes when
 
-    h lambda_max(L) < 1    and    h lambda_max(M) <= 2
+    h lambda_max(L) < 1    and    h lambda_max(M) < 2
 
 (docs/theory.md), so that most scenarios need no eigenvalues: lambda_max(L) is at most the largest sum of the degrees of
 two neighbours.
@@ -29,7 +29,7 @@ def sampled_pre_stabiliser(scenario: Scenario) -> Iterator[Diagnostic]:
     edges = edge_list(scenario.graph, n)
     degree = np.bincount(np.array(edges, dtype=np.int64).reshape(-1), minlength=n)
     steepest = max((int(degree[i] + degree[k]) for i, k in edges), default=0)
-    if control.leak == 0.0 and tick * steepest < 1.0 and tick * (steepest + control.alpha_r) <= 2.0:
+    if control.leak == 0.0 and tick * steepest < 1.0 and tick * (steepest + control.alpha_r) < 2.0:
         return
     leaders = [number - 1 for number in scenario.team.leaders]
     longest = _longest_tick(edges, degree, leaders, control)

@@ -51,6 +51,22 @@ def test_v_never_grows_while_m_is_constant(name, leak):
     assert np.linalg.eigvals(A).real.max() < 1e-12
 
 
+def test_leaders_that_disagree_let_the_ball_grow_by_a_quarter_alpha_r_of_their_squared_distances_at_most():
+    """With several leaders d(rho(m)^2 / 2)/dt <= alpha_r / 4 sum_l ||m_l - m||^2, and some state reaches it."""
+    rng, network, control, closest = np.random.default_rng(7), graph(leaders=(0, 2, 4)), Control(alpha_r=ALPHA_R), 0.0
+    for trial in range(300):
+        m, p, xi = rng.normal(size=2), rng.normal(size=(5, 2)), rng.normal(size=(5, 2))
+        applied = m + rng.normal(size=(5, 2))
+        if trial % 2:  # the state that grows most: L e = 0, and every leader half way to the m it applies
+            applied, p = np.tile(applied[0], (5, 1)), np.tile(m + 0.5 * (applied[0] - m), (5, 1))
+        u, rate = pre_stabilise(network, control, p, xi, applied)
+        growth = np.sum((p - m) * u) + np.sum(xi * rate)
+        bound = 0.25 * ALPHA_R * np.sum((applied - m)[[0, 2, 4]] ** 2)
+        assert growth <= bound + 1e-12
+        closest = max(closest, growth / bound)
+    assert closest == pytest.approx(1.0)
+
+
 @pytest.mark.parametrize("name", GRAPHS)
 @pytest.mark.parametrize("leak", [0.0, 0.3])
 def test_the_leak_keeps_the_sum_of_xi_and_the_formation(name, leak):

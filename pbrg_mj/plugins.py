@@ -7,18 +7,18 @@ such as `network`. A scenario file alone never runs code: the package must be in
 
 from __future__ import annotations
 
+import copy
 import inspect
 import json
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, NamedTuple, get_type_hints
 
-import numpy as np
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from pbrg_mj.errors import InputError, PbrgError, PlugInError
+from pbrg_mj.errors import InputError, PlugInError
+from pbrg_mj.plugin_calls import blaming, sealed
 
 OBJECT = "object:"
 """What a scenario's name of a part begins with where the part is an object handed over in Python."""
@@ -153,7 +153,7 @@ def options_model(build: Callable[..., Any]) -> type[BaseModel] | None:
     function = build.__init__ if isinstance(build, type) else build
     try:
         model = get_type_hints(function).get("options")
-    except NameError as error:
+    except Exception as error:
         raise PlugInError(f"the annotations of {build!r} cannot be read: {error}") from error
     if not (isinstance(model, type) and issubclass(model, BaseModel)):
         raise PlugInError(f"the parameter `options` of {build!r} is not annotated with a pydantic model")
@@ -172,8 +172,16 @@ def unknown_options(model: type[BaseModel], options: Mapping[str, Any]) -> list[
 
 
 def validated(model: type[BaseModel], options: Mapping[str, Any]) -> BaseModel:
-    """Return a model of options as YAML or JSON has them: no text for a number. Raises ValidationError."""
-    return model.model_validate_json(json.dumps(options), strict=True)
+    """Return a model of options as YAML or JSON has them: no text for a number.
+
+    Raises ValidationError, and PlugInError when the model's own code fails.
+    """
+    try:
+        return model.model_validate_json(json.dumps(options), strict=True)
+    except ValidationError:
+        raise
+    except Exception as error:
+        raise PlugInError(f"{model.__name__}: the options' model raised {type(error).__name__}: {error}") from error
 
 
 def build(kind: Kind, scenario: Any, given: Any = None, **context: Any) -> tuple[str, Any]:
@@ -184,14 +192,15 @@ def build(kind: Kind, scenario: Any, given: Any = None, **context: Any) -> tuple
     name = value_at(scenario, kind.key)
     if given is not None:
         return type(given).__name__, given
-    return name, make(kind, name, find(kind, name), scenario, value_at(scenario, kind.options), **context)
+    options = value_at(scenario, kind.options)
+    return name, make(kind, name, find(kind, name), copy.deepcopy(scenario), options, **context)
 
 
 def make(
     kind: Kind, name: str, build: Callable[..., Any], first: Any, options: Mapping[str, Any], **context: Any
 ) -> Any:
     """Return what a build function makes of its first argument, of options and of what else it has parameters for."""
-    arguments = {key: value for key, value in context.items() if key in _parameters(build)}
+    arguments = {key: sealed(value) for key, value in context.items() if key in _parameters(build)}
     model = options_model(build)
     if model is not None:
         for key in unknown_options(model, options):
@@ -208,31 +217,6 @@ def make(
     if _missing(kind, part):
         raise PlugInError(f"{name}: the {kind.noun} has no method {' or '.join(_missing(kind, part))}: {part!r}")
     return part
-
-
-@contextmanager
-def blaming(noun: str, name: str, where: str) -> Iterator[None]:
-    """Turn whatever a part raises into a PlugInError that names it."""
-    try:
-        yield
-    except PbrgError:
-        raise
-    except Exception as error:
-        raise PlugInError(f"{name}: the {noun} raised {type(error).__name__} in {where}: {error}") from error
-
-
-def copied(whose: str, what: str, value: Any, shape: tuple[int, ...], kind: Any = float) -> np.ndarray:
-    """Return a copy of an array that a part answered; `whose` is its name and noun, such as `mine: the governor`.
-
-    Raises PlugInError for another shape, or values of another kind.
-    """
-    try:
-        array = np.array(value, dtype=kind, order="C")
-    except (TypeError, ValueError) as error:
-        raise PlugInError(f"{whose}'s {what} is no array of {np.dtype(kind)}: {error}") from None
-    if array.shape != shape:
-        raise PlugInError(f"{whose}'s {what} has shape {array.shape}, not {shape}")
-    return array
 
 
 def _option(kind: Kind, *loc: str | int) -> str:

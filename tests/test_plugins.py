@@ -274,7 +274,7 @@ def text(run):
 @pytest.mark.parametrize(
     ("lines", "message"),
     [
-        ("kind: fancy", "10: governor.kind: no governor is called 'fancy'; allowed: distributed, centralized, none, "),
+        ("kind: fancy", "10: governor.kind: no governor is called 'fancy'; allowed: distributed, certified, "),
         ("kind: walker", "9: governor.options.gain: is missing; required: a number greater than 0 (share of the way"),
         (
             "kind: walker\n  options:\n    gain: -1",

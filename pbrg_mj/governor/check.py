@@ -11,10 +11,11 @@ import numpy as np
 
 from pbrg_mj import plugins
 from pbrg_mj.errors import PlugInError
-from pbrg_mj.governor.plug_in import PlugInGovernor, checked_solution
+from pbrg_mj.governor.plug_in import PlugInGovernor
 from pbrg_mj.governor.problem.ball import ball_rows
 from pbrg_mj.governor.problem.interface import Governor, Problem, Solution
 from pbrg_mj.perception.half_spaces import HalfSpaces
+from pbrg_mj.plugin_calls import blaming
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.graph import network
 
@@ -69,7 +70,7 @@ def check_governor(
 
     def made() -> PlugInGovernor:
         part = plugins.make(plugins.GOVERNOR, name, building, scenario, options or {}, network=network(scenario))
-        return PlugInGovernor(part, name)
+        return PlugInGovernor(part, name, scenario.timing.plug_in_limit)
 
     made()  # what keeps it from being built is no check
     failures = {"answers": [], "writes": [], "repeats": []}
@@ -98,49 +99,41 @@ def _follow(
 ) -> None:
     """Step two governors through problems side by side and note what they do wrong, up to the first thing."""
     one, other = made(), made()
-    whose, memory, twin = f"{one.name}: the governor", None, None
+    memory, twin = None, None
     for tick, problem in enumerate(problems):
         at, kept = f"{title}, tick {tick}", copy.deepcopy(problem)
         if tick == 0:
-            memory, twin = one.init(problem), other.init(copy.deepcopy(problem))
+            memory, twin = _init(one, problem), _init(other, copy.deepcopy(problem))
             if not same(problem, kept):
                 failures["writes"].append(f"{at}: init wrote into the problem")
-        with plugins.blaming("governor", one.name, "a copy of its memory"):
+        with blaming("governor", one.name, "a copy of its memory"):
             before = copy.deepcopy(memory)
-        solution, after = _step(one, problem, memory)
-        found = checked_solution(whose, problem, solution)
-        failures["answers"] += [f"{at}: {wrong}" for wrong in _unsound(found, problem)]
+        found, after = _step(one, problem, memory)
         given = {"problem": (problem, kept), "memory": (memory, before)}
         wrote = [what for what, (now, then) in given.items() if not same(now, then)]
         failures["writes"] += [f"{at}: step wrote into the {what}" for what in wrote]
         again, twin = _step(other, kept, twin)
-        if not same(found, checked_solution(whose, problem, again)):
+        if not same(found, again):
             failures["repeats"].append(f"{at}: two governors built alike answer differently")
-        elif not wrote and not same(found, checked_solution(whose, problem, _step(one, problem, before)[0])):
+        elif not wrote and not same(found, _step(one, problem, before)[0]):
             failures["repeats"].append(f"{at}: a second step from the same memory answers differently")
         memory = after
         if any(failures.values()):
             return
 
 
+def _init(governor: PlugInGovernor, problem: Problem) -> Any:
+    """Return the first memory; the problem may be written into, to see whether it is."""
+    with blaming("governor", governor.name, "init", governor.limit):
+        return governor.inner.init(problem)
+
+
 def _step(governor: PlugInGovernor, problem: Problem, memory: Any) -> tuple[Solution, Any]:
-    """Return the answer as it is."""
-    with plugins.blaming("governor", governor.name, "step"):
+    """Return the checked answer; the problem may be written into, to see whether it is."""
+    unwritten = copy.deepcopy(problem)
+    with blaming("governor", governor.name, "step", governor.limit):
         answer = governor.inner.step(problem, memory)
-    if not (isinstance(answer, tuple) and len(answer) == 2):
-        returned = type(answer).__name__
-        raise PlugInError(f"{governor.name}: the governor's step returned {returned}, not solution and memory")
-    return answer
-
-
-def _unsound(solution: Solution, problem: Problem) -> Iterator[str]:
-    for name in ("m", "multipliers"):
-        if not np.isfinite(getattr(solution, name)).all():
-            yield f"{name} is not finite; hold the last reference and say so by the status"
-    if np.any(solution.multipliers < 0):
-        yield "multipliers are negative"
-    if np.any(solution.lost > problem.network.degree):
-        yield "lost is more than a robot has neighbours"
+    return governor.checked(unwritten, answer)
 
 
 def _courses(scenario: Scenario) -> Iterator[tuple[str, list[Problem]]]:

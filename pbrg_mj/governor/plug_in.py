@@ -1,11 +1,13 @@
-"""Governors, certificates and solvers of other packages: their answers are checked, and copied.
+"""Governors, certificates and solvers of other packages: they get inputs that they cannot change, and limited time.
 
-So an array that is used again changes no record, and an error says whose it is.
+Their answers are checked and copied. So an array that is used again changes no record, and an error says whose it is.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+import numbers
+from dataclasses import dataclass, field, replace
 from typing import Any, get_args
 
 import numpy as np
@@ -15,7 +17,11 @@ from pbrg_mj.governor.centralized.optimum import CentralizedSolver, Optimum, Opt
 from pbrg_mj.governor.problem.interface import Certificate, Governor, Problem, Solution, Status
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.perception.half_spaces import HalfSpaces
-from pbrg_mj.plugins import blaming, copied
+from pbrg_mj.plugin_calls import Sealer, blaming, chosen, copied, sealed, where_active, within
+
+FARTHEST = 1e9  # [m] of a reference, and of what stands in rows
+LARGEST_MULTIPLIER = 1e12  # [m]
+LONGEST_STATUS = 200  # characters of a solver's own words
 
 
 @dataclass(frozen=True)
@@ -24,41 +30,58 @@ class PlugInGovernor:
 
     inner: Governor
     name: str = "object"
+    limit: float | None = None  # of a call [s]
+    seal: Sealer = field(default_factory=Sealer, repr=False, compare=False)
 
     def init(self, problem: Problem) -> Any:
         """Return the governor's first memory. Raises PlugInError when it fails."""
-        with blaming("governor", self.name, "init"):
-            return self.inner.init(problem)
+        with blaming("governor", self.name, "init", self.limit):
+            return self.inner.init(self.sealed_problem(problem))
 
     def step(self, problem: Problem, memory: Any) -> tuple[Solution, Any]:
         """Return a copy of its answer, and its memory as it is.
 
-        Raises PlugInError when it fails, for an array of another shape, for an unknown status and for negative counts.
+        Raises PlugInError when it fails or takes too long, and for an answer that `checked_solution` refuses.
         """
-        with blaming("governor", self.name, "step"):
-            answer, memory = self.inner.step(problem, memory)
-        return checked_solution(f"{self.name}: the governor", problem, answer), memory
+        given = self.sealed_problem(problem)
+        with blaming("governor", self.name, "step", self.limit):
+            answer = self.inner.step(given, memory)
+        return self.checked(problem, answer)
+
+    def checked(self, problem: Problem, answer: Any) -> tuple[Solution, Any]:
+        """Return what a step answered, checked."""
+        whose = f"{self.name}: the governor"
+        if not (isinstance(answer, tuple) and len(answer) == 2):
+            raise PlugInError(f"{whose}'s step returned {type(answer).__name__}, not solution and memory")
+        with blaming("governor", self.name, "its answer"):
+            return checked_solution(whose, problem, answer[0]), answer[1]
+
+    def sealed_problem(self, problem: Problem) -> Problem:
+        """Return a copy of the problem that cannot be written into."""
+        given = {name: sealed(getattr(problem, name)) for name in ("p", "xi", "reference", "heading")}
+        team, rows = self.seal("network", problem.network), self.seal("rows", problem.rows)
+        return replace(problem, network=team, rows=rows, **given)
 
 
-def checked_solution(whose: str, problem: Problem, answer: Solution) -> Solution:
+def checked_solution(whose: str, problem: Problem, answer: Any) -> Solution:
     """Return a copy of a governor's answer with arrays of the protocol's types. Raises PlugInError."""
     n, rows = problem.rows.d.shape
     if not isinstance(answer, Solution):
         raise PlugInError(f"{whose}'s step returned {type(answer).__name__} and memory, not Solution and memory")
-    if answer.status not in get_args(Status):
-        raise PlugInError(f"{whose}'s status is {answer.status!r}; allowed: {', '.join(get_args(Status))}")
     solution = Solution(
         m=copied(whose, "m", answer.m, (n, 2)),
         multipliers=copied(whose, "multipliers", answer.multipliers, (n, rows)),
-        status=answer.status,
-        rounds=answer.rounds,
+        status=chosen(whose, "status", answer.status, get_args(Status)),
+        rounds=int(copied(whose, "rounds", answer.rounds, (), np.int64)),
         bytes_sent=copied(whose, "bytes_sent", answer.bytes_sent, (n,), np.int64),
         lost=copied(whose, "lost", answer.lost, (n,), np.int64),
     )
-    counts = {"rounds": np.asarray(answer.rounds), "bytes_sent": solution.bytes_sent, "lost": solution.lost}
-    for name, count in counts.items():
-        if not np.issubdtype(count.dtype, np.integer) or np.any(count < 0):
-            raise PlugInError(f"{whose}'s {name} is {count.tolist()}; allowed: whole numbers from 0 on")
+    if not np.isfinite(solution.m).all():
+        raise PlugInError(f"{whose}'s m is not finite; hold the last reference and say so by the status")
+    within(whose, "m", solution.m, FARTHEST)
+    within(whose, "multipliers", solution.multipliers, LARGEST_MULTIPLIER, least=0.0)
+    if np.any(solution.lost > problem.network.degree):
+        raise PlugInError(f"{whose}'s lost is more than a robot has neighbours")
     return solution
 
 
@@ -68,26 +91,36 @@ class PlugInCertificate:
 
     inner: Certificate
     name: str = "object"
+    limit: float | None = None  # of a call [s]
+    widths: list[int] = field(default_factory=list, repr=False, compare=False)  # R of its first rows
 
     def rows(self, half_spaces: HalfSpaces) -> Rows:
-        """Return a copy of its rows. Raises PlugInError when it fails, for other shapes and for negative weights a."""
-        whose = f"{self.name}: the certificate"
-        with blaming("certificate", self.name, "rows"):
-            rows = self.inner.rows(half_spaces)
+        """Return a copy of its rows.
+
+        Raises PlugInError when it fails, for other shapes than those of its first rows, for numbers that are not finite
+        and for negative weights a.
+        """
+        whose, given = f"{self.name}: the certificate", sealed(half_spaces)
+        with blaming("certificate", self.name, "rows", self.limit):
+            rows = self.inner.rows(given)
         if not isinstance(rows, Rows):
             raise PlugInError(f"{whose}'s rows are {type(rows).__name__}, not Rows")
-        shape = (len(half_spaces.h), np.shape(rows.d)[-1] if np.ndim(rows.d) else 0)
-        checked = Rows(
-            a=copied(whose, "a", rows.a, shape),
-            C=copied(whose, "C", rows.C, (*shape, 2)),
-            d=copied(whose, "d", rows.d, shape),
-            active=copied(whose, "active", rows.active, shape, bool),
+        with blaming("certificate", self.name, "its answer"):
+            width = np.shape(rows.d)[-1] if np.ndim(rows.d) else 0
+        self.widths[:] = self.widths or [width]
+        shape = (len(half_spaces.h), self.widths[0])
+        active = copied(whose, "active", rows.active, shape, bool)
+        a, C, d = (
+            where_active(active, copied(whose, what, value, of))
+            for what, value, of in (("a", rows.a, shape), ("C", rows.C, (*shape, 2)), ("d", rows.d, shape))
         )
-        if not all(np.isfinite(array[checked.active]).all() for array in checked[:3]):
+        if not all(np.isfinite(array).all() for array in (a, C, d)):
             raise PlugInError(f"{whose}'s active rows hold a number that is not finite")
-        if np.any(checked.a[checked.active] < 0):
+        if np.any(a[active] < 0):
             raise PlugInError(f"{whose}'s a has a negative weight; allowed: 0 and more, for else g is not convex")
-        return checked
+        for what, array in (("a", a), ("C", C), ("d", d)):
+            within(whose, what, array[active], FARTHEST)
+        return Rows(a, C, d, active)
 
 
 @dataclass(frozen=True)
@@ -96,18 +129,31 @@ class PlugInSolver:
 
     inner: CentralizedSolver
     name: str = "object"
+    limit: float | None = None  # of a call [s]
 
     def solve(self, problem: Problem) -> Optimum:
         """Return a copy of its optimum. Raises PlugInError when it fails, for other shapes and an unknown status."""
-        whose = f"{self.name}: the reference solver"
-        with blaming("reference solver", self.name, "solve"):
-            found = self.inner.solve(problem)
+        whose, given = f"{self.name}: the reference solver", sealed(problem)
+        with blaming("reference solver", self.name, "solve", self.limit):
+            found = self.inner.solve(given)
         if not isinstance(found, Optimum):
             raise PlugInError(f"{whose}'s solve returned {type(found).__name__}, not Optimum")
-        if found.status not in get_args(OptimumStatus):
-            raise PlugInError(f"{whose}'s status is {found.status!r}; allowed: {', '.join(get_args(OptimumStatus))}")
+        status = chosen(whose, "status", found.status, get_args(OptimumStatus))
+        if not isinstance(found.solver_status, str):
+            raise PlugInError(f"{whose}'s solver_status is {type(found.solver_status).__name__}; allowed: text")
         m = copied(whose, "m", found.m, (2,))
         multipliers = copied(whose, "multipliers", found.multipliers, problem.rows.d.shape)
-        if found.status == "solved" and not (np.isfinite(m).all() and np.isfinite(multipliers).all()):
-            raise PlugInError(f"{whose}'s m or multipliers are not finite, though the status is solved")
-        return found._replace(m=m, multipliers=multipliers)
+        seconds = [_seconds(whose, name, getattr(found, name)) for name in ("build_seconds", "solve_seconds")]
+        cost = float(copied(whose, "cost", found.cost, ()))
+        if status == "solved":
+            if not (np.isfinite(m).all() and np.isfinite(multipliers).all()):
+                raise PlugInError(f"{whose}'s m or multipliers are not finite, though the status is solved")
+            within(whose, "m", m, FARTHEST)
+            within(whose, "cost", np.array(cost), FARTHEST**2)
+        return Optimum(m, status, cost, multipliers, str(found.solver_status)[:LONGEST_STATUS], *seconds)
+
+
+def _seconds(whose: str, name: str, value: Any) -> float:
+    if not (isinstance(value, numbers.Real) and math.isfinite(value) and float(value) >= 0):
+        raise PlugInError(f"{whose}'s {name} is {value!r}; allowed: a number from 0 on")
+    return float(value)

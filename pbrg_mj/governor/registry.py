@@ -120,7 +120,7 @@ def governor(scenario: Scenario, given: Any = None) -> Governor:
     if given is None and scenario.governor.kind in GOVERNORS:
         return GOVERNORS[scenario.governor.kind](scenario)
     name, built = plugins.build(plugins.GOVERNOR, scenario, given, network=network(scenario))
-    return PlugInGovernor(built, name)
+    return PlugInGovernor(built, name, scenario.timing.plug_in_limit)
 
 
 def certificate(scenario: Scenario, given: Any = None) -> Certificate | StateCertificate:
@@ -129,7 +129,7 @@ def certificate(scenario: Scenario, given: Any = None) -> Certificate | StateCer
     if given is None and scenario.governor.certificate in CERTIFICATES:
         return CERTIFICATES[scenario.governor.certificate](scenario, graph)
     name, built = plugins.build(plugins.CERTIFICATE, scenario, given, network=graph)
-    return PlugInCertificate(built, name)
+    return PlugInCertificate(built, name, scenario.timing.plug_in_limit)
 
 
 def reference_solver(scenario: Scenario, given: Any = None) -> CentralizedSolver | None:
@@ -139,4 +139,4 @@ def reference_solver(scenario: Scenario, given: Any = None) -> CentralizedSolver
     if given is None and scenario.reference.solver == "none":
         return None
     name, built = plugins.build(plugins.REFERENCE_SOLVER, scenario, given, network=network(scenario))
-    return PlugInSolver(built, name)
+    return PlugInSolver(built, name, scenario.timing.plug_in_limit)

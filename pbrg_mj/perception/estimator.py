@@ -12,11 +12,13 @@ from pbrg_mj.errors import PlugInError
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.perception.perceive import PerceptionMemory, initial, perceive
 from pbrg_mj.perception.setup import PerceptionSetup, perception_setup
+from pbrg_mj.plugin_calls import blaming, copied, sealed, where_active, within
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.sensing.readings import Readings
 from pbrg_mj.world.scene.robot import RobotModel
 
 UNIT = 1e-9  # how far the length of a normal may be from 1
+FARTHEST = 1e9  # [m] of an h
 
 
 class Estimator(Protocol):
@@ -54,45 +56,55 @@ def estimator(scenario: Scenario, robot: RobotModel, given: Any = None) -> Estim
     if given is None and scenario.estimator.source in plugins.ESTIMATOR.built_in:
         return LineEstimator(perception_setup(scenario, robot.clearance, robot.hand_offset))
     name, built = plugins.build(plugins.ESTIMATOR, scenario, given, robot=robot)
-    return PlugInEstimator(built, name, scenario.robots, scenario.estimator.half_spaces_per_robot)
+    slots, limit = scenario.estimator.half_spaces_per_robot, scenario.timing.plug_in_limit
+    return PlugInEstimator(built, name, scenario.robots, slots, limit)
 
 
 @dataclass(frozen=True)
 class PlugInEstimator:
-    """An estimator of another package, whose half-spaces are checked and copied when they are others than before."""
+    """An estimator of another package, whose half-spaces are checked, and copied when they are others than before."""
 
     inner: Estimator
     name: str
     robots: int
     slots: int
+    limit: float | None = None  # of a call [s]
 
-    def init(self) -> tuple[Any, HalfSpaces | None, HalfSpaces | None]:
-        """Return its memory; with it goes what it answered last, and our copy of that."""
-        with plugins.blaming("estimator", self.name, "init"):
-            return self.inner.init(), None, None
+    def init(self) -> tuple[Any, HalfSpaces | None]:
+        """Return its memory; with it goes our copy of what it answered last."""
+        with blaming("estimator", self.name, "init", self.limit):
+            return self.inner.init(), None
 
     def step(self, readings: Readings, time: float, memory: Any) -> tuple[HalfSpaces, Any]:
         """Return a copy of its half-spaces. Raises PlugInError when it fails, for other shapes and normals."""
-        own, last, copy = memory
-        with plugins.blaming("estimator", self.name, "step"):
-            found, own = self.inner.step(readings, time, own)
-        if found is not last or copy is None:
-            copy = self._checked(found)
-        return copy, (own, found, copy)
+        (own, last), given = memory, sealed(readings)
+        with blaming("estimator", self.name, "step", self.limit):
+            answer = self.inner.step(given, time, own)
+        if not (isinstance(answer, tuple) and len(answer) == 2):
+            returned = type(answer).__name__
+            raise PlugInError(f"{self.name}: the estimator's step returned {returned}, not half-spaces and memory")
+        found = self._checked(answer[0])
+        return (last, (answer[1], last)) if last is not None and _equal(found, last) else (found, (answer[1], found))
 
     def _checked(self, found: HalfSpaces) -> HalfSpaces:
         whose, shape = f"{self.name}: the estimator", (self.robots, self.slots)
         if not isinstance(found, HalfSpaces):
             raise PlugInError(f"{whose}'s step returned {type(found).__name__} and memory, not HalfSpaces and memory")
+        active = copied(whose, "active", found.active, shape, bool)
         checked = HalfSpaces(
-            G=plugins.copied(whose, "G", found.G, (*shape, 2)),
-            h=plugins.copied(whose, "h", found.h, shape),
-            active=plugins.copied(whose, "active", found.active, shape, bool),
-            binds=plugins.copied(whose, "binds", found.binds, (*shape, self.robots), bool),
+            G=where_active(active, copied(whose, "G", found.G, (*shape, 2))),
+            h=where_active(active, copied(whose, "h", found.h, shape)),
+            active=active,
+            binds=copied(whose, "binds", found.binds, (*shape, self.robots), bool),
         )
         lengths = np.linalg.norm(checked.G[checked.active], axis=1)
-        if not (np.all(np.abs(lengths - 1.0) < UNIT) and np.isfinite(checked.h[checked.active]).all()):
+        if not (np.all(np.abs(lengths - 1.0) < UNIT) and np.isfinite(checked.h).all()):
             raise PlugInError(f"{whose}'s active half-spaces have a normal not of length 1, or an h that is not finite")
+        within(whose, "h", checked.h[active], FARTHEST)
         if np.any(checked.binds & ~checked.active[..., None]):
             raise PlugInError(f"{whose}'s binds is true in a slot that is not active")
         return checked
+
+
+def _equal(one: HalfSpaces, other: HalfSpaces) -> bool:
+    return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in ("G", "h", "active", "binds"))

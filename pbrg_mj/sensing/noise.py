@@ -51,7 +51,7 @@ def sensor_noise(scenario: Scenario, given: Any = None) -> SensorNoise:
     if scenario.plant == "ideal" or (given is None and name in plugins.NOISE_MODEL.built_in):
         return numbers
     name, built = plugins.build(plugins.NOISE_MODEL, scenario, given)
-    return replace(numbers, model=PlugInNoise(built, name))
+    return replace(numbers, model=PlugInNoise(built, name, scenario.timing.plug_in_limit))
 
 
 def noise_parameters(scenario: Scenario) -> SensorNoise:

@@ -7,7 +7,9 @@ from typing import Protocol
 
 import numpy as np
 
-from pbrg_mj.plugins import blaming, copied
+from pbrg_mj.plugin_calls import blaming, copied, sealed, within
+
+FARTHEST = 1e9  # [m] of a pose, and rad of a heading
 
 
 class NoiseModel(Protocol):
@@ -28,16 +30,20 @@ class PlugInNoise:
 
     inner: NoiseModel
     name: str
+    limit: float | None = None  # of a call [s]
 
     def scan(self, ranges: np.ndarray, random: np.random.Generator, low: float, high: float) -> np.ndarray:
         """Return a scan (beams,) [m], NaN outside `low` to `high`. Raises PlugInError when it fails, or for a shape."""
-        with blaming("noise model", self.name, "scan"):
-            answer = self.inner.scan(ranges.copy(), random)
+        with blaming("noise model", self.name, "scan", self.limit):
+            answer = self.inner.scan(sealed(ranges), random)
         seen = copied(f"{self.name}: the noise model", "scan", answer, ranges.shape)
         return np.where((seen >= low) & (seen < high), seen, np.nan)
 
     def pose(self, pose: np.ndarray, random: np.random.Generator) -> np.ndarray:
-        """Return a pose (3,). Raises PlugInError when it fails, or for another shape."""
-        with blaming("noise model", self.name, "pose"):
-            answer = self.inner.pose(pose.copy(), random)
-        return copied(f"{self.name}: the noise model", "pose", answer, (3,))
+        """Return a pose (3,). Raises PlugInError when it fails, for another shape and what is not finite."""
+        with blaming("noise model", self.name, "pose", self.limit):
+            answer = self.inner.pose(sealed(pose), random)
+        whose = f"{self.name}: the noise model"
+        found = copied(whose, "pose", answer, (3,))
+        within(whose, "pose", found, FARTHEST)
+        return found

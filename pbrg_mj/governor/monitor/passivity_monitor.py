@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from pbrg_mj.errors import PlugInError
 from pbrg_mj.governor.centralized.optimum import Optimum
 from pbrg_mj.governor.distributed.estimates import Estimates
 from pbrg_mj.governor.distributed.governor import DistributedGovernor, DistributedMemory
@@ -15,6 +16,7 @@ from pbrg_mj.governor.monitor.passivity_blocks import flow_passivities_of_block,
 from pbrg_mj.governor.monitor.tick_block import TickBlock
 from pbrg_mj.governor.plug_in import PlugInGovernor
 from pbrg_mj.governor.problem.interface import Governor, Problem
+from pbrg_mj.plugin_calls import blaming, copied, sealed
 
 
 class PassivityMonitor(Protocol):
@@ -35,7 +37,7 @@ def passivity_monitor(governor: Governor) -> PassivityMonitor:
         return GuardedPassivity(passivity_monitor(governor.inner))
     if isinstance(governor, DistributedGovernor):
         return DistributedPassivity(governor)
-    return OwnPassivity(governor.inner if isinstance(governor, PlugInGovernor) else governor)
+    return OwnPassivity(governor)
 
 
 @dataclass(frozen=True)
@@ -98,28 +100,34 @@ class GuardedPassivity:
 
 @dataclass(frozen=True)
 class OwnPassivity:
-    """Balances that a governor computes itself, if it has `passivity` and `flow_passivity`."""
+    """Balances that a plug-in's governor computes itself, if it has `passivity` and `flow_passivity`."""
 
     governor: Any
 
     def about_optima(self, block: TickBlock, memories: Sequence[Any], optima: Sequence[Optimum]) -> list[Passivity]:
-        """Return what its `passivity(problem, memory, optimum)` returns at T ticks."""
-        balance = getattr(self.governor, "passivity", _unknown)
-        return [balance(*tick) for tick in zip(block.problems, memories, optima, strict=True)]
+        """Return what its `passivity(problem, memory, optimum)` returns at T ticks. Raises PlugInError."""
+        return [self._balance("passivity", *tick) for tick in zip(block.problems, memories, optima, strict=True)]
 
     def of_velocity(self, block: TickBlock, memories: Sequence[Any]) -> list[Passivity]:
-        """Return what its `flow_passivity(problem, memory)` returns at T ticks."""
-        balance = getattr(self.governor, "flow_passivity", _unknown)
-        return [balance(*tick) for tick in zip(block.problems, memories, strict=True)]
+        """Return what its `flow_passivity(problem, memory)` returns at T ticks. Raises PlugInError."""
+        return [self._balance("flow_passivity", *tick) for tick in zip(block.problems, memories, strict=True)]
+
+    def _balance(self, method: str, problem: Problem, memory: Any, *optimum: Optimum) -> Passivity:
+        governor = self.governor
+        if not isinstance(governor, PlugInGovernor) or not hasattr(governor.inner, method):
+            return Passivity.unknown()
+        given = governor.sealed_problem(problem)
+        with blaming("governor", governor.name, method, governor.limit):
+            found = getattr(governor.inner, method)(given, memory, *map(sealed, optimum))
+        whose = f"{governor.name}: the governor"
+        if not isinstance(found, Passivity):
+            raise PlugInError(f"{whose}'s {method} returned {type(found).__name__}, not Passivity")
+        return Passivity(*(float(copied(whose, name, value, ())) for name, value in found._asdict().items()))
 
 
 def _compiled_and_in_time(governor: DistributedGovernor) -> bool:
     """Return whether the compiled rounds without delay and loss, which blocks of ticks take, are the governor's."""
     return governor.channel is None and governor.backend == "compiled"
-
-
-def _unknown(*_: Any) -> Passivity:
-    return Passivity.unknown()
 
 
 def _while_bounded(memories: Sequence[DistributedMemory], balances: Sequence[Passivity]) -> list[Passivity]:

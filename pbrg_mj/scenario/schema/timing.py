@@ -26,6 +26,11 @@ class Timing(Section):
     physics_step: Annotated[float, Field(ge=SHORTEST_STEP, le=10)] = Field(
         default=0.002, description="step of the rigid-body simulation, at most 2 ms [s]"
     )
+    plug_in_limit: Positive = Field(
+        default=60.0,
+        description="wall-clock time that one call of a plug-in may take, such as a governor's step [s]; a longer one "
+        "ends the run with an error",
+    )
 
 
 def whole_multiple(period: float, step: float) -> int | None:

@@ -1,0 +1,172 @@
+"""Calls of parts of other packages: limited in time, with inputs they cannot change, and answers that are checked.
+
+Whatever a part raises is put down to it in one line. This guards against mistakes; it is no sandbox.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
+from typing import Any, NoReturn
+
+import numpy as np
+
+from pbrg_mj.errors import InputError, PlugInError
+from pbrg_mj.kernel import clock
+
+LIMIT_KEY = "timing.plug_in_limit"
+AGAIN = 0.1  # [s] after which a part that swallowed its interruption is interrupted again
+LONGEST = 300  # characters of a text shown
+# dtype of an answer -> kinds of arrays that may be taken for it
+KINDS = {np.dtype(float): "fiu", np.dtype(np.int64): "fiu", np.dtype(bool): "biu"}
+LARGEST_COUNT = 2**53  # doubles and JSON hold it exactly
+
+
+class _TimeUp(BaseException):
+    """No Exception: a part's own `except Exception` must not take it for one of its own."""
+
+
+@contextmanager
+def blaming(noun: str, name: str, where: str, limit: float | None = None) -> Iterator[None]:
+    """Turn whatever a part raises, `sys.exit` included, into a PlugInError that names it.
+
+    `limit` is the wall-clock time it may take [s]; None is no limit. Python code of the main thread is interrupted;
+    a call of compiled code, and other threads, only when they come back. Ctrl-C passes, and so do InputErrors of what
+    is built, by which a part refuses a scenario.
+    """
+    try:
+        with np.errstate(), _limited(limit) if limit is not None else nullcontext():
+            yield
+    except (PlugInError, KeyboardInterrupt):
+        raise
+    except _TimeUp:
+        message = f"{name}: the {noun} took more than {limit:g} s in {where}, the limit of {LIMIT_KEY}"
+        raise PlugInError(message) from None
+    except BaseException as error:
+        if isinstance(error, InputError) and where == "build":
+            raise
+        raise PlugInError(f"{name}: the {noun} raised {type(error).__name__} in {where}: {_text(error)}") from error
+
+
+def sealed(value: Any) -> Any:
+    """Return a copy whose arrays are read-only, of an array or of data classes and named tuples of them."""
+    if isinstance(value, np.ndarray):
+        copy = value.copy()
+        copy.flags.writeable = False
+        return copy
+    if isinstance(value, tuple) and hasattr(value, "_fields"):
+        return type(value)(*map(sealed, value))
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return dataclasses.replace(value, **{f.name: sealed(getattr(value, f.name)) for f in dataclasses.fields(value)})
+    return value
+
+
+class Sealer:
+    """Seals values that stay the same object for many ticks, such as a network, once."""
+
+    def __init__(self) -> None:
+        self._last: dict[str, tuple[Any, Any]] = {}
+
+    def __call__(self, name: str, value: Any) -> Any:
+        """Return the sealed value; `name` tells one value from another."""
+        last = self._last.get(name)
+        if last is None or last[0] is not value:
+            last = self._last[name] = (value, sealed(value))
+        return last[1]
+
+
+def copied(whose: str, what: str, value: Any, shape: tuple[int, ...], kind: Any = float) -> np.ndarray:
+    """Return a copy of an array that a part answered; `whose` is its name and noun, such as `mine: the governor`.
+
+    Raises PlugInError for another shape, or values of another kind: complex numbers, texts, objects, masked arrays;
+    for whole numbers also fractions, NaN and what is negative or larger than 2^53; for truth values all but 0 and 1.
+    """
+    kind = np.dtype(kind)
+    try:
+        array = np.array(value, order="C")
+    except Exception as error:
+        raise PlugInError(f"{whose}'s {what} is no array of {kind}: {_text(error)}") from None
+    if array.dtype.kind not in KINDS[kind] or isinstance(value, np.ma.MaskedArray):
+        raise PlugInError(f"{whose}'s {what} is no array of {kind}: it holds {_text(array.dtype)}")
+    if array.shape != shape:
+        raise PlugInError(f"{whose}'s {what} has shape {array.shape}, not {shape}")
+    if kind == np.int64 and not np.all((array >= 0) & (array <= LARGEST_COUNT) & (array == np.floor(array))):
+        _refuse(whose, what, array, "whole numbers from 0 on")
+    if kind == np.bool_ and not np.all((array == 0) | (array == 1)):
+        _refuse(whose, what, array, "true and false")
+    with np.errstate(over="ignore"):  # of long doubles, to infinity
+        return array.astype(kind)
+
+
+def where_active(active: np.ndarray, array: np.ndarray) -> np.ndarray:
+    """Return an array with 0 for what is not finite in slots that are not active; nothing says what stands there."""
+    slots = active.reshape(active.shape + (1,) * (array.ndim - active.ndim))
+    return np.where(slots | np.isfinite(array), array, 0.0)
+
+
+def within(whose: str, what: str, array: np.ndarray, largest: float, *, least: float | None = None) -> None:
+    """Raise PlugInError unless all numbers are finite, from `least` (None: from -largest) to `largest`."""
+    if not np.isfinite(array).all():
+        raise PlugInError(f"{whose}'s {what} is not finite")
+    if least is not None and np.any(array < least):
+        raise PlugInError(f"{whose}'s {what} is less than {least:g}")
+    if np.any(np.abs(array) > largest):
+        raise PlugInError(f"{whose}'s {what} is larger than {largest:g}")
+
+
+def chosen(whose: str, what: str, value: Any, allowed: tuple[str, ...]) -> Any:
+    """Return the text among those allowed. Raises PlugInError for another text, and for what only equals one."""
+    if not isinstance(value, str) or str(value) not in allowed:
+        raise PlugInError(f"{whose}'s {what} is {_text(repr(value))}; allowed: {', '.join(allowed)}")
+    return str(value)
+
+
+def _refuse(whose: str, what: str, array: np.ndarray, allowed: str) -> NoReturn:
+    raise PlugInError(f"{whose}'s {what} is {_text(array.tolist())}; allowed: {allowed}")
+
+
+@contextmanager
+def _limited(limit: float) -> Iterator[None]:
+    """Raise _TimeUp in the code inside once it has taken longer than `limit` [s], or when it is done at last."""
+    began = clock()
+    with _interrupted_after(limit) if _can_interrupt() else nullcontext():
+        yield
+    if clock() - began > limit:
+        raise _TimeUp
+
+
+def _can_interrupt() -> bool:
+    """Return whether timers can: in a program's main thread, not on Windows."""
+    return threading.current_thread() is threading.main_thread() and hasattr(signal, "setitimer")
+
+
+@contextmanager
+def _interrupted_after(limit: float) -> Iterator[None]:
+    running = True
+
+    def ring(_signal: int, _frame: object) -> None:
+        if running:
+            raise _TimeUp
+
+    handler = signal.signal(signal.SIGALRM, ring)
+    others = signal.setitimer(signal.ITIMER_REAL, limit, AGAIN)
+    try:
+        try:
+            yield
+        finally:
+            running = False
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, *others)
+        signal.signal(signal.SIGALRM, handler)
+
+
+def _text(value: object) -> str:
+    """Return a value's text in one line, cut when long; nothing if it has none."""
+    try:
+        text = " ".join(str(value).split())
+    except Exception:
+        return ""
+    return text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."

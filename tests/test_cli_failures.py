@@ -223,3 +223,13 @@ def test_ctrl_c_while_it_starts_leaves_no_traceback(folder):
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=False)
     assert (done.returncode, done.stderr) == (130, "")
+
+
+def test_a_pipe_that_nobody_writes_into_is_an_empty_file(folder):
+    os.mkfifo("pipe.yaml")
+    assert pbrg("pbrg validate pipe.yaml") == (2, "", "error: pipe.yaml:1: is empty; allowed: a scenario in YAML\n")
+
+
+def test_a_pipe_with_a_writer_is_read(folder):
+    code, out, _ = pbrg("pbrg validate <(sleep 0.2; cat ideal.yaml)")
+    assert (code, out.partition(":")[2]) == (0, " ok, 2 robots, ideal plant, 0.5 s\n")

@@ -128,7 +128,7 @@ FIVE = np.zeros(5)
         ({"rounds": 10**30}, "rounds is no array of int64: it holds object"),
         ({"rounds": "ten"}, "rounds is no array of int64: it holds <U3"),
         ({"rounds": True}, "rounds is no array of int64: it holds bool"),
-        ({"status": "fine"}, "status is 'fine'; allowed: ok, holding"),
+        ({"status": "fine"}, "status is 'fine'; allowed: ok, "),
         ({"status": 3}, "status is 3; allowed: ok"),
         ({"status": None}, "status is None; allowed: ok"),
         ({"status": ["ok"]}, "status is ['ok']; allowed: ok"),

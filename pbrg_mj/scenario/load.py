@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import difflib
+import os
+import stat
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -90,7 +92,11 @@ def _is_there(path: Path) -> bool:
 
 def _read(path: Path) -> str:
     try:
-        with path.open("rb") as stream:
+        # A pipe that nobody writes into is empty; to open it as files are opened would wait for a writer.
+        number = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+        with os.fdopen(number, "rb") as stream:
+            if stat.S_ISFIFO(os.fstat(number).st_mode):
+                os.set_blocking(number, True)
             content = stream.read(MOST_BYTES + 1)
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", file=str(path)) from None

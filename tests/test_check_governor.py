@@ -108,7 +108,10 @@ class Initial(Holding):
         ),
         (Answering(m=np.full((5, 2), np.nan)), "m is not finite"),
         (Answering(m=[["x", "y"]] * 5), "m is no array of float64"),
-        (Answering(status="fine"), "status is 'fine'; allowed: ok, capped, inadmissible, holding, infeasible, "),
+        (
+            Answering(status="fine"),
+            "status is 'fine'; allowed: ok, capped, suspected, inadmissible, holding, infeasible, ",
+        ),
         (Answering(bytes_sent=[-1, 0, 0, 0, 0]), r"bytes_sent is \[-1, 0, 0, 0, 0\]; allowed: whole numbers from 0 on"),
         (Answering(rounds=0.5), "rounds is 0.5; allowed: whole numbers from 0 on"),
         (Answering(lost=np.full(5, 3)), "lost is more than a robot has neighbours"),

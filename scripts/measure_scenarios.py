@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pbrg_mj.analysis.metrics.contacts import FIELDS, contact_flags, words
 from pbrg_mj.analysis.metrics.outcome import final_target
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics, metrics
 from pbrg_mj.log.read.run import Run, open_run
@@ -54,9 +55,12 @@ def measure(name: str, folder: Path) -> Measured:
 
 
 def contact(run: Run) -> str:
-    """Say which robot first touched a wall, and when; `none` if no robot did."""
-    touched = np.argwhere(run.ticks.wall_contact)
-    return f"robot {touched[0, 1] + 1} at {run.ticks.time[touched[0, 0]]:.1f} s" if len(touched) else "none"
+    """Say which robot first touched what, and when; `none` if no robot did."""
+    found = [(*np.argwhere(flags)[0], kind) for kind in FIELDS if (flags := contact_flags(run, kind)).any()]
+    if not found:
+        return "none"
+    tick, robot, kind = min(found)
+    return f"robot {robot + 1} with {words(run, kind, tick, robot)} at {run.ticks.time[tick]:.1f} s"
 
 
 def static_error(run: Run) -> np.ndarray | None:
@@ -72,10 +76,10 @@ def static_error(run: Run) -> np.ndarray | None:
 def outcomes(found: list[Measured], before: dict[str, str]) -> Iterator[str]:
     """Yield the lines of the table of all scenarios; of those that were not run the row that stood there `before`."""
     yield (
-        "| scenario | shows | outcome | wall contact | least true margin [m] | terminal gap [m] "
-        "| least gap between robots [m] | reference infeasible | largest xi [m] |"
+        "| scenario | shows | outcome | first contact | least true margin [m] | terminal gap [m] "
+        "| least gap between robots [m] | reference infeasible | largest xi [m] | binds at the end |"
     )
-    yield "|---|---|---|---|---|---|---|---|---|"
+    yield "|---|---|---|---|---|---|---|---|---|---|"
     rows = before | dict(measured_rows(found))
     yield from (rows[name] for name in bundled_scenarios() if name in rows)
 
@@ -85,7 +89,9 @@ def measured_rows(found: list[Measured]) -> Iterator[tuple[str, str]]:
     for one in found:
         n = one.numbers
         numbers = (n.true_margin_min_m, n.terminal_gap_m, n.robot_gap_min_m, n.reference_infeasible_share, n.xi_max_m)
-        cells = (f"`{one.name}`", one.description, n.outcome, one.contact, *map(number, numbers))
+        outcome = f"{n.outcome}: {n.reason}" if n.reason else n.outcome
+        binds = "; ".join(n.binding) or "-"
+        cells = (f"`{one.name}`", one.description, outcome, one.contact, *map(number, numbers), binds)
         yield one.name, "| " + " | ".join(cells) + " |"
 
 

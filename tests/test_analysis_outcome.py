@@ -47,6 +47,13 @@ def test_rest_speed_is_the_border_between_stuck_and_closing_in():
     assert found.reason == "at 2.1 mm/s, there at 452.4 s at this speed"
 
 
+def test_who_arrives_just_before_the_end_is_told_to_be_there():
+    x = np.full(STEPS, 0.04)
+    x[:14] = 0.04 + 0.2 * (13 - np.arange(14))
+    found = outcome(run(ticks=hands(scenario(), np.column_stack([-x - 0.005 * np.arange(STEPS)[::-1], 0 * x]))))
+    assert (found.word, found.reason) == ("closing in", "there for less than 5 s")
+
+
 def test_one_robot_still_moving_is_not_stuck():
     q = resting(scenario()).hand_true - (0.3, 0.0)
     q[:, 1] += moving(0.1)

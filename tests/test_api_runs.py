@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import pbrg_mj as pbrg
-from pbrg_mj.analysis.metrics.table import LAYOUT, cell, look_up
+from pbrg_mj.analysis.metrics.table import LABEL_WIDTH, LAYOUT, WRAPPED, cell, look_up, sentences
 from pbrg_mj.cli.main import main
 from pbrg_mj.log.read.run import open_run
 from tests.needs import need_module
@@ -114,8 +114,12 @@ def test_the_commands_table_holds_the_apis_metrics(logged, capsys):
     lines = capsys.readouterr().out.splitlines()
     numbers = logged.metrics.as_dict()
     for label, key in (row for rows in LAYOUT.values() for row in rows):
-        (line,) = (line for line in lines if line.startswith(f"  {label}  "))
-        assert line.removeprefix(f"  {label}").strip() == cell(look_up(numbers, key)), key
+        (k,) = (k for k, line in enumerate(lines) if line.startswith(f"  {label}  "))
+        rows = [lines[k].removeprefix(f"  {label}")]
+        while key in WRAPPED and lines[k + len(rows)].startswith(" " * LABEL_WIDTH):
+            rows.append(lines[k + len(rows)])
+        shown = (" ".join(sentences(look_up(numbers, key))) if key in WRAPPED else cell(look_up(numbers, key))).split()
+        assert " ".join(rows).split() == shown, key
 
 
 def test_the_command_runs_what_the_api_runs(scenario, logged, tmp_path, capsys):

@@ -68,8 +68,9 @@ def test_one_second_of_it_runs_and_is_finite(name):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
-def test_in_full_nobody_touches_a_wall_unless_the_page_says_so(name):
+def test_in_full_nobody_touches_anything_unless_the_page_says_so(name):
     touched = np.zeros(load_scenario(name).scenario.robots, dtype=bool)
     for record in Simulation.build(load_scenario(name).scenario).records():
-        touched |= record.truth.wall_contact
+        truth = record.truth
+        touched |= truth.wall_contact | truth.moving_contact | truth.robot_contact
     assert bool(touched.any()) == (page_rows()[name][2] != "none")

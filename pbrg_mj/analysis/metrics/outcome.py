@@ -119,7 +119,10 @@ def _ended(run: Run) -> Outcome:
     found = trend(time[seen], run.ticks.hand_true[seen], distance, rules.rest_speed, rules.tolerance)
     at_rest = np.all(net_speed(run.ticks.hand_true[recent], time[recent]) < rules.rest_speed)
     word = "stuck" if at_rest else WORDS[found.direction]
-    reason = "; ".join(filter(None, (_words(word, found, float(distance[-1])), best.reason)))
+    told = _words(word, found, float(distance[-1]))
+    if found.arrival <= time[-1]:
+        told = f"there for less than {rules.rest_time:g} s"
+    reason = "; ".join(filter(None, (told, best.reason)))
     return Outcome(word, reason, trend=found)
 
 

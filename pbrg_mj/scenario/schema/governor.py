@@ -14,7 +14,11 @@ MOST_ROUNDS = 10_000  # of a tick; in 10 ms, one message a microsecond, faster t
 class Control(Section):
     """Pre-stabiliser (eq. 2)."""
 
-    alpha_r: Positive = Field(default=1.0, description="gain of the leaders towards their governed reference [1/s]")
+    alpha_r: Positive = Field(
+        default=2.5,
+        description="gain of the leaders towards their governed reference; the default is that of the paper's "
+        "experiment, in the ideal plant that of its simulation, 1 [1/s]",
+    )
     leak: NonNegative = Field(
         default=0.0,
         description="dxi/dt = -L p - leak L xi: bounds xi behind stuck wheels; 0, the paper's: no bound [-]",
@@ -37,7 +41,11 @@ class Governor(Section):
         "or a plug-in's name",
     )
     options: dict[str, Any] = Field(default={}, description="of a plug-in's governor")
-    alpha: Positive = Field(default=2.0, description="gain of the distributed optimization [-]")
+    alpha: Positive = Field(
+        default=7.0,
+        description="gain of the distributed optimization; the default is that of the paper's experiment, in the ideal "
+        "plant that of its simulation, 2 [-]",
+    )
     rounds: Annotated[int, Field(ge=1, le=MOST_ROUNDS)] = Field(default=10, description="communication rounds per tick")
     step: Positive | None = Field(
         default=None,

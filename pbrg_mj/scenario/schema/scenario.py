@@ -5,9 +5,9 @@ Robots are numbered from 1, as in the paper; arrays inside the package count fro
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from pbrg_mj.scenario.schema.actuation import Drive, Radio
 from pbrg_mj.scenario.schema.base import Positive, Section
@@ -23,6 +23,9 @@ from pbrg_mj.scenario.schema.timing import Timing
 from pbrg_mj.scenario.schema.world import World
 
 Verdict = Literal["violation", "allowed"]
+# Defaults where the plant is the paper's integrator: the gains of its simulation. Wheels that stick below a speed stay
+# short of their place by that speed over the gain, so physics has those of its experiment.
+IDEAL_GAINS = {"control": {"alpha_r": 1.0}, "governor": {"alpha": 2.0}}
 
 
 class Contacts(Section):
@@ -84,6 +87,15 @@ class Scenario(Section):
     operator: Operator
     outcome: Outcome = Outcome()
     log: Log = Log()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _gains(cls, keys: Any) -> Any:
+        """Fill in the ideal plant's gains where none are given."""
+        if not isinstance(keys, dict) or keys.get("plant") != "ideal":
+            return keys
+        given = {section: keys.get(section, {}) for section in IDEAL_GAINS}
+        return keys | {name: IDEAL_GAINS[name] | one for name, one in given.items() if isinstance(one, dict)}
 
     @property
     def robots(self) -> int:

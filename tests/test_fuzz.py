@@ -90,6 +90,7 @@ def used(**changes) -> Ending:
         (used(code=None, signal=signal.SIGXCPU), "time"),
         (used(cpu_s=CPU + 1), "time"),
         (used(memory_bytes=MEMORY + 1), "memory"),
+        (used(code=1, stderr="error: out of memory\n"), "memory"),
     ],
 )
 def test_what_an_ending_is_called(ending: Ending, kind: str | None) -> None:

@@ -35,7 +35,7 @@ def fault(ending: Ending, left: Sequence[str] = (), json_wanted: bool = False) -
         return "time", f"{ending.cpu_s:.1f} s of CPU; {last}"
     if ending.signal is not None:
         return f"signal {ending.signal}", last
-    if ending.memory_bytes > MEMORY:
+    if ending.memory_bytes > MEMORY or "error: out of memory" in ending.stderr:  # of what the sandbox allows
         return "memory", f"{ending.memory_bytes / 2**20:.0f} MiB; {last}"
     if ending.code == ESCAPED:
         return f"traceback: {last.split(':')[0]}", _place(lines)

@@ -76,5 +76,7 @@ def poison_arrays() -> None:
     table = ctypes.cast(pointer(_multiarray_umath._ARRAY_API, None), ctypes.POINTER(ctypes.c_void_p))
     set_handler = ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.py_object)(table[SET_HANDLER])
     set_handler(new(ctypes.addressof(_handler), NAME, None))
+    for kept in (NAME, _handler, _fresh, _zeros, _resized, _freed):  # the last arrays are freed after all modules
+        api.Py_IncRef(ctypes.py_object(kept))
     if not np.isnan(np.empty(3)).all():
         raise RuntimeError("NumPy's memory is not poisoned")

@@ -1,7 +1,7 @@
 """Run scenarios into a folder: python -m scripts.memory.runs FOLDER [--poisoned].
 
-Between them they call every kernel: physics and the ideal plant, walls, corners, robots and things that move before
-beams at both heights, delay, loss and waves, all governors, worlds side by side.
+Between them they call the kernels of all stages: physics and the ideal plant, walls, corners, robots and things that
+move before beams at both heights, delay, loss and waves, all governors, worlds side by side.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ RUNS = {  # name of the log: scenario, overrides
     "robotarium": ("sensing/robotarium_sensor", {"timing.duration": 1.0}),
     "guarded": ("sensing/late_detection_guarded", {"timing.duration": 1.0}),
     "carried_away": ("disturbances/carried_away", {"timing.duration": 1.0}),
+    "certified": ("sensing/late_detection", {"timing.duration": 1.0, "governor.kind": "certified"}),
     "lossy": ("network/lossy", {"timing.duration": 1.0}),
     "waves": ("network/delayed_scattering", {"timing.duration": 1.0}),
     "speed_limited": ("team/speed_limited", {"timing.duration": 1.0}),

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pbrg_mj.analysis.metrics.log_metrics import log_metrics
+from pbrg_mj.analysis.metrics.log_metrics import KeptRows, NotKeptError, log_metrics
 from pbrg_mj.analysis.metrics.run_metrics import metrics
 from pbrg_mj.cli.main import main
 from pbrg_mj.errors import InputError
@@ -59,10 +59,28 @@ def test_metrics_of_a_log_are_those_of_the_run(tmp_path: Path, scenario: str) ->
     assert log_metrics(path).as_dict() == metrics(run).as_dict()
 
 
+@pytest.mark.parametrize("ticks", [1, 20, BLOCK_MESSAGES + 40])
+def test_metrics_of_noise_are_those_of_noise(tmp_path: Path, ticks: int) -> None:
+    """Contacts, infinities, all statuses; optima at every tenth tick, as the scenario has them, or not."""
+    path = written(tmp_path / "log.mcap", ticks)
+    expected = metrics(open_run(path)).as_dict()
+    assert log_metrics(path).as_dict() == expected
+    assert expected["reference_ticks"] == 1 + (ticks - 1) // 10
+
+
+def test_a_row_that_was_not_kept_is_not_another_one() -> None:
+    column = KeptRows(np.array([0, 5, 10]), np.array([[0.0], [0.5], [1.0]]))
+    np.testing.assert_array_equal(column[np.array([10, 0])], [[1.0], [0.0]])
+    np.testing.assert_array_equal(column[5], [0.5])
+    for rows in (4, 11, np.array([0, 6])):
+        with pytest.raises(NotKeptError):
+            _ = column[rows]
+
+
 def test_a_column_that_was_not_kept_is_not_there(tmp_path: Path) -> None:
-    run = open_run(
-        written(tmp_path / "log.mcap", 20), lambda columns: {"time": columns["time"], "twice": 2 * columns["p"]}
-    )
+    path = written(tmp_path / "log.mcap", 20)
+    kept = {"Tick": lambda columns: {"time": columns["time"], "twice": 2 * columns["p"]}}
+    run = open_run(path, kept)
     np.testing.assert_array_equal(run.ticks.time, 0.02 * np.arange(20))
     assert run.reduced["twice"].shape == (20, 3, 2)
     with pytest.raises(AttributeError):

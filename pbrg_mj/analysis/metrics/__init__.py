@@ -9,6 +9,7 @@ outcome           how the run ended, in one word
 binding           what binds at the end, in words
 sensing_gap       what sensing costs: the optimum on sensed against true half-spaces
 run_metrics       all metrics of a run
+per_tick          what metrics take from large columns, a number per tick
 log_metrics       the same of a log that is not held as a whole
 table             metrics of several runs as text
 paper_table       the paper's four runs as Markdown and JSON

@@ -49,7 +49,7 @@ def words(run: Run, kind: Kind, tick: int, robot: int) -> str:
     if kind != "robots":
         return {"walls": "a wall", "moving": "a moving box"}[kind]
     # Contact is mutual, so the other robot is flagged too: of several the nearest.
-    place, touching = run.ticks.body_pose_true[tick, :, :2], run.ticks.robot_contact[tick].copy()
+    place, touching = run.ticks.body_pose_true[tick][:, :2], run.ticks.robot_contact[tick].copy()
     touching[robot] = False
     apart = np.where(touching, np.linalg.norm(place - place[robot], axis=1), np.inf)
     return f"robot {int(apart.argmin()) + 1}" if touching.any() else "another robot"

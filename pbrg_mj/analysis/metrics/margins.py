@@ -42,15 +42,6 @@ def sensed_margin(ticks: TickSeries) -> np.ndarray:
     return least
 
 
-def sensed_series(ticks: TickSeries, formation: np.ndarray, leaders: np.ndarray) -> dict[str, np.ndarray]:
-    """Return by name what the metrics take from the sensed half-spaces, each (T,)."""
-    return {
-        "certificate_row": worst_row(ticks, formation, leaders),
-        "sensed_margin": sensed_margin(ticks),
-        "sensing": np.asarray(ticks.half_space_active.any(axis=(1, 2))),
-    }
-
-
 def true_margin(run: Run) -> np.ndarray:
     """Return how far each TRUE hand point stands behind the true line (T, n) [m]; inf where there is none.
 

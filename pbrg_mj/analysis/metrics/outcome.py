@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from pbrg_mj.analysis.metrics.best_formation import BestFormation, best_formation
 from pbrg_mj.analysis.metrics.contacts import FIELDS, Kind, contact_flags, is_violation, words
 from pbrg_mj.analysis.metrics.margins import obstructed, static_margin
+from pbrg_mj.analysis.metrics.per_tick import per_tick, state_size
 from pbrg_mj.analysis.metrics.trend import Direction, Trend, trend
 from pbrg_mj.log.read.run import Run
 
@@ -94,10 +95,10 @@ def _diverged(run: Run) -> Outcome | None:
     limit = run.scenario.outcome.diverged_beyond
     if np.any(run.ticks.status == "diverged"):
         return Outcome("diverged", "the governor's estimates")
-    values = (run.ticks.p, run.ticks.xi, run.ticks.m)
-    if not all(np.isfinite(value).all() for value in values):
+    size = per_tick(run, state_size)
+    if not np.isfinite(size).all():
         return Outcome("diverged", "not finite")
-    if any(np.any(np.abs(value) > limit) for value in values):
+    if np.any(size > limit):
         return Outcome("diverged", f"beyond {limit:g} m")
     return None
 

@@ -11,8 +11,17 @@ from numpy.typing import ArrayLike
 
 from pbrg_mj.analysis.metrics.binding import bindings
 from pbrg_mj.analysis.metrics.contacts import FIELDS, count_contacts
-from pbrg_mj.analysis.metrics.margins import sensed_series, true_margin
+from pbrg_mj.analysis.metrics.margins import true_margin
 from pbrg_mj.analysis.metrics.outcome import ROUNDING, final_target, formation_error, last_change, outcome
+from pbrg_mj.analysis.metrics.per_tick import (
+    certificate_row,
+    integral_state,
+    least_sensed_margin,
+    per_tick,
+    robot_distance,
+    sensing,
+    sent_per_robot,
+)
 from pbrg_mj.analysis.metrics.sensing_gap import true_optima
 from pbrg_mj.errors import InputError
 from pbrg_mj.governor.problem.near_reference import near_references
@@ -139,11 +148,9 @@ def least_robot_gap(run: Run) -> float:
 
     Bodies are discs of the robot's radius: 0 is contact. The ideal plant's robots are points; theirs trail them.
     """
-    place = run.ticks.body_pose_true[..., :2]
-    if place.shape[1] < 2:
+    if run.scenario.robots < 2:
         return math.nan
-    apart = [np.linalg.norm(place[:, i + 1 :] - place[:, i : i + 1], axis=-1).min() for i in range(place.shape[1] - 1)]
-    return float(min(apart)) - 2 * BODY_RADIUS
+    return float(per_tick(run, robot_distance).min()) - 2 * BODY_RADIUS
 
 
 def settling_time(run: Run, point: ArrayLike) -> float:
@@ -193,19 +200,18 @@ def _end(run: Run) -> dict[str, Any]:
 
 
 def _safety(run: Run) -> dict[str, Any]:
-    taken = run.reduced or sensed_series(run.ticks, np.array(run.scenario.team.formation), leaders_of(run.scenario))
-    rows, margin, sensed = taken["certificate_row"], true_margin(run), np.flatnonzero(taken["sensing"])
+    rows, margin, sensed = per_tick(run, certificate_row), true_margin(run), np.flatnonzero(per_tick(run, sensing))
     return {
         "true_margin_min_m": float(margin.min()),
         "rest_margin_m": float(margin[-1].min()) if outcome(run).word in AT_REST else math.nan,
         "moving_margin_min_m": float(run.ticks.moving_margin.min()),
         "robot_gap_min_m": least_robot_gap(run),
         **_contacts(run),
-        "sensed_margin_min_m": float(taken["sensed_margin"].min()),
+        "sensed_margin_min_m": float(per_tick(run, least_sensed_margin).min()),
         "certificate_worst_m": float(rows.max()),
         "certificate_violated_share": float(np.mean(rows > ROUNDING)),
         "first_half_space_s": float(run.ticks.time[sensed[0]]) if len(sensed) else math.nan,
-        "xi_max_m": float(np.linalg.norm(run.ticks.xi, axis=-1).max()),
+        "xi_max_m": float(per_tick(run, integral_state).max()),
         "winding_up_s": float(run.ticks.winding_up.any(axis=1).sum() * run.scenario.timing.tick),
     }
 
@@ -251,7 +257,7 @@ def _sensing_gap(run: Run, solved: np.ndarray) -> np.ndarray:
 
 
 def _network(run: Run) -> dict[str, Any]:
-    per_robot = run.ticks.bytes_sent.mean(axis=1)
+    per_robot = per_tick(run, sent_per_robot)
     return {
         "rounds_per_tick": float(run.ticks.rounds.mean()),
         "sent_per_robot_per_tick_bytes": float(per_robot.mean()),

@@ -13,6 +13,7 @@ from pbrg_mj.log.schema.protobuf import DTYPE
 
 BLOCK_MESSAGES = 250
 MOST_LAYOUTS = 32  # of messages of one length
+GROWTH = 1.5
 
 Columns = dict[str, np.ndarray]
 Reduce = Callable[[Columns], Columns]
@@ -29,7 +30,8 @@ class MessageColumns:
     absent: frozenset[str] = frozenset()  # fields that the log is too old to have
     _layouts: dict[int, list[Layout]] = field(default_factory=dict)  # by length of the message
     _block: list[tuple[Layout, bytes]] = field(default_factory=list)
-    _done: list[Columns] = field(default_factory=list)
+    _columns: Columns = field(default_factory=dict)  # with room behind their rows
+    _rows: int = 0
 
     def add(self, data: bytes, first: int, last: int) -> int:
         """Take a message and return its tick's number.
@@ -49,10 +51,12 @@ class MessageColumns:
         return index
 
     def columns(self) -> Columns:
-        """Return the columns, (messages, ...), and forget them."""
-        if self._block or not self._done:
+        """Return the columns, (messages, ...); no message may follow."""
+        if self._block or not self._columns:
             self._end_block()
-        return {name: np.concatenate([block.pop(name) for block in self._done]) for name in list(self._done[0])}
+        for values in self._columns.values():
+            values.resize((self._rows, *values.shape[1:]), refcheck=False)
+        return self._columns
 
     def _layout(self, data: bytes) -> Layout:
         known = self._layouts.setdefault(len(data), [])
@@ -75,8 +79,23 @@ class MessageColumns:
         for one in MESSAGES[self.name]:
             if one.kind == "text":
                 columns[one.name] = columns[one.name].astype(DTYPE["text"])
-        self._done.append(self.reduce(columns))
+        kept = self.reduce(columns)
+        for name, values in kept.items():
+            self._columns[name] = _appended(self._columns.get(name), self._rows, values)
+        self._rows += len(next(iter(kept.values())))
 
     def _empty(self, one: Field) -> np.ndarray:
         dtype = object if one.kind == "text" else DTYPE[one.kind]
         return np.empty((len(self._block), *one.extent(self.dims)), dtype)
+
+
+def _appended(column: np.ndarray | None, rows: int, values: np.ndarray) -> np.ndarray:
+    """Return a column with values behind its `rows`; it grows in place, and room that is not used costs no memory."""
+    if column is None:
+        column = np.empty(values.shape, values.dtype)
+    if column.itemsize < values.itemsize:  # a longer text
+        column = column.astype(values.dtype)
+    if rows + len(values) > len(column):
+        column.resize((int(GROWTH * (rows + len(values))), *column.shape[1:]), refcheck=False)
+    column[rows : rows + len(values)] = values
+    return column

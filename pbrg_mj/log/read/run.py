@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import BinaryIO
+from types import MappingProxyType
+from typing import Any, BinaryIO, Self
 
 import numpy as np
 
@@ -19,8 +21,19 @@ from pbrg_mj.log.schema.message import LogMessage
 from pbrg_mj.scenario.schema import Scenario
 
 
+class _Series:
+    """Columns by name."""
+
+    @classmethod
+    def of(cls, columns: Mapping[str, Any]) -> Self:
+        """Return a series that has these columns alone; asking for another one raises AttributeError."""
+        made = object.__new__(cls)
+        made.__dict__.update(columns)
+        return made
+
+
 @dataclass(frozen=True)
-class TickSeries:
+class TickSeries(_Series):
     """One row per tick; T ticks, n robots, K half-space slots per robot, R constraint rows per robot."""
 
     index: np.ndarray  # (T,) int64
@@ -64,16 +77,9 @@ class TickSeries:
     moving_contact: np.ndarray  # (T, n) bool, truth
     robot_contact: np.ndarray  # (T, n) bool, truth
 
-    @classmethod
-    def of(cls, columns: dict[str, np.ndarray]) -> TickSeries:
-        """Return a series that has these columns; asking for another one raises AttributeError."""
-        made = object.__new__(cls)
-        made.__dict__.update(columns)
-        return made
-
 
 @dataclass(frozen=True)
-class OptimumSeries:
+class OptimumSeries(_Series):
     """One row per reference tick; S of them."""
 
     index: np.ndarray  # (S,) int64, the tick's index
@@ -133,13 +139,14 @@ class Run:
         return how_it_ended(self.ending, len(self.ticks.time), self.scenario)
 
 
+NOTHING: Mapping[str, Reduce] = MappingProxyType({})
 TOPICS = {channels.TICK: "Tick", channels.OPTIMUM: "Optimum", channels.TIMING: "Timing"}
 
 
 class _Contents:
     """What was found so far."""
 
-    def __init__(self, path: str, reduce: Reduce):
+    def __init__(self, path: str, reduce: Mapping[str, Reduce]):
         self.embedded = Embedded(path)
         self.damage: str | None = None
         self.messages: dict[str, MessageColumns] = {}
@@ -166,18 +173,18 @@ class _Contents:
         header = self.embedded.header(None)
         self._asked = asked_ticks(header.scenario)
         for name in MESSAGES:
-            reduce = self._reduce if name == "Tick" else dict
-            self.messages[name] = MessageColumns(name, header.dims, reduce)
+            self.messages[name] = MessageColumns(name, header.dims, self._reduce.get(name, dict))
 
 
-def open_run(path: str | Path, reduce: Reduce = dict) -> Run:
+def open_run(path: str | Path, reduce: Mapping[str, Reduce] = NOTHING) -> Run:
     """Read a log into arrays, bit for bit what the run had: float64, int64, bool and text, time on the first axis.
 
     TickSeries, OptimumSeries and TimingSeries give every array's shape and unit. A log that is cut or corrupted yields
     the ticks of its leading whole chunks, and the reason in `Run.damage`. Scans are read apart, by `read_scans`.
 
-    `reduce` is given the columns of /tick by name, some hundred ticks at a time, and returns what is kept of them: any
-    column that it leaves out `ticks` does not have, what has another name stands in `reduced`.
+    `reduce` has functions by the messages' names. Each is given those messages' columns by name, some hundred rows at a
+    time, and returns what is kept of them. The series lack the columns that it leaves out; what it makes of ticks
+    under other names stands in `reduced`.
 
     Raises InputError when there is no such file, it is not a log of this package, a newer version wrote it, or it
     holds no whole tick.
@@ -188,7 +195,7 @@ def open_run(path: str | Path, reduce: Reduce = dict) -> Run:
     return _assemble(contents, str(path))
 
 
-def _read_contents(file: BinaryIO, size: int, path: str, reduce: Reduce) -> _Contents:
+def _read_contents(file: BinaryIO, size: int, path: str, reduce: Mapping[str, Reduce]) -> _Contents:
     contents = _Contents(path, reduce)
     try:
         for item in read_records(file, size):
@@ -215,7 +222,7 @@ def _assemble(contents: _Contents, path: str) -> Run:
         model_xml=header.model_xml,
         versions=header.versions,
         ticks=TickSeries.of({name: values for name, values in ticks.items() if name in own}),
-        optima=OptimumSeries(**messages["Optimum"].columns()),
+        optima=OptimumSeries.of(messages["Optimum"].columns()),
         timings=TimingSeries(**messages["Timing"].columns()),
         damage=contents.damage,
         absent=absent,

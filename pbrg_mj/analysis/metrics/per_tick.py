@@ -1,0 +1,68 @@
+"""What metrics take from a run's large columns: a number per tick. A run read for its metrics has only these."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from pbrg_mj.analysis.metrics.margins import sensed_margin, worst_row
+from pbrg_mj.log.read.run import Run, TickSeries
+from pbrg_mj.scenario.schema import Scenario
+
+PerTick = Callable[[TickSeries, Scenario], np.ndarray]
+
+
+def certificate_row(ticks: TickSeries, scenario: Scenario) -> np.ndarray:
+    """Return the largest ball row (T,) [m] over the leaders' m."""
+    return worst_row(ticks, np.array(scenario.team.formation), np.array(scenario.team.leaders) - 1)
+
+
+def least_sensed_margin(ticks: TickSeries, scenario: Scenario) -> np.ndarray:
+    """Return the least margin (T,) [m] to a sensed half-space."""
+    return sensed_margin(ticks)
+
+
+def sensing(ticks: TickSeries, scenario: Scenario) -> np.ndarray:
+    """Return whether some robot knows a half-space (T,)."""
+    return np.asarray(ticks.half_space_active.any(axis=(1, 2)))
+
+
+def robot_distance(ticks: TickSeries, scenario: Scenario) -> np.ndarray:
+    """Return the least distance (T,) [m] between two bodies' centres; inf for one robot."""
+    place, least = ticks.body_pose_true[..., :2], np.full(len(ticks.time), np.inf)
+    for i in range(place.shape[1] - 1):
+        least = np.minimum(least, np.linalg.norm(place[:, i + 1 :] - place[:, i : i + 1], axis=-1).min(axis=1))
+    return least
+
+
+def integral_state(ticks: TickSeries, scenario: Scenario) -> np.ndarray:
+    """Return the largest ||xi_j|| (T,) [m]."""
+    return np.linalg.norm(ticks.xi, axis=-1).max(axis=1)
+
+
+def state_size(ticks: TickSeries, scenario: Scenario) -> np.ndarray:
+    """Return the largest size (T,) [m] of a component of p, xi and m; NaN if one is."""
+    return np.max([np.abs(values).max(axis=(1, 2)) for values in (ticks.p, ticks.xi, ticks.m)], axis=0)
+
+
+def sent_per_robot(ticks: TickSeries, scenario: Scenario) -> np.ndarray:
+    """Return what a robot sends on the average (T,) [bytes]."""
+    return ticks.bytes_sent.mean(axis=1)
+
+
+ALL: tuple[PerTick, ...] = (
+    certificate_row,
+    least_sensed_margin,
+    sensing,
+    robot_distance,
+    integral_state,
+    state_size,
+    sent_per_robot,
+)
+
+
+def per_tick(run: Run, quantity: PerTick) -> np.ndarray:
+    """Return a quantity at all ticks of a run."""
+    known = run.reduced.get(quantity.__name__)
+    return quantity(run.ticks, run.scenario) if known is None else known

@@ -13,17 +13,20 @@ from pbrg_mj.analysis.metrics.log_metrics import KeptRows, NotKeptError, log_met
 from pbrg_mj.analysis.metrics.run_metrics import metrics
 from pbrg_mj.cli.main import main
 from pbrg_mj.errors import InputError
+from pbrg_mj.log.read import mcap_records
 from pbrg_mj.log.read.columns import BLOCK_MESSAGES, MessageColumns
 from pbrg_mj.log.read.header import open_mcap
 from pbrg_mj.log.read.layout import MOST_TEXT, Layout
 from pbrg_mj.log.read.mcap_records import MAGIC, RECORD_PREFIX
 from pbrg_mj.log.read.run import open_run
 from pbrg_mj.log.read.ticks import LoggedTicks
+from pbrg_mj.log.schema import channels
 from pbrg_mj.log.schema.fields import MESSAGES
 from pbrg_mj.log.schema.protobuf import CLASSES, encoder
+from pbrg_mj.log.write.mcap_writer import McapWriter
 from pbrg_mj.log.write.writer import LogWriter
 from tests.records import SCENARIO_YAML, loaded, records
-from tests.test_log_damage import DIMS, forge, ticks_of
+from tests.test_log_damage import DIMS, FACTS, forge, ticks_of
 
 MOST_PER_TICK = 2048  # bytes
 
@@ -115,6 +118,27 @@ def test_a_tick_of_countless_messages_is_refused(tmp_path: Path) -> None:
     path, said = forge(tmp_path / "log.mcap", ticks_of(1) * 1000), "more than 80 messages at 0 s"
     with open_mcap(path) as (file, size), pytest.raises(InputError, match=said):
         list(LoggedTicks(file, size, "log.mcap"))
+
+
+def test_countless_other_messages_are_not_waited_for(tmp_path: Path, monkeypatch) -> None:
+    path, tick = tmp_path / "log.mcap", ticks_of(1)[0]
+    with path.open("wb") as file:
+        writer = McapWriter(file)
+        writer.add_attachment(0, 0, channels.SCENARIO_ATTACHMENT, "", loaded(timings=True).yaml_text.encode())
+        writer.add_metadata(channels.RUN_METADATA, FACTS)
+        add_tick = writer.add_channel(channels.TICK, "pbrg.Tick", b"")
+        add_other = writer.add_channel(channels.EVENTS, "foxglove.Log", b"")
+        add_tick(tick, log_time=0)
+        for time in range(1000):
+            add_other(b"", log_time=time)
+        writer.finish()
+    run = open_run(path)
+    assert (len(run.ticks.time), run.damage) == (1, "more than 80 messages belong to one tick")
+    monkeypatch.setattr(mcap_records, "MOST_IN_CHUNK", 500)
+    assert main(["repair", str(path), "-o", str(tmp_path / "out.mcap")]) == 2
+    with path.open("rb") as file, pytest.raises(mcap_records.DamageError, match="a chunk holds more than 500 records"):
+        file.seek(len(MAGIC))
+        list(mcap_records.read_records(file, path.stat().st_size))
 
 
 @pytest.mark.parametrize("name", MESSAGES)

@@ -26,6 +26,7 @@ from pbrg_mj.log.read.mcap_records import (
     parse_attachment,
     parse_message,
     parse_record,
+    split_chunk,
     split_records,
 )
 from pbrg_mj.log.schema import channels
@@ -140,7 +141,7 @@ class _Copy:
     def _chunk(self, body: bytes) -> None:
         """Copy a chunk, unless it cannot be trusted or repeats earlier ticks."""
         data = decompress_chunk(parse_record(Chunk, body))
-        found = [(opcode, body) for opcode, _, body in split_records(BytesIO(data), len(data))]
+        found = [(opcode, body) for opcode, _, body in split_chunk(data)]
         declared = _declared(found)
         messages = [_numbered(body) for opcode, body in found if opcode == Opcode.MESSAGE]
         if any(message.log_time <= self.reached for _, message in messages):

@@ -13,7 +13,7 @@ from pbrg_mj.log.schema.protobuf import DTYPE
 
 BLOCK_MESSAGES = 250
 MOST_LAYOUTS = 32  # of messages of one length
-GROWTH = 1.5
+GROWTH = 1.1
 
 Columns = dict[str, np.ndarray]
 Reduce = Callable[[Columns], Columns]
@@ -90,7 +90,7 @@ class MessageColumns:
 
 
 def _appended(column: np.ndarray | None, rows: int, values: np.ndarray) -> np.ndarray:
-    """Return a column with values behind its `rows`; it grows in place, and room that is not used costs no memory."""
+    """Return a column with values behind its `rows`; it grows in place, a tenth at a time."""
     if column is None:
         column = np.empty(values.shape, values.dtype)
     if column.itemsize < values.itemsize:  # a longer text

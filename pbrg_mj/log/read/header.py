@@ -35,6 +35,11 @@ class LogHeader:
     dims: Dims
 
 
+def most_messages(dims: Dims) -> int:
+    """Return how many messages a tick has at most: one on each channel, and each robot's scan and events."""
+    return 50 + 10 * dims["n"]
+
+
 @dataclass
 class Embedded:
     """Attachments and metadata found so far."""

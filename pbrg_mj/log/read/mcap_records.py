@@ -24,6 +24,7 @@ from pbrg_mj.log.schema.message import LogMessage
 MAGIC = b"\x89MCAP0\r\n"
 LARGEST_CHUNK = 2**28  # bytes after decompression; a decompression bomb ends here
 LARGEST_RECORD = 2**28  # bytes; no log has one that comes near
+MOST_IN_CHUNK = 250_000  # records; the writer ends a chunk at 8 MiB, or after a tick
 RECORD_PREFIX = struct.Struct("<BQ")  # opcode, length
 MESSAGE_PREFIX = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
 
@@ -71,6 +72,14 @@ def split_records(file: BinaryIO, left: int) -> Iterator[tuple[int, bytes, bytes
         if length > LARGEST_RECORD:  # in a file with a hole in it, which has room for it
             raise DamageError("a record has an impossible size")
         yield opcode, prefix, file.read(length)
+
+
+def split_chunk(data: bytes) -> Iterator[tuple[int, bytes, bytes]]:
+    """Yield opcode, prefix and body of the records in a chunk; raise DamageError where they are cut, or too many."""
+    for count, record in enumerate(split_records(BytesIO(data), len(data))):
+        if count == MOST_IN_CHUNK:
+            raise DamageError(f"a chunk holds more than {MOST_IN_CHUNK} records")
+        yield record
 
 
 def parse_record(kind: type[Record], body: bytes) -> Record:
@@ -124,7 +133,7 @@ DECOMPRESS = {"lz4": _decompress_lz4, "zstd": _decompress_zstd}
 
 def _messages(data: bytes, topics: dict[int, str]) -> Iterator[LogMessage]:
     """Yield a chunk's messages; its channels are added to `topics`."""
-    for opcode, _, body in split_records(BytesIO(data), len(data)):
+    for opcode, _, body in split_chunk(data):
         if opcode == Opcode.CHANNEL:
             channel = parse_record(Channel, body)
             topics[channel.id] = channel.topic

@@ -12,7 +12,7 @@ import numpy as np
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.log.read.columns import MessageColumns, Reduce
-from pbrg_mj.log.read.header import Embedded, open_mcap
+from pbrg_mj.log.read.header import Embedded, most_messages, open_mcap
 from pbrg_mj.log.read.mcap_records import DamageError, read_records
 from pbrg_mj.log.schema import channels
 from pbrg_mj.log.schema.ending import Ending, asked_ticks, how_it_ended
@@ -155,7 +155,12 @@ class _Contents:
     def add(self, item: LogMessage) -> None:
         """Take a message; raise DamageError when it cannot be read, or is out of order."""
         if not self.messages:
-            self._start(item)
+            self._start()
+        self._since_tick = 0 if item.topic == channels.TICK else self._since_tick + 1
+        if self._since_tick > self._most:
+            raise DamageError(f"more than {self._most} messages belong to one tick")
+        if item.topic not in TOPICS:
+            return
         name = TOPICS[item.topic]
         one, ticks = self.messages[name], self.messages["Tick"].count
         place, first = f"message {one.count} on {item.topic}", self._reached[name] + 1
@@ -168,10 +173,10 @@ class _Contents:
         except ValueError as error:
             raise DamageError(f"{place} cannot be read") from error
 
-    def _start(self, first: LogMessage) -> None:
+    def _start(self) -> None:
         """All that is embedded before the first tick is known by now."""
         header = self.embedded.header(None)
-        self._asked = asked_ticks(header.scenario)
+        self._asked, self._most, self._since_tick = asked_ticks(header.scenario), most_messages(header.dims), 0
         for name in MESSAGES:
             self.messages[name] = MessageColumns(name, header.dims, self._reduce.get(name, dict))
 
@@ -201,7 +206,7 @@ def _read_contents(file: BinaryIO, size: int, path: str, reduce: Mapping[str, Re
         for item in read_records(file, size):
             if not isinstance(item, LogMessage):
                 contents.embedded.add(item)
-            elif item.topic in TOPICS:
+            else:
                 contents.add(item)
     except DamageError as damage:
         contents.damage = str(damage)

@@ -8,14 +8,11 @@ from pathlib import Path
 from typing import BinaryIO
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.log.read.header import Embedded, LogHeader, open_mcap
+from pbrg_mj.log.read.header import Embedded, LogHeader, most_messages, open_mcap
 from pbrg_mj.log.read.mcap_records import DamageError, read_records
 from pbrg_mj.log.schema import channels
 from pbrg_mj.log.schema.ending import Ending
 from pbrg_mj.log.schema.message import NANOSECONDS, LogMessage
-
-# A tick's, at most: one on each channel, events, and each robot's scans and events.
-MOST_MESSAGES, MOST_MESSAGES_OF_ROBOT = 50, 10
 
 
 class LoggedTicks:
@@ -47,7 +44,7 @@ class LoggedTicks:
 
     def __next__(self) -> list[LogMessage]:
         """Return the next tick's messages."""
-        most = MOST_MESSAGES + MOST_MESSAGES_OF_ROBOT * self.header.dims["n"]
+        most = most_messages(self.header.dims)
         time, messages = next(self._groups)
         group = list(islice(messages, most + 1))
         if len(group) > most:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import difflib
 import os
-import stat
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.bundled import bundled_scenarios
@@ -92,11 +92,7 @@ def _is_there(path: Path) -> bool:
 
 def _read(path: Path) -> str:
     try:
-        # A pipe that nobody writes into is empty; to open it as files are opened would wait for a writer.
-        number = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
-        with os.fdopen(number, "rb") as stream:
-            if stat.S_ISFIFO(os.fstat(number).st_mode):
-                os.set_blocking(number, True)
+        with _opened(path) as stream:
             content = stream.read(MOST_BYTES + 1)
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", file=str(path)) from None
@@ -107,3 +103,12 @@ def _read(path: Path) -> str:
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
         raise InputError("is not UTF-8 text", file=str(path), line=line) from None
+
+
+def _opened(path: Path) -> BinaryIO:
+    if not path.is_fifo():
+        return path.open("rb")
+    # A pipe that nobody writes into is empty; to open it as files are opened would wait for a writer.
+    number = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+    os.set_blocking(number, True)
+    return os.fdopen(number, "rb")

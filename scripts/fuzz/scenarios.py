@@ -35,7 +35,8 @@ def attack(seed: int, codes: Counter[str]) -> Iterator[Failure]:
     """Validate and run the mutant of that number in the current folder; yield what went wrong."""
     one = mutant(seed)
     Path(FILE).write_bytes(one.content)
-    Path(LOG).unlink(missing_ok=True)
+    for name in _left():  # the log of the case before, or its part
+        Path(name).unlink()
     arguments = ["run", FILE, "-o", LOG, "--json", *(part for text in one.overrides for part in ("--set", text))]
     arguments += _cut(seed, one)
     for command in ([["validate", FILE]] if not one.overrides and seed % 4 == 0 else []) + [arguments]:

@@ -108,6 +108,7 @@ def control_tick(loop: ClosedLoop, state: LoopState, index: int) -> tuple[LoopSt
         xi=state.xi,
         rows=rows,
         reference=operator_reference(scenario.operator, time),
+        half_spaces=half_spaces,
         heading=readings.body_pose[:, 2],
         reference_range=scenario.governor.reference_range,
     )

@@ -18,19 +18,20 @@ import numpy as np
 
 from pbrg_mj.governor.certificate.team_model import TeamModel
 
-BETWEEN = 2e-4  # largest bound between two grid points, per metre of ||e||
+BETWEEN = 1e-3  # largest bound between two grid points, per metre of ||e||
 
 
 @dataclass(frozen=True)
 class PredictionGrid:
-    """R rows: y + E e + bound ||e|| is what a robot's coordinate is, or stays below, at or about a grid point."""
+    """n K rows, robot by robot: y + E e + bound ||e|| is what a robot's coordinate is, or stays below, about a tick.
 
-    robot: np.ndarray  # (R,) int64
-    tick: np.ndarray  # (R,) int64; the tail's rows stand at the last tick
-    E: np.ndarray  # (R, 2n); zeros in the tail's rows
-    s: np.ndarray  # (R,) step response 1 - E (1, 0); ones in the tail's rows
-    bound: np.ndarray  # (R,)
-    horizon: int  # T, ticks
+    The last row of every robot is its tail: E is zero there, and it stands for all ticks after the last one.
+    """
+
+    tick: np.ndarray  # (K,) int64; the tail's is the last tick once more
+    E: np.ndarray  # (n * K, 2n)
+    s: np.ndarray  # (n, K) step response 1 - E (1, 0)
+    bound: np.ndarray  # (n, K)
 
     @classmethod
     def of(cls, model: TeamModel, between: float = BETWEEN) -> PredictionGrid:
@@ -38,19 +39,21 @@ class PredictionGrid:
 
         Raises ValueError when the sampled team does not settle.
         """
-        horizon = model.settling_ticks()
+        horizon, n = model.settling_ticks(), model.robots
         ticks, bounds = _spacing(model, horizon, between)
-        n = model.robots
-        E = np.stack([model.after(t)[:n] for t in ticks])  # (K, n, 2n)
-        tail = np.full(n, model.growth * np.linalg.norm(model.after(horizon), 2))
+        E = np.stack([*(model.after(t)[:n] for t in ticks), np.zeros((n, 2 * n))], axis=1)  # (n, K, 2n)
+        tail = np.full((1, n), model.growth * np.linalg.norm(model.after(horizon), 2))
         return cls(
-            robot=np.concatenate([np.tile(np.arange(n), len(ticks)), np.arange(n)]),
-            tick=np.concatenate([np.repeat(ticks, n), np.full(n, horizon)]),
-            E=np.vstack([E.reshape(-1, 2 * n), np.zeros((n, 2 * n))]),
-            s=np.concatenate([1.0 - (E @ model.at_rest).ravel(), np.ones(n)]),
-            bound=np.concatenate([bounds.ravel(), tail]),
-            horizon=horizon,
+            tick=np.append(ticks, horizon),
+            E=E.reshape(-1, 2 * n),
+            s=1.0 - E @ model.at_rest,
+            bound=np.ascontiguousarray(np.vstack([bounds, tail]).T),
         )
+
+    @property
+    def horizon(self) -> int:
+        """The last tick T that is looked at."""
+        return int(self.tick[-1])
 
 
 def _spacing(model: TeamModel, horizon: int, between: float) -> tuple[np.ndarray, np.ndarray]:

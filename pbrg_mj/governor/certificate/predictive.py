@@ -43,15 +43,17 @@ class PredictiveCertificate:
         return cls(PredictionGrid.of(TeamModel.of_scenario(scenario)), formation, margin)
 
     @cached_property
-    def _rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        return self.grid.robot, self.grid.s, self.grid.bound
+    def _rows(self) -> tuple[np.ndarray, ...]:
+        """What advances count with: bound, s + bound sqrt(n), s - bound sqrt(n), all (n, K)."""
+        spread = self.grid.bound * np.sqrt(len(self.formation))
+        return self.grid.bound, self.grid.s, self.grid.s + spread, self.grid.s - spread
 
     def rows_at(self, half_spaces: HalfSpaces, p: np.ndarray, xi: np.ndarray, held: np.ndarray) -> Rows:
         """Return the rows with the states p, xi (n, 2) [m] while m (2,) [m] is held."""
         error = np.vstack([p - held, xi])
         allowed = Advances.unbounded(half_spaces.h.shape)
         spaces = half_spaces.G, half_spaces.h, half_spaces.active, half_spaces.binds
-        state = error, self.grid.E @ error, held
+        state = error, self._moved(error), held
         _write_advances(spaces, state, self._rows, (self.formation, self.margin), tuple(allowed))
         return interval_rows(half_spaces, held, allowed)
 
@@ -60,13 +62,17 @@ class PredictiveCertificate:
 
         With m (2,) held from now on; -inf without half-spaces. Between grid points it may be worse by their bound.
         """
-        moved = self.grid.E @ np.vstack([p - m, xi])
+        moved = self._moved(np.vstack([p - m, xi]))
         spaces = half_spaces.G, half_spaces.h, half_spaces.active, half_spaces.binds
-        return _worst(spaces, (moved, m), self.grid.robot, self.formation)
+        return _worst(spaces, (moved, m), self.formation)
+
+    def _moved(self, error: np.ndarray) -> np.ndarray:
+        """Return E e of both coordinates, (n, K, 2)."""
+        return (self.grid.E @ error).reshape(*self.grid.s.shape, 2)
 
 
 @kernel
-def _worst(half_spaces, state, robot, formation):
+def _worst(half_spaces, state, formation):
     G, h, active, binds = half_spaces
     moved, m = state
     worst = -np.inf
@@ -75,11 +81,11 @@ def _worst(half_spaces, state, robot, formation):
             if not active[i, k]:
                 continue
             Gx, Gy = G[i, k, 0], G[i, k, 1]
-            for r in range(len(robot)):
-                j = robot[r]
+            for j in range(len(formation)):
                 if binds[i, k, j]:
-                    x, y = m[0] + formation[j, 0] + moved[r, 0], m[1] + formation[j, 1] + moved[r, 1]
-                    worst = max(worst, Gx * x + Gy * y - h[i, k])
+                    at = Gx * (m[0] + formation[j, 0]) + Gy * (m[1] + formation[j, 1]) - h[i, k]
+                    for r in range(moved.shape[1]):
+                        worst = max(worst, at + Gx * moved[j, r, 0] + Gy * moved[j, r, 1])
     return worst
 
 
@@ -87,12 +93,11 @@ def _worst(half_spaces, state, robot, formation):
 def _write_advances(half_spaces, state, rows, team, allowed):
     """Write low and high of `Advances`.
 
-    `half_spaces` are G, h, active, binds of HalfSpaces; `state` the error (2n, 2), E error (R, 2) and the held m (2,);
-    `rows` robot, s, bound of the grid; `team` the formation (n, 2) and the margin.
+    `half_spaces` are G, h, active, binds of HalfSpaces; `state` the error (2n, 2), E error (n, K, 2) and the held m;
+    `rows` those of `PredictiveCertificate._rows`; `team` the formation (n, 2) and the margin.
     """
     G, h, active, binds = half_spaces
     error, moved, m = state
-    robot, s, bound = rows
     formation, margin = team
     low, high = allowed
     n = len(formation)
@@ -104,27 +109,33 @@ def _write_advances(half_spaces, state, rows, team, allowed):
             square = 0.0
             for row in range(2 * n):
                 square += (Gx * error[row, 0] + Gy * error[row, 1]) ** 2
-            norm = np.sqrt(square)
-            y = Gx * m[0] + Gy * m[1]
+            norm, room = np.sqrt(square), h[i, k] - margin - (Gx * m[0] + Gy * m[1])
             lowest, highest = -np.inf, np.inf
-            for r in range(len(robot)):
-                j = robot[r]
-                if not binds[i, k, j]:
-                    continue
-                c = h[i, k] - (Gx * formation[j, 0] + Gy * formation[j, 1]) - margin
-                rest = c - y - (Gx * moved[r, 0] + Gy * moved[r, 1]) - bound[r] * norm
-                spread = bound[r] * np.sqrt(n)
-                up, down = s[r] + spread, s[r] - spread
-                if rest >= 0.0:
-                    if up > 0.0:
-                        highest = min(highest, rest / up)
-                    if down < 0.0:
-                        lowest = max(lowest, rest / down)
-                else:
-                    if s[r] >= WEAK:
-                        highest = min(highest, rest / down)
-                    elif up > 0.0:
-                        highest = min(highest, 0.0)
-                    if down < 0.0:
-                        lowest = max(lowest, rest / up if s[r] <= -WEAK else 0.0)
+            for j in range(n):
+                if binds[i, k, j]:
+                    c = room - (Gx * formation[j, 0] + Gy * formation[j, 1])
+                    down, up = _interval_of_robot(Gx, Gy, j, moved, rows, c, norm)
+                    lowest, highest = max(lowest, down), min(highest, up)
             low[i, k], high[i, k] = lowest, highest
+
+
+@kernel
+def _interval_of_robot(Gx, Gy, j, moved, rows, c, norm):
+    """Return the least and the largest advance that the rows of robot j allow, c from the held m to its limit."""
+    bound, s, up, down = rows
+    lowest, highest = -np.inf, np.inf
+    for r in range(moved.shape[1]):
+        rest = c - (Gx * moved[j, r, 0] + Gy * moved[j, r, 1]) - bound[j, r] * norm
+        if rest >= 0.0:
+            if up[j, r] > 0.0 and rest < highest * up[j, r]:
+                highest = rest / up[j, r]
+            if down[j, r] < 0.0 and rest < lowest * down[j, r]:
+                lowest = rest / down[j, r]
+        else:
+            if s[j, r] >= WEAK:
+                highest = min(highest, rest / down[j, r])
+            elif up[j, r] > 0.0:
+                highest = min(highest, 0.0)
+            if down[j, r] < 0.0:
+                lowest = max(lowest, rest / up[j, r] if s[j, r] <= -WEAK else 0.0)
+    return lowest, highest

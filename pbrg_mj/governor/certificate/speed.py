@@ -23,6 +23,8 @@ from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.kernel import kernel
 from pbrg_mj.world.scene.robot import RobotModel
 
+STILL = 1e-9  # [m/s] slower, a velocity has no direction
+
 
 @dataclass(frozen=True)
 class SpeedLimit:
@@ -37,7 +39,7 @@ class SpeedLimit:
     @classmethod
     def of(cls, model: TeamModel, grid: PredictionGrid, facets: np.ndarray, offset: float) -> SpeedLimit:
         """Return the rows at the grid's ticks, for facets (F, 2) and an offset of the hand point [m]."""
-        ticks = np.unique(grid.tick)
+        ticks = grid.tick[:-1]
         U = np.concatenate([model.rate @ model.after(t) for t in ticks])
         return cls(ticks * model.tick, U, -(U @ model.at_rest), facets, offset)
 
@@ -54,15 +56,16 @@ class SpeedLimit:
 def _largest_share(rows, heading, advance, facets, offset):
     """Compute `SpeedLimit.share`; `rows` are time (K,), u = U error (K * n, 2) and v (K * n,)."""
     time, u, v = rows
-    n, share = len(heading), 1.0
+    n, share, length = len(heading), 1.0, math.sqrt(advance[0] ** 2 + advance[1] ** 2)
+    slowest = np.inf  # no velocity below this meets a facet at any heading
+    for f in range(len(facets)):
+        slowest = min(slowest, 1.0 / math.sqrt(facets[f, 0] ** 2 + facets[f, 1] ** 2))
     for j in range(n):
-        theta = heading[j]
-        for k in range(len(time)):
+        c, s = math.cos(heading[j]), math.sin(heading[j])
+        for k in range(_rows_that_may_bind(u, v, n, j, length, slowest)):
             r = k * n + j
             if k > 0:
-                before = r - n
-                theta = _turned(theta, u[before, 0], u[before, 1], (time[k] - time[k - 1]) / offset)
-            c, s = math.cos(theta), math.sin(theta)
+                c, s = _turned(c, s, u[r - n, 0], u[r - n, 1], (time[k] - time[k - 1]) / offset)
             ahead, across = c * u[r, 0] + s * u[r, 1], c * u[r, 1] - s * u[r, 0]
             more_ahead = v[r] * (c * advance[0] + s * advance[1])
             more_across = v[r] * (c * advance[1] - s * advance[0])
@@ -75,15 +78,28 @@ def _largest_share(rows, heading, advance, facets, offset):
 
 
 @kernel
-def _turned(theta, ux, uy, ratio):
-    """Return the heading after a time under a constant velocity; `ratio` is that time over the offset [s/m]."""
+def _rows_that_may_bind(u, v, n, j, length, slowest):
+    """Return how many rows of robot j there are up to its last one fast enough to meet a facet."""
+    count = len(v) // n
+    while count > 0:
+        r = (count - 1) * n + j
+        if math.sqrt(u[r, 0] ** 2 + u[r, 1] ** 2) + abs(v[r]) * length > slowest:
+            break
+        count -= 1
+    return count
+
+
+@kernel
+def _turned(c, s, ux, uy, ratio):
+    """Return the heading's cosine and sine after a time at velocity u; `ratio` is that time over the offset [s/m]."""
     speed = math.sqrt(ux * ux + uy * uy)
-    if speed < 1e-9:
-        return theta
-    direction = math.atan2(uy, ux)
-    beta = (direction - theta + math.pi) % (2.0 * math.pi) - math.pi
-    left = 2.0 * math.atan(math.tan(0.5 * beta) * math.exp(-speed * ratio))
-    return direction - left
+    if speed < STILL:
+        return c, s
+    dx, dy = ux / speed, uy / speed
+    half_angle = (c * dy - s * dx) / max(1.0 + c * dx + s * dy, STILL)  # tan(beta / 2)
+    w = half_angle * math.exp(-speed * ratio)
+    turn_c, turn_s = (1.0 - w * w) / (1.0 + w * w), 2.0 * w / (1.0 + w * w)
+    return dx * turn_c + dy * turn_s, dy * turn_c - dx * turn_s
 
 
 def wheel_facets(robot: RobotModel) -> np.ndarray:

@@ -42,6 +42,7 @@ class Problem:
     xi: np.ndarray  # (n, 2) integral states [m]
     rows: Rows  # (n, R) rows of g_i
     reference: np.ndarray  # (2,) the operator's r, heard by the leaders only [m]
+    half_spaces: HalfSpaces | None = None  # that the rows were made of; row i is private to robot i; None: not kept
     heading: np.ndarray | None = None  # (n,) of the bodies as estimated [rad]; None: not kept
     reference_range: float = math.inf  # [m]
 

@@ -1,0 +1,152 @@
+"""Runs a program on every robot, round by round, and carries its messages.
+
+Within a round every robot sends. A message sent in round t arrives in round t + delay, at the earliest in the round of
+its sending, unless it is lost, or its sender is silent then or its receiver when it arrives. A robot gets the messages
+of a round in the order of their sending, ties in the order of their links.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pbrg_mj.governor.distributed.channel import Channel
+from pbrg_mj.governor.messaging.program import OwnData, RobotFacts, RobotProgram
+from pbrg_mj.governor.problem.interface import Problem, Solution, Status
+from pbrg_mj.perception.half_spaces import HalfSpaces
+from pbrg_mj.team.network import Network
+
+SEVERITY: tuple[Status, ...] = ("ok", "holding", "capped", "infeasible", "diverged", "failed")
+"""What a team's status is: the last of its robots' in this order."""
+
+
+class Parcel(NamedTuple):
+    """A message under way."""
+
+    arrives: int  # round
+    sent: int  # round
+    link: int
+    content: bytes
+
+
+class CarriedMemory(NamedTuple):
+    """The robots' memories, and what is under way."""
+
+    robots: tuple[Any, ...]
+    parcels: tuple[Parcel, ...]
+    last_arrival: np.ndarray  # (E,) when the message of the round before arrives
+    bad: np.ndarray  # (E,) bool: the link was losing messages in the last round
+    tick: int
+
+
+@dataclass(frozen=True)
+class CarriedGovernor:
+    """A robot's program on all robots of a team."""
+
+    program: RobotProgram
+    rounds: int  # per tick
+    channel: Channel | None = None  # None: every message arrives within its round
+
+    def init(self, problem: Problem) -> CarriedMemory:
+        """Return the memories before the first tick."""
+        network = problem.network
+        links = len(network.neighbours)
+        robots = tuple(self.program.start(_facts(network, i), _own(problem, i, 0)) for i in range(network.robots))
+        never = np.full(links, np.iinfo(np.int64).min)
+        return CarriedMemory(robots, (), never, np.zeros(links, dtype=bool), 0)
+
+    def step(self, problem: Problem, memory: CarriedMemory) -> tuple[Solution, CarriedMemory]:
+        """Run one tick's rounds; the status is the worst of the robots'."""
+        network, program = problem.network, self.program
+        n = network.robots
+        robots = [program.begin(_own(problem, i, memory.tick), memory.robots[i]) for i in range(n)]
+        first = memory.tick * self.rounds
+        weather = self._weather(network, memory, first)
+        sent, parcels = np.zeros(n, dtype=np.int64), list(memory.parcels)
+        for k in range(self.rounds):
+            now = first + k
+            for i in range(n):
+                outbox, robots[i] = program.send(robots[i])
+                for content, link in _addressed(network, i, outbox):
+                    if not weather.silent[k, i]:
+                        sent[i] += len(content)
+                        if not weather.lost[k, link]:
+                            parcels.append(Parcel(int(weather.arrives[k, link]), now, link, content))
+            due = sorted((one for one in parcels if one.arrives <= now), key=lambda one: (one.sent, one.link))
+            parcels = [one for one in parcels if one.arrives > now]
+            for i in range(n):
+                inbox = [
+                    (int(network.neighbours[one.link]), one.content)
+                    for one in due
+                    if network.receiver[one.link] == i and not weather.silent[k, i]
+                ]
+                robots[i] = program.receive(inbox, robots[i])
+        answers = []
+        for i in range(n):
+            answer, robots[i] = program.finish(robots[i])
+            answers.append(answer)
+        solution = Solution(
+            m=np.array([answer.m for answer in answers]),
+            multipliers=np.zeros_like(problem.rows.d),
+            status=max((answer.status for answer in answers), key=SEVERITY.index),
+            rounds=self.rounds,
+            bytes_sent=sent,
+        )
+        after = CarriedMemory(tuple(robots), tuple(parcels), weather.arrives[-1], weather.bad, memory.tick + 1)
+        return solution, after
+
+    def _weather(self, network: Network, memory: CarriedMemory, first: int) -> _Weather:
+        rounds, links, n = self.rounds, len(network.neighbours), network.robots
+        if self.channel is None:
+            arrives = np.repeat(np.arange(first, first + rounds)[:, None], links, axis=1)
+            nothing = np.zeros((rounds, links), dtype=bool)
+            return _Weather(nothing, arrives, np.zeros((rounds, n), dtype=bool), memory.bad)
+        lost = self.channel.lost(memory.bad, first, rounds)
+        arrives = self.channel.arrivals(memory.last_arrival, first, rounds)
+        return _Weather(lost, arrives, self.channel.silent(first, rounds, n), lost[-1])
+
+
+class _Weather(NamedTuple):
+    """What happens to the messages of one tick's rounds."""
+
+    lost: np.ndarray  # (rounds, E) bool
+    arrives: np.ndarray  # (rounds, E) int64 round
+    silent: np.ndarray  # (rounds, n) bool
+    bad: np.ndarray  # (E,) bool after the last round
+
+
+def _addressed(network: Network, sender: int, outbox: Any) -> list[tuple[bytes, int]]:
+    """Return the messages with the directed links they take. Raises ValueError for one to no neighbour."""
+    found = []
+    for receiver, content in outbox.items():
+        links = [link for link in network.links_to(receiver) if network.neighbours[link] == sender]
+        if not links:
+            raise ValueError(f"robot {sender + 1} sends to robot {receiver + 1}, which is no neighbour")
+        if content:
+            found.append((content, links[0]))
+    return found
+
+
+def _facts(network: Network, i: int) -> RobotFacts:
+    neighbours = network.neighbours[network.first[i] : network.first[i + 1]]
+    return RobotFacts(i, network.robots, tuple(neighbours.tolist()), bool(network.leader[i]))
+
+
+def _own(problem: Problem, i: int, tick: int) -> OwnData:
+    """Return what robot i measures; everything is a copy that nobody else sees."""
+    spaces, heading = problem.half_spaces, problem.heading
+    if spaces is None or heading is None:
+        raise ValueError("a robot's program needs half-spaces and headings in the problem")
+    own = slice(i, i + 1)
+    return OwnData(
+        tick=tick,
+        p=problem.p[i].copy(),
+        xi=problem.xi[i].copy(),
+        heading=float(heading[i]),
+        half_spaces=HalfSpaces(
+            spaces.G[own].copy(), spaces.h[own].copy(), spaces.active[own].copy(), spaces.binds[own].copy()
+        ),
+        reference=problem.reference.copy() if problem.network.leader[i] else None,
+    )

@@ -1,0 +1,104 @@
+"""A robot's program on every robot, and the carrier of its messages."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from pbrg_mj.governor.certificate.team_model import TeamModel
+from pbrg_mj.governor.certified.robot import CertifiedProgram
+from pbrg_mj.governor.messaging.carrier import CarriedGovernor
+from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer, RobotFacts
+from pbrg_mj.governor.problem.interface import Problem
+from pbrg_mj.governor.registry import certificate, governor
+from pbrg_mj.loop.simulation import Simulation
+from pbrg_mj.perception.half_spaces import HalfSpaces
+from pbrg_mj.scenario.load import load_scenario
+from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.team.graph import network, network_of_edges
+
+
+def certified(name: str, *overrides: str) -> Scenario:
+    keys = ["governor.kind=certified", "reference.solver=none", *overrides]
+    return load_scenario(name, keys).scenario
+
+
+def program_of(scenario: Scenario, cycle_ticks: int = 1, repeats: int = 1) -> CertifiedProgram:
+    compiled = governor(scenario)
+    model = TeamModel.of_scenario(scenario)
+    return CertifiedProgram(network(scenario), certificate(scenario), model, compiled.speed, cycle_ticks, repeats)
+
+
+@pytest.mark.parametrize("name", ["obstacles/corner", "team/two_leaders"])
+def test_the_compiled_governor_is_the_robots_program_bit_for_bit(name: str) -> None:
+    scenario = certified(name, "timing.duration=1.5")
+    compiled, carried = governor(scenario), CarriedGovernor(program_of(scenario), scenario.governor.rounds)
+    leaders = np.array(scenario.team.leaders) - 1
+    ours = theirs = None
+    for tick in Simulation.build(scenario).control_ticks():
+        ours = compiled.init(tick.problem) if ours is None else ours
+        theirs = carried.init(tick.problem) if theirs is None else theirs
+        one, ours = compiled.step(tick.problem, ours)
+        other, theirs = carried.step(tick.problem, theirs)
+        np.testing.assert_array_equal(one.m[leaders], other.m[leaders])
+        np.testing.assert_array_equal(one.bytes_sent, other.bytes_sent)
+        assert one.status == other.status
+
+
+@dataclasses.dataclass(frozen=True)
+class Gossip:
+    """Every robot tells how often it has heard of anybody's secret."""
+
+    def start(self, facts: RobotFacts, own: OwnData) -> tuple[RobotFacts, float]:
+        return facts, float(own.p[0])
+
+    def begin(self, own: OwnData, memory: tuple[RobotFacts, float]) -> tuple[RobotFacts, float]:
+        return memory
+
+    def send(self, memory: tuple[RobotFacts, float]) -> tuple[dict[int, bytes], tuple[RobotFacts, float]]:
+        return dict.fromkeys(memory[0].neighbours, np.float64(memory[1]).tobytes()), memory
+
+    def receive(self, inbox: Sequence[tuple[int, bytes]], memory: tuple[RobotFacts, float]) -> tuple[RobotFacts, float]:
+        return memory[0], max([memory[1], *(float(np.frombuffer(content)[0]) for _, content in inbox)])
+
+    def finish(self, memory: tuple[RobotFacts, float]) -> tuple[RobotAnswer, tuple[RobotFacts, float]]:
+        return RobotAnswer(np.full(2, memory[1]), "ok"), memory
+
+
+def path_problem(n: int) -> Problem:
+    team = network_of_edges([(i, i + 1) for i in range(n - 1)], np.eye(n)[0])
+    p = np.zeros((n, 2))
+    p[0] = 1.0  # the secret
+    spaces = HalfSpaces.empty(n, 1)
+    rows = governor_rows(n)
+    return Problem(team, p, np.zeros((n, 2)), rows, np.zeros(2), spaces, np.zeros(n))
+
+
+def governor_rows(n: int):
+    from pbrg_mj.governor.problem.rows import Rows
+
+    return Rows(np.zeros((n, 1)), np.zeros((n, 1, 2)), np.zeros((n, 1)), np.zeros((n, 1), dtype=bool))
+
+
+@pytest.mark.parametrize("rounds", [1, 3])
+def test_a_private_number_travels_one_link_a_round_and_bytes_are_counted(rounds: int) -> None:
+    problem, carried = path_problem(6), CarriedGovernor(Gossip(), rounds)
+    memory = carried.init(problem)
+    for tick in range(1, 4):
+        solution, memory = carried.step(problem, memory)
+        np.testing.assert_array_equal(solution.m[:, 0], np.arange(6) <= rounds * tick)
+        np.testing.assert_array_equal(solution.bytes_sent, 8 * rounds * np.array([1, 2, 2, 2, 2, 1]))
+
+
+def test_a_message_to_no_neighbour_is_an_error() -> None:
+    class Loud(Gossip):
+        def send(self, memory):
+            return {5: b"here"}, memory
+
+    problem = path_problem(6)
+    carried = CarriedGovernor(Loud(), 1)
+    with pytest.raises(ValueError, match="robot 1 sends to robot 6, which is no neighbour"):
+        carried.step(problem, carried.init(problem))

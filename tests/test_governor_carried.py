@@ -102,3 +102,47 @@ def test_a_message_to_no_neighbour_is_an_error() -> None:
     carried = CarriedGovernor(Loud(), 1)
     with pytest.raises(ValueError, match="robot 1 sends to robot 6, which is no neighbour"):
         carried.step(problem, carried.init(problem))
+
+
+def crossing(scenario: Scenario) -> tuple[float, float, set[str]]:
+    """Run the ideal plant; return by how much anybody crosses, the gap of m to the optimum, and the statuses."""
+    formation = np.array(scenario.team.formation)
+    worst, statuses, tick = -np.inf, set(), None
+    for tick in Simulation.build(scenario).control_ticks():
+        spaces = tick.half_spaces
+        q = tick.problem.p + formation
+        values = np.where(spaces.binds, spaces.G @ q.T - spaces.h[:, :, None], -np.inf)
+        worst = max(worst, float(values.max()))
+        if tick.time >= 2.0:  # before the first cycle's end there is nothing to apply
+            statuses.add(tick.solution.status)
+    leader = scenario.team.leaders[0] - 1
+    best = np.array([1.0, 2.0])  # nearest to r = (2, 3) with x + y <= 3 for robots at b up to (0, 0)
+    return worst, float(np.linalg.norm(tick.solution.m[leader] - best)), statuses
+
+
+@pytest.mark.parametrize(
+    "network_keys",
+    [
+        ["network.delay_rounds=25"],
+        ["network.delay_rounds=3", "network.jitter_rounds=20"],
+        ["network.loss=0.5", "network.delay_rounds=2"],
+        ["network.loss=0.9"],
+        ["network.outages=[{robot: 2, time: 3.0, duration: 4.0}]"],
+    ],
+)
+def test_no_delay_and_no_loss_makes_anybody_cross(network_keys: list[str]) -> None:
+    """Though another robot than the leader sees the wall."""
+    keys = ["estimator.given.0.robot=2", "seed=23", "timing.duration=15.0", *network_keys]
+    worst, gap, statuses = crossing(certified("paper/simulation_inadmissible", *keys))
+    assert worst <= 1e-9
+    assert gap < 0.3
+    assert statuses <= {"ok", "holding"}
+    assert ("holding" in statuses) == any("loss" in key or "outages" in key for key in network_keys)
+
+
+def test_where_everything_is_lost_everybody_stays() -> None:
+    scenario = certified("paper/simulation_inadmissible", "network.loss=1.0", "timing.duration=3.0")
+    worst, gap, statuses = crossing(scenario)
+    assert worst < 0.0
+    assert gap > 1.0
+    assert statuses == {"holding"}

@@ -22,7 +22,10 @@ def test_a_kind_brings_its_certificate(kind: str, certificate: str) -> None:
             "governor.certificate: is ball with `kind: certified`; allowed: directional_ball, predictive",
         ),
         ({"governor.kind": "certified", "governor.guard": True}, "governor.guard: is true with `kind: certified`"),
-        ({"governor.kind": "certified", "network.loss": 0.1}, "network: has messages that are late, lost or silent"),
+        (
+            {"governor.kind": "certified", "network.loss": 0.1, "team.leaders": [4, 5]},
+            "team.leaders: are several while messages are lost or robots silent",
+        ),
     ],
 )
 def test_what_does_not_go_together_is_refused_in_one_line(overrides: dict, message: str) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from pbrg_mj import plugins
+from pbrg_mj.errors import InputError
 from pbrg_mj.governor.baselines import CentralizedGovernor, NoGovernor
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.centralized.optimum import CentralizedSolver
@@ -18,11 +19,13 @@ from pbrg_mj.governor.certificate.predictive import PredictiveCertificate
 from pbrg_mj.governor.certificate.speed import SpeedLimit, disc_facets, wheel_facets
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.certified.governor import CertifiedGovernor
+from pbrg_mj.governor.certified.robot import CertifiedProgram, repeats_for
 from pbrg_mj.governor.distributed.channel import channel
 from pbrg_mj.governor.distributed.estimates import Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.distributed.penalty import exact_multiplier_cap
 from pbrg_mj.governor.guard import GuardedGovernor
+from pbrg_mj.governor.messaging.carrier import CarriedGovernor
 from pbrg_mj.governor.plug_in import PlugInCertificate, PlugInGovernor, PlugInSolver
 from pbrg_mj.governor.problem.ball import BallCertificate
 from pbrg_mj.governor.problem.interface import Certificate, Governor, StateCertificate
@@ -36,6 +39,7 @@ CERTIFICATES: dict[str, Callable[[Scenario, Network], Certificate | StateCertifi
     "directional_ball": lambda scenario, team: DirectionalBall.of(scenario, margin(scenario)),
     "predictive": lambda scenario, team: PredictiveCertificate.of(scenario, margin(scenario)),
 }
+CERTIFICATE_KEY = "governor.certificate"
 DEFAULT_MARGIN = 0.01  # [m] in physics, for what the linear model leaves out: docs/certified.md
 
 
@@ -84,13 +88,22 @@ def _distributed(scenario: Scenario) -> Governor:
 
 
 def _certified(scenario: Scenario) -> Governor:
-    facets = speed_facets(scenario)
-    diameter = network(scenario).diameter
-    if not len(facets):
-        return CertifiedGovernor(None, diameter)
-    model = TeamModel.of_scenario(scenario)
-    speed = SpeedLimit.of(model, PredictionGrid.of(model), facets, load_robot_model().hand_offset)
-    return CertifiedGovernor(speed, diameter)
+    facets, team, lines = speed_facets(scenario), network(scenario), channel(scenario)
+    model, speed = TeamModel.of_scenario(scenario), None
+    if len(facets):
+        speed = SpeedLimit.of(model, PredictionGrid.of(model), facets, load_robot_model().hand_offset)
+    if lines is None:
+        return CertifiedGovernor(speed, team.diameter)
+    rounds = scenario.governor.rounds
+    repeats = repeats_for(lines.loss.share)
+    longest = int(lines.longest.max(initial=0))
+    cycle_ticks = max(1, math.ceil(2 * team.diameter * (longest + repeats) / rounds))
+    rows = CERTIFICATES[scenario.governor.certificate](scenario, team)
+    if not isinstance(rows, StateCertificate):
+        raise InputError(
+            f"is {scenario.governor.certificate}; allowed: a certificate of the state", key=CERTIFICATE_KEY
+        )
+    return CarriedGovernor(CertifiedProgram(team, rows, model, speed, cycle_ticks, repeats), rounds, lines)
 
 
 def speed_facets(scenario: Scenario) -> np.ndarray:

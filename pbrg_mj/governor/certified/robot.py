@@ -9,6 +9,7 @@ nearest point to r that all allow. One that has not, holds: holding is admissibl
 
 from __future__ import annotations
 
+import math
 import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -29,7 +30,13 @@ COUNT = struct.Struct("<B")
 INTERVAL = struct.Struct("<4d")  # G, lowest and highest G.m
 OF_STATE, OF_VERDICT = 0, 1
 
+FEW = 0.01  # share of items that a link may still lose after all repeats
 Key = tuple[int, int]  # kind, robot
+
+
+def repeats_for(loss: float) -> int:
+    """Return how often an item is passed on where a share `loss` of all messages is lost."""
+    return 1 if loss in (0.0, 1.0) else max(1, math.ceil(math.log(FEW) / math.log(loss)))
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ of a round in the order of their sending, ties in the order of their links.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from pbrg_mj.governor.problem.interface import Problem, Solution, Status
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.team.network import Network
 
-SEVERITY: tuple[Status, ...] = ("ok", "holding", "capped", "infeasible", "diverged", "failed")
+SEVERITY: tuple[Status, ...] = get_args(Status)
 """What a team's status is: the last of its robots' in this order."""
 
 

@@ -92,7 +92,8 @@ def test_poison_reaches_the_arrays_that_kernels_make(tmp_path: Path, count: int)
 @pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="kernels are not compiled")
 def test_poison_reaches_the_arrays_that_kernels_freed(tmp_path: Path) -> None:
     assert planted(tmp_path, "freed_record(5)", {}).stdout == "1.0\n"
-    assert planted(tmp_path, "freed_record(5)", POISONED, "--poisoned").stdout == "-1.0\n"
+    # Which of the record's numbers are read after it was freed is the optimiser's choice.
+    assert float(planted(tmp_path, "freed_record(5)", POISONED, "--poisoned").stdout) not in (1.0, 0.0)
 
 
 @pytest.mark.parametrize("count", [4, 100, 100_000])  # NumPy's own cache, the heap, pages of their own

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from pbrg_mj.perception.obstacle.polygons import gap, hull
+from pbrg_mj.perception.obstacle.polygons import compiled_hull, gap, hull
 from tests.perceiving import HAND, PENTAGON, box, rows, scenario, walk
 from tests.raycast import Scene
 
@@ -140,7 +140,9 @@ def test_half_spaces_do_not_depend_on_how_freed_memory_is_filled() -> None:
 
 def random_polygon(random: np.random.Generator, corners: int) -> np.ndarray:
     points = random.normal(size=(corners, 2))
-    return points[hull(points)]
+    corners = hull(points)
+    assert corners.tolist() == compiled_hull(points).tolist()
+    return points[corners]
 
 
 def test_the_gap_between_polygons_is_the_least_distance() -> None:

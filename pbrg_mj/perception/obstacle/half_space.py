@@ -9,7 +9,7 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.obstacle.outline import FACE, HIDDEN, OTHER, crossing, outline
-from pbrg_mj.perception.obstacle.polygons import gap, hull
+from pbrg_mj.perception.obstacle.polygons import compiled_hull, gap
 from pbrg_mj.perception.track.extent import track_ends
 
 RETURN = 0.05  # [m] of gap from which on an obstacle is kept off the whole team again
@@ -33,7 +33,7 @@ def half_space(tracks, root, links, robots, params):
     """
     corners = outline(tracks, root, links, robots.hand[0], params)
     points, _, sides = corners
-    order = hull(points)
+    order = compiled_hull(points)
     solid = points[order]
     track = tracks[root]
     gx, gy, width, i, j = gap(robots.team, solid)

@@ -11,16 +11,15 @@ from pbrg_mj.kernel import kernel
 ROUNDING = 1e-9  # relative and absolute
 
 
-@kernel
-def hull(points):
+def hull(points: np.ndarray) -> np.ndarray:
     """Return the indices of the corners of the convex hull of points (N, 2), counter-clockwise, N >= 1.
 
     Andrew's monotone chain; one or two indices when the points are one or on a line.
     """
     count = len(points)
-    order = np.arange(count)
-    for i in range(1, count):  # insertion sort by x, then y
-        k, j = order[i], i
+    order = np.empty(count, np.int64)
+    for i in range(count):  # insertion sort by x, then y
+        k, j = i, i
         while j > 0 and (
             points[order[j - 1], 0] > points[k, 0]
             or (points[order[j - 1], 0] == points[k, 0] and points[order[j - 1], 1] > points[k, 1])
@@ -34,7 +33,11 @@ def hull(points):
         floor = size + 1
         for i in range(count):
             k = order[i] if half == 0 else order[count - 1 - i]
-            while size > floor and _turn(points, chain[size - 2], chain[size - 1], k) <= 0:
+            while size > floor:
+                a, b = chain[size - 2], chain[size - 1]
+                ax, ay = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
+                if ax * (points[k, 1] - points[a, 1]) - ay * (points[k, 0] - points[a, 0]) > 0:  # a turn to the left
+                    break
                 size -= 1
             chain[size] = k
             size += 1
@@ -44,10 +47,7 @@ def hull(points):
     return chain[: 1 if one else max(size, 1)]
 
 
-@kernel
-def _turn(points, a, b, c):
-    ax, ay = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
-    return ax * (points[c, 1] - points[a, 1]) - ay * (points[c, 0] - points[a, 0])
+compiled_hull = kernel(hull)  # for kernels; what needs one hull only need not wait for the compiler
 
 
 @kernel

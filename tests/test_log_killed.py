@@ -22,7 +22,7 @@ from pbrg_mj.log.write.log_file import partial_path
 
 ROOT = Path(__file__).parents[1]
 PARTS, KILLS = 10, 5  # fifty in all
-SIZES = 20e3, 200e3  # [bytes] of the log at which runs are killed, from and to
+SIZES = 100e3, 300e3  # [bytes] of the log at which runs are killed, from and to
 
 
 def start(log: Path, duration: float) -> subprocess.Popen[bytes]:
@@ -38,16 +38,18 @@ def compiled(tmp_path_factory: pytest.TempPathFactory) -> None:
 
 
 def run_and_kill(log: Path, size: float) -> int:
-    """Start a run, kill it when its log has grown to so many bytes; return how many ticks were in it just before."""
+    """Start a run, kill it when its log has grown to so many bytes; return how many ticks were in them."""
     partial = partial_path(log)
     with start(log, 900.0) as process:  # long, so that no run ends before it is killed
         while not (partial.exists() and partial.stat().st_size >= size):
             assert process.poll() is None
             time.sleep(0.01)
-        ticks = len(open_run(partial).ticks.time)
+        before = partial.read_bytes()
         process.send_signal(signal.SIGKILL)
         assert process.wait() == -signal.SIGKILL
-    return ticks
+    copy = log.with_name("before.mcap")
+    copy.write_bytes(before)
+    return len(open_run(copy).ticks.time)
 
 
 @pytest.mark.slow

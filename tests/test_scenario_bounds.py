@@ -181,6 +181,8 @@ def test_a_batch_too_large_for_memory_does_not_begin(monkeypatch):
 def test_messages_under_way_count():
     late = parse_scenario(three(network="{delay_rounds: 1000}"))
     assert resources.run_bytes(late) - resources.run_bytes(parse_scenario(THREE)) > 6 * 1000 * 14 * 16
+    uneven = parse_scenario(three(network="{delay_rounds: 400, jitter_rounds: 600}"))
+    assert resources.run_bytes(uneven) == resources.run_bytes(late)
 
 
 def test_hours_of_rounds_are_told():

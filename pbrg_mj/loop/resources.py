@@ -75,10 +75,11 @@ def _rows(scenario: Scenario) -> float:
 def _links(scenario: Scenario) -> float:
     """Return the bytes of the messages under way."""
     network, n = scenario.network, scenario.robots
-    longest = max([network.delay_rounds, *(link.delay_rounds for link in network.links)])
+    longest = max([network.delay_rounds, *(link.delay_rounds for link in network.links)]) + network.jitter_rounds
     if not (longest or network.loss or network.outages or network.exchange != "plain"):
         return 0.0
-    return 2 * len(edge_list(scenario.graph, n)) * (longest + 2) * 2 * (4 * n + 2) * 8.0
+    messages = longest + (2 if network.exchange == "plain" else 4)  # the one kept, and sums of waves
+    return 2 * len(edge_list(scenario.graph, n)) * messages * 2 * (4 * n + 2) * 8.0
 
 
 def _world(scenario: Scenario) -> float:

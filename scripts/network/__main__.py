@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -55,6 +56,9 @@ def measure() -> dict:
         "loss_plain_0.1_s_per_s": {name: rate(plain(uniform(20), loss)) for name, loss in losses.items()},
         "jitter_plain_0.1_s_per_s": {jitter: rate(plain(uniform(20), jitter=jitter)) for jitter in JITTERS},
         "jitter_waves_0.1_s_per_s": {jitter: rate(waves(uniform(20), DEFAULT, jitter=jitter)) for jitter in JITTERS},
+        "loss_waves_without_reserve_0.1_s_per_s": {
+            name: rate(replace(waves(uniform(20), DEFAULT, loss), reserve=0)) for name, loss in losses.items()
+        },
         "loss_waves_0.1_s_per_s": {name: rate(waves(uniform(20), DEFAULT, loss)) for name, loss in losses.items()},
     }
 

@@ -29,6 +29,7 @@ REQUIRED = (
     "rich",
     "lz4",
     "zstandard",
+    "websockets",
 )
 OPTIONAL = {
     "matplotlib": ("pbrg plot", "pip install matplotlib"),

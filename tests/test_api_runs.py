@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import pbrg_mj as pbrg
-from pbrg_mj.analysis.metrics.table import LABEL_WIDTH, LAYOUT, WRAPPED, cell, look_up, sentences
+from pbrg_mj.analysis.metrics.table import LABEL_WIDTH, LAYOUT, WRAPPED, cell, look_up, sentences, shown
 from pbrg_mj.cli.main import main
 from pbrg_mj.log.read.run import open_run
 from tests.needs import need_module
@@ -118,8 +118,8 @@ def test_the_commands_table_holds_the_apis_metrics(logged, capsys):
         rows = [lines[k].removeprefix(f"  {label}")]
         while key in WRAPPED and lines[k + len(rows)].startswith(" " * LABEL_WIDTH):
             rows.append(lines[k + len(rows)])
-        shown = (" ".join(sentences(look_up(numbers, key))) if key in WRAPPED else cell(look_up(numbers, key))).split()
-        assert " ".join(rows).split() == shown, key
+        expected = " ".join(sentences(look_up(numbers, key))) if key in WRAPPED else cell(shown(numbers, key))
+        assert " ".join(rows).split() == expected.split(), key
 
 
 def test_the_command_runs_what_the_api_runs(scenario, logged, tmp_path, capsys):

@@ -47,7 +47,7 @@ def test_a_track_is_the_walls_when_it_agrees_within_its_covariance(turn: int, of
     import robots
     from scanning_robot import ScanningRobot, scenario
 
-    scanner, std = ScanningRobot(scenario("none")), np.array([0.01, 0.005])
+    scanner, std = ScanningRobot(scenario("generic")), np.array([0.01, 0.005])
     track = np.zeros(1, dtype=scanner.memory.tracks.dtype)[0]
     track["angle"], track["offset"] = np.array([turn, off]) * std + [0.0, robots.WALL]
     track["p_aa"], track["p_cc"] = std**2
@@ -67,7 +67,7 @@ def test_the_page_holds_what_the_script_writes_and_its_head_is_kept() -> None:
 def test_the_judge_sees_a_planted_wall() -> None:
     import walls
 
-    cell = walls.Cell("none", 1.0, 30)
+    cell = walls.Cell("generic", 1.0, 30)
     rows = np.array([walls.place(cell, seed) for seed in range(12)])
     assert rows.shape == (12, walls.SCANS, 5)
     found = walls.figures(rows)

@@ -51,7 +51,7 @@ def test_too_large_a_step_is_diverged_and_holds_the_last_finite_reference():
         solution, memory = governor.step(static, memory)
         statuses.append(solution.status)
         assert np.isfinite(solution.m).all()
-    assert statuses[0] == "ok"
+    assert statuses[0] in ("ok", "suspected")
     assert statuses[-1] == "diverged"
 
 

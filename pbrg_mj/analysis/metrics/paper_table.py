@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator, Sequence
 
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics
-from pbrg_mj.analysis.metrics.table import LAYOUT, WRAPPED, cell, look_up, text
+from pbrg_mj.analysis.metrics.table import LAYOUT, WRAPPED, cell, shown, text
 
 RUNS = ("simulation_near", "simulation_inadmissible", "experiment_near", "experiment_inadmissible")
 """The bundled scenarios under `paper/`, in the order of the paper's figures 4, 5, 7 and 8."""
@@ -19,7 +19,7 @@ def markdown(runs: Sequence[RunMetrics]) -> str:
     data = [run.as_dict() for run in runs]
     lines = [_row("", [f"`{one['scenario']}`" for one in data]), _row("---", ["---"] * len(data))]
     lines += [
-        _row(label, [_escaped((text if key in WRAPPED else cell)(look_up(one, key))) for one in data])
+        _row(label, [_escaped((text if key in WRAPPED else cell)(shown(one, key))) for one in data])
         for label, key in _rows()
     ]
     return "\n".join(lines) + "\n"

@@ -2,6 +2,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.schema import whole_number
 from pbrg_mj.world.plant.build import build_plant
 from pbrg_mj.world.plant.compose import compose, model_xml
@@ -108,3 +109,16 @@ def test_the_ideal_plant_integrates_exactly_and_is_seen_exactly():
     for _ in range(50):
         world.advance(u)
     np.testing.assert_array_equal(world.truth().wall_contact, [False, True])
+
+
+def test_what_mujoco_refuses_is_one_line():
+    """Sizes so far apart that MuJoCo's inertia of a box breaks the triangle inequality by rounding."""
+    huge = {
+        "start": (-75791.66280107816, 50.01903835011408),
+        "end": (75791.66280107816, 50.748534911098076),
+        "thickness": 0.01903835011408123,
+        "height": 109726455.41618064,
+    }
+    with pytest.raises(InputError, match=r"^world: is refused by MuJoCo: .*inertia") as caught:
+        compose(scenario(1, walls=(huge,)), ROBOT)
+    assert "\n" not in str(caught.value)

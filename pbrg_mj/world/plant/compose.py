@@ -14,6 +14,7 @@ import colorsys
 import mujoco
 import numpy as np
 
+from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.world.actuation.friction import prioritise_tyres, set_friction
 from pbrg_mj.world.scene.contact_counters import add_contact_sensors
@@ -36,7 +37,10 @@ def start_pose(scenario: Scenario, robot: RobotModel) -> np.ndarray:
 
 
 def compose(scenario: Scenario, robot: RobotModel) -> mujoco.MjSpec:
-    """Return the editable model of the scenario's physics plant."""
+    """Return the editable model of the scenario's physics plant.
+
+    Raises InputError where MuJoCo refuses it: sizes within their bounds may differ by more than its arithmetic takes.
+    """
     spec = load_spec("arena")
     spec.option.timestep = scenario.timing.physics_step
     spec.geom("floor").friction[0] = scenario.world.floor_friction
@@ -50,7 +54,11 @@ def compose(scenario: Scenario, robot: RobotModel) -> mujoco.MjSpec:
             prioritise_tyres(child, spec.geom("floor"))
         _add_robot(spec, child, j, pose)
         add_contact_sensors(spec, j, scenario)
-    spec.compile()
+    try:
+        spec.compile()
+    except ValueError as error:
+        reason = " ".join(str(error).split())
+        raise InputError(f"is refused by MuJoCo: {reason}; allowed: sizes nearer to each other", key="world") from error
     return spec
 
 

@@ -10,7 +10,8 @@ This is written against numba's inside as of `TESTED`. With another numba, kerne
 to the same results in four times the time.
 """
 
-# pyright: reportPrivateImportUsage=false
+# Numba's classes are put together at run time, unknown to type checkers.
+# pyright: reportPrivateImportUsage=false, reportAttributeAccessIssue=false
 
 from __future__ import annotations
 

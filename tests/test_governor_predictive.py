@@ -37,7 +37,7 @@ def team_of(name: str) -> Network:
 
 
 def model_of(team: Network, alpha_r: float = 2.5, leak: float = 0.0, tick: float = 0.01) -> TeamModel:
-    return TeamModel.of(team, alpha_r, leak, tick)
+    return TeamModel.of(team, Control(alpha_r=alpha_r, leak=leak), tick)
 
 
 def half_spaces_of(rng: np.random.Generator, n: int, slots: int, around: np.ndarray, reach: float) -> HalfSpaces:

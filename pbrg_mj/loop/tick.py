@@ -7,7 +7,8 @@ physics -> raw ranges, raw poses -> readings -> half-spaces -> problem -> govern
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from functools import cached_property
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -42,6 +43,11 @@ class ClosedLoop:
     governor: Governor
     drive: Drive
 
+    @cached_property
+    def of_the_state(self) -> StateCertificate | None:
+        """The certificate if its rows depend on the state, asked once: a protocol's check takes microseconds."""
+        return self.certificate if isinstance(self.certificate, StateCertificate) else None
+
 
 class PoseEstimate(NamedTuple):
     """Where the robots take themselves to be, by poses as they were read."""
@@ -60,7 +66,7 @@ class LoopState(NamedTuple):
     rows: Rows | None  # of the half-spaces known then; likewise None before the first tick
     pose: PoseEstimate | None  # likewise
     governor: Any  # likewise
-    held: np.ndarray | None  # (2,) mean of the leaders' m [m]; likewise
+    m: np.ndarray | None  # (n, 2) governed references [m]; likewise
     xi: np.ndarray  # (n, 2) [m]
 
 
@@ -96,12 +102,7 @@ def control_tick(loop: ClosedLoop, state: LoopState, index: int) -> tuple[LoopSt
     if pose is None or readings.body_pose is not pose.body_pose:
         hand_world = hand_point(readings.body_pose, loop.hand_offset)
         pose = PoseEstimate(readings.body_pose, hand_world, hand_world - loop.formation)
-    rows, certificate = state.rows, loop.certificate
-    if isinstance(certificate, StateCertificate):
-        held = pose.p.mean(axis=0) if state.held is None else state.held
-        rows = certificate.rows_at(half_spaces, pose.p, state.xi, held)
-    elif rows is None or half_spaces is not state.half_spaces:
-        rows = certificate.rows(half_spaces)
+    rows = _rows(loop, state, half_spaces, pose)
     problem = Problem(
         network=loop.network,
         p=pose.p,
@@ -136,5 +137,15 @@ def control_tick(loop: ClosedLoop, state: LoopState, index: int) -> tuple[LoopSt
         timestamps=timestamps,
     )
     xi = state.xi + scenario.timing.tick * xi_rate
-    held = loop.network.leader @ solution.m / loop.network.leaders
-    return LoopState(readings, estimator, half_spaces, rows, pose, memory, held, xi), tick
+    return LoopState(readings, estimator, half_spaces, rows, pose, memory, solution.m, xi), tick
+
+
+def _rows(loop: ClosedLoop, state: LoopState, half_spaces: HalfSpaces, pose: PoseEstimate) -> Rows:
+    """Return the certificate's rows: of the state at every tick, or those of before while the half-spaces stay."""
+    if loop.of_the_state is not None:
+        network, m = loop.network, state.m
+        held = pose.p.mean(axis=0) if m is None else network.leader @ m / network.leaders
+        return loop.of_the_state.rows_at(half_spaces, pose.p, state.xi, held)
+    if state.rows is None or half_spaces is not state.half_spaces:
+        return cast(Certificate, loop.certificate).rows(half_spaces)
+    return state.rows

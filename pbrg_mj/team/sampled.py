@@ -18,27 +18,37 @@ MOST_DOUBLINGS = 40  # 2^40 ticks
 ROUNDING = 1e-12
 
 
+def continuous_map(network: Network, control: Control) -> np.ndarray:
+    """Return A of eq. 9, (2n, 2n) [1/s]: the rates of x = (p - 1 m, xi) of one axis. Its first n rows give u."""
+    L = network.laplacian
+    return np.block([[-L - control.alpha_r * np.diag(network.leader), L], [-L, -control.leak * L]])
+
+
 def sampled_map(network: Network, control: Control, tick: float) -> np.ndarray:
     """Return B, (2n, 2n), on x = (p - 1 m, xi) of one axis; `tick` is h [s]."""
-    L, n = network.laplacian, network.robots
-    A = np.block([[-L - control.alpha_r * np.diag(network.leader), L], [-L, -control.leak * L]])
-    return np.eye(2 * n) + tick * A
+    return np.eye(2 * network.robots) + tick * continuous_map(network, control)
+
+
+def zero_sum(robots: int) -> np.ndarray:
+    """Return the projector (2n, 2n) onto all p and the xi with the sum 0, which xi starts from and keeps (1'L = 0)."""
+    projector = np.eye(2 * robots)
+    projector[robots:, robots:] -= 1.0 / robots
+    return projector
 
 
 def sampled_growth(network: Network, control: Control, tick: float) -> tuple[float, np.ndarray]:
     """Return sup_t max_j ||e_j' B^t|| of the robots' places, and sup_t ||A_j B^t|| / ||A_j|| of their u, (n,).
 
-    Both at least 1, over t = 1, 2, ... and all xi with the sum 0, which it starts from and keeps (1'L = 0). inf where
+    Both at least 1, over t = 1, 2, ... and all xi with the sum 0 (`zero_sum`). inf where
     the sampled team is unstable, 1 for teams of more than 300 robots, of which they are not computed.
     """
     n = network.robots
     if n > MOST_ROBOTS:
         return 1.0, np.ones(n)
-    zero_sum = np.eye(2 * n)
-    zero_sum[n:, n:] -= 1.0 / n
     B = sampled_map(network, control, tick)
-    places = _row_growth(np.eye(n, 2 * n), B @ zero_sum)
-    return float(places.max()), _row_growth(B[:n] - np.eye(n, 2 * n), B @ zero_sum)
+    moving = B @ zero_sum(n)
+    places = _row_growth(np.eye(n, 2 * n), moving)
+    return float(places.max()), _row_growth(B[:n] - np.eye(n, 2 * n), moving)
 
 
 def _row_growth(rows: np.ndarray, B: np.ndarray) -> np.ndarray:

@@ -14,9 +14,10 @@ from functools import cached_property
 
 import numpy as np
 
-from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.scenario.schema import Control, Scenario
 from pbrg_mj.team.graph import network
 from pbrg_mj.team.network import Network
+from pbrg_mj.team.sampled import continuous_map, sampled_map, zero_sum
 
 DECAY = 1e-3  # of the error's norm, by which a prediction may end
 MOST_GROWING = 2000  # ticks in which a stable team's error has begun to fall
@@ -32,18 +33,14 @@ class TeamModel:
     tick: float  # h [s]
 
     @classmethod
-    def of(cls, team: Network, alpha_r: float, leak: float, tick: float) -> TeamModel:
+    def of(cls, team: Network, control: Control, tick: float) -> TeamModel:
         """Return the model of a team with the gains of eq. 2."""
-        L = team.laplacian
-        rate = np.hstack([-(L + alpha_r * np.diag(team.leader)), L])
-        flow = np.vstack([rate, np.hstack([-L, -leak * L])])
-        return cls(np.eye(len(flow)) + tick * flow, rate, tick)
+        return cls(sampled_map(team, control, tick), continuous_map(team, control)[: team.robots], tick)
 
     @classmethod
     def of_scenario(cls, scenario: Scenario) -> TeamModel:
         """Return the model of a scenario's team."""
-        control = scenario.control
-        return cls.of(network(scenario), control.alpha_r, control.leak, scenario.timing.tick)
+        return cls.of(network(scenario), scenario.control, scenario.timing.tick)
 
     @property
     def robots(self) -> int:
@@ -60,18 +57,12 @@ class TeamModel:
 
     @cached_property
     def moving_part(self) -> np.ndarray:
-        """A without the mode that never moves, xi = const 1, which no position feels: A - A Pi, (2n, 2n)."""
-        n = self.robots
-        constant = np.zeros((2 * n, 2 * n))
-        constant[n:, n:] = 1.0 / n
-        return self.step @ (np.eye(2 * n) - constant)
+        """A without the mode that never moves, xi = const 1, which no position feels, (2n, 2n)."""
+        return self.step @ zero_sum(self.robots)
 
     def after(self, ticks: int) -> np.ndarray:
         """Return A^ticks without the mode that never moves, (2n, 2n)."""
-        n = self.robots
-        projector = np.eye(2 * n)
-        projector[n:, n:] -= 1.0 / n
-        return np.linalg.matrix_power(self.moving_part, ticks) if ticks else projector
+        return np.linalg.matrix_power(self.moving_part, ticks) if ticks else zero_sum(self.robots)
 
     @cached_property
     def growth(self) -> float:

@@ -74,7 +74,7 @@ class CertifiedProgram:
         cycle, robot = own.tick // self.cycle_ticks, memory.facts.robot
         state = STATE.pack(*own.p, *own.xi, *memory.held, own.heading)
         items = {(OF_STATE, robot): ITEM.pack(OF_STATE, robot, cycle) + state}
-        return self._judged(replace(memory, own=own, cycle=cycle, items=items, sent={}))
+        return self._with_verdict(replace(memory, own=own, cycle=cycle, items=items, sent={}))
 
     def send(self, memory: CertifiedMemory) -> tuple[Mapping[int, bytes], CertifiedMemory]:
         """Pass on what has not been passed on often enough."""
@@ -94,7 +94,7 @@ class CertifiedProgram:
                     found.setdefault(key, item)
         if len(found) == len(memory.items):
             return memory
-        return self._judged(replace(memory, items=found))
+        return self._with_verdict(replace(memory, items=found))
 
     def finish(self, memory: CertifiedMemory) -> tuple[RobotAnswer, CertifiedMemory]:
         """Decide in a cycle's last tick, or hold; before the first decision a leader stays where it is."""
@@ -121,7 +121,7 @@ class CertifiedProgram:
             p, xi = self.model.predicted(p, xi, held, self.cycle_ticks - 1)
         return p, xi, held
 
-    def _judged(self, memory: CertifiedMemory) -> CertifiedMemory:
+    def _with_verdict(self, memory: CertifiedMemory) -> CertifiedMemory:
         """Add the verdict on the robot's own half-spaces once the whole team is known."""
         robot = memory.facts.robot
         if (OF_VERDICT, robot) in memory.items or (team := self._team(memory)) is None:

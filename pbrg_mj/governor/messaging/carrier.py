@@ -22,7 +22,7 @@ SEVERITY: tuple[Status, ...] = get_args(Status)
 """What a team's status is: the last of its robots' in this order."""
 
 
-class Parcel(NamedTuple):
+class Packet(NamedTuple):
     """A message under way."""
 
     arrives: int  # round
@@ -35,7 +35,7 @@ class CarriedMemory(NamedTuple):
     """The robots' memories, and what is under way."""
 
     robots: tuple[Any, ...]
-    parcels: tuple[Parcel, ...]
+    packets: tuple[Packet, ...]
     last_arrival: np.ndarray  # (E,) when the message of the round before arrives
     bad: np.ndarray  # (E,) bool: the link was losing messages in the last round
     tick: int
@@ -63,24 +63,24 @@ class CarriedGovernor:
         n = network.robots
         robots = [program.begin(_own(problem, i, memory.tick), memory.robots[i]) for i in range(n)]
         first = memory.tick * self.rounds
-        weather = self._weather(network, memory, first)
-        sent, parcels = np.zeros(n, dtype=np.int64), list(memory.parcels)
+        links_now = self._conditions(network, memory, first)
+        sent, packets = np.zeros(n, dtype=np.int64), list(memory.packets)
         for k in range(self.rounds):
             now = first + k
             for i in range(n):
                 outbox, robots[i] = program.send(robots[i])
                 for content, link in _addressed(network, i, outbox):
-                    if not weather.silent[k, i]:
+                    if not links_now.silent[k, i]:
                         sent[i] += len(content)
-                        if not weather.lost[k, link]:
-                            parcels.append(Parcel(int(weather.arrives[k, link]), now, link, content))
-            due = sorted((one for one in parcels if one.arrives <= now), key=lambda one: (one.sent, one.link))
-            parcels = [one for one in parcels if one.arrives > now]
+                        if not links_now.lost[k, link]:
+                            packets.append(Packet(int(links_now.arrives[k, link]), now, link, content))
+            due = sorted((one for one in packets if one.arrives <= now), key=lambda one: (one.sent, one.link))
+            packets = [one for one in packets if one.arrives > now]
             for i in range(n):
                 inbox = [
                     (int(network.neighbours[one.link]), one.content)
                     for one in due
-                    if network.receiver[one.link] == i and not weather.silent[k, i]
+                    if network.receiver[one.link] == i and not links_now.silent[k, i]
                 ]
                 robots[i] = program.receive(inbox, robots[i])
         answers = []
@@ -94,21 +94,21 @@ class CarriedGovernor:
             rounds=self.rounds,
             bytes_sent=sent,
         )
-        after = CarriedMemory(tuple(robots), tuple(parcels), weather.arrives[-1], weather.bad, memory.tick + 1)
+        after = CarriedMemory(tuple(robots), tuple(packets), links_now.arrives[-1], links_now.bad, memory.tick + 1)
         return solution, after
 
-    def _weather(self, network: Network, memory: CarriedMemory, first: int) -> _Weather:
+    def _conditions(self, network: Network, memory: CarriedMemory, first: int) -> _LinkConditions:
         rounds, links, n = self.rounds, len(network.neighbours), network.robots
         if self.channel is None:
             arrives = np.repeat(np.arange(first, first + rounds)[:, None], links, axis=1)
             nothing = np.zeros((rounds, links), dtype=bool)
-            return _Weather(nothing, arrives, np.zeros((rounds, n), dtype=bool), memory.bad)
+            return _LinkConditions(nothing, arrives, np.zeros((rounds, n), dtype=bool), memory.bad)
         lost = self.channel.lost(memory.bad, first, rounds)
         arrives = self.channel.arrivals(memory.last_arrival, first, rounds)
-        return _Weather(lost, arrives, self.channel.silent(first, rounds, n), lost[-1])
+        return _LinkConditions(lost, arrives, self.channel.silent(first, rounds, n), lost[-1])
 
 
-class _Weather(NamedTuple):
+class _LinkConditions(NamedTuple):
     """What happens to the messages of one tick's rounds."""
 
     lost: np.ndarray  # (rounds, E) bool

@@ -40,7 +40,7 @@ GOVERNOR = Kind(
     "pbrg_mj.governors",
     "governor.kind",
     "governor.options",
-    ("distributed", "certified", "centralized", "none"),
+    ("distributed", "certified", "centralized", "none", "cbf"),
     ("init", "step"),
 )
 CERTIFICATE = Kind(

@@ -9,6 +9,7 @@ governed reference m_i, and beside it numbers that are never fed back.
 - `certified`: the recommended governor, which applies only what a certificate has verified
 - `distributed`: the paper's algorithm, rounds of messages between neighbours
 - `baselines`, `guard`, `plug_in`: other governors, what may stand behind one, governors of other packages
+- `velocity_filter`: what may change the velocities of eq. 2 before they are driven
 - `monitor`: what is evaluated of every tick and never fed back
 - `stability`: how long a round and how late a message may be, predicted from the scenario
 - `registry`: all of them by the names a scenario calls them

@@ -29,6 +29,8 @@ from pbrg_mj.governor.messaging.carrier import CarriedGovernor
 from pbrg_mj.governor.plug_in import PlugInCertificate, PlugInGovernor, PlugInSolver
 from pbrg_mj.governor.problem.ball import BallCertificate
 from pbrg_mj.governor.problem.interface import Certificate, Governor, StateCertificate
+from pbrg_mj.governor.velocity_filter.barrier import BarrierFilter
+from pbrg_mj.governor.velocity_filter.interface import VelocityFilter
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.graph import network
 from pbrg_mj.team.network import Network
@@ -122,6 +124,7 @@ GOVERNORS: dict[str, Callable[[Scenario], Governor]] = {
     "certified": _certified,
     "centralized": lambda scenario: CentralizedGovernor(ClarabelSolver()),
     "none": lambda scenario: NoGovernor(),
+    "cbf": lambda scenario: NoGovernor(),  # its filter does what is done
 }
 
 
@@ -134,6 +137,14 @@ def governor(scenario: Scenario, given: Any = None) -> Governor:
         return GOVERNORS[scenario.governor.kind](scenario)
     name, built = plugins.build(plugins.GOVERNOR, scenario, given, network=network(scenario))
     return PlugInGovernor(built, name, scenario.timing.plug_in_limit)
+
+
+def velocity_filters(scenario: Scenario) -> tuple[VelocityFilter, ...]:
+    """Return what changes the velocities of eq. 2 in a scenario, in this order."""
+    settings, filters = scenario.governor, []
+    if settings.kind == "cbf":
+        filters.append(BarrierFilter(settings.barrier_gain, margin(scenario)))
+    return tuple(filters)
 
 
 def certificate(scenario: Scenario, given: Any = None) -> Certificate | StateCertificate:

@@ -44,7 +44,7 @@ class TickRecord(NamedTuple):
     flow_passivity: Passivity  # of the flow's own velocity
     optimum: Optimum | None  # at reference ticks
     passivity: Passivity | None  # about the optimum, at reference ticks
-    velocity: np.ndarray  # (n, 2) u of eq. 2 [m/s]
+    velocity: np.ndarray  # (n, 2) u of eq. 2, as velocity filters leave it [m/s]
     command: np.ndarray  # (n, 2) what the plant was given: wheel voltages [V] or speeds [rad/s]; u [m/s] if ideal
     winding_up: np.ndarray  # (n,) bool: whose xi grows although its wheels do not follow u
     timings: Timings

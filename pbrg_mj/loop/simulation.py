@@ -14,7 +14,7 @@ import numpy as np
 
 from pbrg_mj.governor.monitor.passivity_monitor import passivity_monitor
 from pbrg_mj.governor.plug_in import PlugInGovernor
-from pbrg_mj.governor.registry import certificate, governor, reference_solver
+from pbrg_mj.governor.registry import certificate, governor, reference_solver, velocity_filters
 from pbrg_mj.kernel import clock
 from pbrg_mj.loop.monitor import CompletedTick, Monitor, MonitorState, evaluate
 from pbrg_mj.loop.record import TickRecord
@@ -64,6 +64,7 @@ class Simulation:
             certificate=certificate(scenario, objects.certificate),
             governor=chosen,
             drive=drive_of(scenario, robot),
+            velocity_filters=velocity_filters(scenario),
         )
         balances = passivity_monitor(chosen)
         monitor = Monitor(

@@ -1,7 +1,7 @@
 """One tick of the benchmark, in one direction.
 
 physics -> raw ranges, raw poses -> readings -> half-spaces -> problem -> governor (rounds of messages)
--> governed references -> consensus control -> wheel voltages -> physics
+-> governed references -> consensus control -> velocity filters -> wheel voltages -> physics
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 
 from pbrg_mj.governor.problem.interface import Certificate, Governor, Problem, Solution, StateCertificate
 from pbrg_mj.governor.problem.rows import Rows
+from pbrg_mj.governor.velocity_filter.interface import VelocityFilter
 from pbrg_mj.kernel import clock
 from pbrg_mj.perception.estimator import Estimator
 from pbrg_mj.perception.half_spaces import HalfSpaces
@@ -42,6 +43,7 @@ class ClosedLoop:
     certificate: Certificate | StateCertificate
     governor: Governor
     drive: Drive
+    velocity_filters: tuple[VelocityFilter, ...] = ()  # in the order in which they change u
 
     @cached_property
     def of_the_state(self) -> StateCertificate | None:
@@ -81,7 +83,7 @@ class ControlTick(NamedTuple):
     problem: Problem
     solution: Solution
     memory: Any  # the governor's, after its step
-    velocity: np.ndarray  # (n, 2) u of eq. 2 [m/s]
+    velocity: np.ndarray  # (n, 2) u of eq. 2, as velocity filters leave it [m/s]
     command: np.ndarray  # (n, 2) wheel voltages [V] or speeds [rad/s]; u [m/s] in the ideal plant
     timestamps: tuple[float, ...]  # wall clock before sensing, and after sensing, perception, governor, control [s]
 
@@ -120,6 +122,8 @@ def control_tick(loop: ClosedLoop, state: LoopState, index: int) -> tuple[LoopSt
     velocity, xi_rate = pre_stabilise(
         loop.network, scenario.control, problem.p, problem.xi, solution.m, scenario.governor.backend
     )
+    for one in loop.velocity_filters:
+        velocity = one.filtered(problem, pose.hand_world, solution.m, velocity)
     command = loop.drive.command(velocity, readings.body_pose)
     timestamps = (began, sensed, perceived, governed, clock())
 

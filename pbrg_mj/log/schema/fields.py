@@ -71,7 +71,7 @@ TICK: tuple[Field, ...] = (
     Field("consensus_spread", "operation.consensus_spread", (), "m", "largest distance between two robots' m_i"),
     Field("stationarity", "operation.stationarity", (), "m", "KKT residual of the whole problem's gradient in m"),
     Field("complementarity", "operation.complementarity", (), "m^2", "KKT residual: largest lambda g, in size"),
-    Field("velocity", "velocity", ("n", "2"), "m/s", "u of eq. 2"),
+    Field("velocity", "velocity", ("n", "2"), "m/s", "u of eq. 2, as velocity filters leave it"),
     Field(
         "command",
         "command",

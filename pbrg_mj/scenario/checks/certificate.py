@@ -16,11 +16,23 @@ def certificate(scenario: Scenario) -> Iterator[Diagnostic]:
     governor = scenario.governor
     if governor.kind == "certified":
         yield from _certified(scenario)
+    elif governor.kind == "cbf":
+        yield from _barrier(scenario)
     elif governor.kind == "distributed" and governor.certificate in OF_THE_STATE:
         yield Diagnostic(
             ("governor", "certificate"),
             f"is {governor.certificate} with `kind: distributed`, whose estimates lag the team by more than this "
             "certificate leaves; allowed: ball, or `kind: certified` or centralized",
+        )
+
+
+def _barrier(scenario: Scenario) -> Iterator[Diagnostic]:
+    gain, most = scenario.governor.barrier_gain, 1.0 / scenario.timing.tick
+    if gain > most * (1 + 1e-9):
+        yield Diagnostic(
+            ("governor", "barrier_gain"),
+            f"is {gain:g} 1/s, at which a hand point is beyond a half-space within a tick; "
+            f"allowed: at most 1 / timing.tick, {most:g} 1/s",
         )
 
 

@@ -38,7 +38,7 @@ class Governor(Section):
     kind: str = Field(
         default="distributed",
         description="distributed (the paper), certified (recommended: applies what is verified), centralized, none, "
-        "or a plug-in's name",
+        "cbf (r as it comes, every robot's velocity filtered), or a plug-in's name",
     )
     options: dict[str, Any] = Field(default={}, description="of a plug-in's governor")
     alpha: Positive = Field(
@@ -59,13 +59,17 @@ class Governor(Section):
     certificate_options: dict[str, Any] = Field(default={}, description="of a plug-in's certificate")
     margin: NonNegative | None = Field(
         default=None,
-        description="kept from every half-space by directional_ball and predictive [m]; null: 0.01 in physics, 0 in "
-        "the ideal plant",
+        description="kept from every half-space by directional_ball, predictive and `kind: cbf` [m]; null: 0.01 in "
+        "physics, 0 in the ideal plant",
     )
     speed_rows: bool = Field(
         default=True,
         description="`kind: certified` in physics: references advance only as fast as the wheels can follow over the "
         "whole prediction",
+    )
+    barrier_gain: Positive = Field(
+        default=1.0,
+        description="`kind: cbf`: hand points approach a half-space at most at this times their distance to it [1/s]",
     )
     initial: Literal["zero", "start"] = Field(
         default="zero", description="first estimates: zero, or m_i = p_i(0), z_p = p(0), z_xi = 0"

@@ -1,0 +1,6 @@
+"""Velocity filters: what may change the velocities of eq. 2 before they are driven, whatever the governor.
+
+- `interface`: the protocol `VelocityFilter`
+- `barrier`: every robot's control barrier function: nearest velocity that approaches half-spaces no faster than allowed
+- `potential_field`: every robot is repelled from the half-spaces that it sees
+"""

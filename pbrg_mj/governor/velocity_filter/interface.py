@@ -1,0 +1,26 @@
+"""What every velocity filter offers to the loop."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from pbrg_mj.governor.problem.interface import Problem
+
+
+class VelocityFilter(Protocol):
+    """Frozen parameters and no memory.
+
+    Robot j's velocity may depend on its own data and on p and xi of its neighbours, which eq. 2 has sent: no filter has
+    messages of its own. Where a scenario has several, each takes what the one before it answered. xi is integrated as
+    eq. 2 says, whatever is driven.
+    """
+
+    def filtered(self, problem: Problem, hand_world: np.ndarray, m: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+        """Return the velocities (n, 2) to drive [m/s].
+
+        `velocity` (n, 2) [m/s] is that of eq. 2 under the governed references m (n, 2) [m]; `hand_world` (n, 2) [m] is
+        q as estimated.
+        """
+        ...

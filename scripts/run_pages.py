@@ -4,8 +4,9 @@ python scripts/run_pages.py [PAGE ...]           # the tutorial and the how-to p
 python scripts/run_pages.py --check [PAGE ...]   # exit with 1 if commands print something of another kind by now
 
 A command is a line `    $ ...`; its output follows it. Where a line of output is `...`, the lines beside it are looked
-up in the command's output by their first words. A fenced block that begins with a comment that is a file's name is that
-file. A page's commands run one after another in a folder of their own.
+up in the command's output by their first words, or by the most similar ones where those have changed. A page with a
+line that is like nothing printed now stays as it is, and the exit code is 1. A fenced block that begins with a comment
+that is a file's name is that file. A page's commands run one after another in a folder of their own.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from __future__ import annotations
 import re
 import sys
 import tempfile
+from difflib import get_close_matches
 from pathlib import Path
 
 from make_command_docs import EVENT, run, words
@@ -21,6 +23,10 @@ DOCS = Path(__file__).resolve().parents[1] / "docs"
 PAGES = (DOCS / "tutorial.md", *sorted((DOCS / "how-to").glob("*.md")))
 FILE = re.compile(r"^```\w+\n# ([\w-]+\.\w+)\n(.*?)^```", re.DOTALL | re.MULTILINE)
 BLOCK = re.compile(r"(?:^    .*\n)(?:^    .*\n|^\n(?=    ))*", re.MULTILINE)
+
+
+class GoneError(Exception):
+    """A line that a page shows stands for nothing that its command prints."""
 
 
 def refreshed(text: str) -> str:
@@ -53,12 +59,20 @@ def _elided(before: list[str], now: list[str]) -> list[str]:
         labels = [_label(other) for other in now[position:]]
         if line == "...":
             shown.append(line)
-        elif _label(line) in labels:
-            position += labels.index(_label(line)) + 1
-            shown.append(now[position - 1])
         else:
-            shown.append(f"no longer printed: {line}")
+            position += labels.index(_nearest(_label(line), labels)) + 1
+            shown.append(now[position - 1])
     return shown
+
+
+def _nearest(label: str, labels: list[str]) -> str:
+    """Return the label itself if it is there, else the one most like it. Raises GoneError when none is like it."""
+    if label in labels:
+        return label
+    alike = get_close_matches(label, labels, n=1)
+    if not alike:
+        raise GoneError(f"{label!r} is no longer printed; choose another line for the page")
+    return alike[0]
 
 
 def _label(line: str) -> str:
@@ -72,7 +86,11 @@ def main() -> int:
     differing: list[str] = []
     for page in named or PAGES:
         text = page.read_text(encoding="utf-8")
-        now = refreshed(text)
+        try:
+            now = refreshed(text)
+        except GoneError as error:
+            print(f"{page.name}: {error}", file=sys.stderr)
+            return 1
         if "--check" not in sys.argv:
             page.write_text(now, encoding="utf-8")
         ours, theirs = words(text), words(now)

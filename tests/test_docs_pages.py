@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -46,6 +47,26 @@ def test_commands_print_what_the_pages_say():
     script = ROOT / "scripts" / "run_pages.py"
     done = subprocess.run([sys.executable, script, "--check"], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize(
+    ("printed", "page"),
+    [
+        (["other  1", "cost gap, mean [m2]  0.3", "rest  2"], ["other  1", "...", "cost gap, mean [m2]  0.3"]),
+        (["other  1", "cost, mean gap [m2]  0.3", "rest  2"], ["other  1", "...", "cost, mean gap [m2]  0.3"]),
+        (["other  1", "rest  2"], None),
+    ],
+)
+def test_a_row_with_another_label_is_found_and_a_row_that_is_gone_is_not_made_up(printed, page, monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "scripts")
+    run_pages = import_module("run_pages")
+
+    shown = ["other  7", "...", "cost gap, mean [m2]  0.1"]
+    if page is None:
+        with pytest.raises(run_pages.GoneError, match="cost gap"):
+            run_pages._elided(shown, printed)
+    else:
+        assert run_pages._elided(shown, printed) == page
 
 
 def bibtex() -> dict[str, dict[str, str]]:

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import ctypes
+import json
+import os
+import subprocess
 import sys
 import threading
 import time
@@ -20,6 +24,7 @@ from pbrg_mj.governor.monitor.passivity import Passivity
 from pbrg_mj.governor.problem.ball import ball_rows
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.plugin_calls import blaming, copied, sealed
+from scripts.fuzz.sandbox import run_apart
 
 
 def plan(*overrides, duration=0.3):
@@ -265,6 +270,39 @@ def test_the_command_ends_with_1_and_a_log_that_says_why(tmp_path, capsys, monke
     assert len(run.time_s) == 2
     assert "leaving: the governor raised SystemExit" in "\n".join(run.replay().lines())
     assert [path.name for path in tmp_path.iterdir()] == ["a.mcap"]
+
+
+def print_everywhere(problem):
+    print("from Python")
+    os.write(1, b"from a descriptor\n")
+    ctypes.CDLL(None).puts(b"from C")
+    subprocess.run(["echo", "from a program"], check=True)
+
+
+def build_talkative(scenario):
+    print("while it is built")
+    return Mine(print_everywhere)
+
+
+@pytest.mark.parametrize("arguments", [["--json"], ["--quiet"]])
+def test_what_a_plug_in_prints_does_not_mix_with_answers(arguments, tmp_path, monkeypatch):
+    entry = EntryPoint("talkative", "tests.test_plugin_contracts:build_talkative", plugins.GOVERNOR.group)
+    monkeypatch.setattr(plugins, "entry_points", lambda group: [entry] if group == plugins.GOVERNOR.group else [])
+    monkeypatch.chdir(tmp_path)
+    asked = ["paper/simulation_near", "--duration", "0.05", "--set", "governor.kind=talkative", "-o", "a.mcap"]
+    ended = run_apart(lambda: main(["run", *asked, *arguments]))
+    assert ended.code == 0, ended.stderr
+    if "--json" in arguments:
+        assert json.loads(ended.stdout)["governor"] == "talkative"
+    else:
+        assert ended.stdout == ""
+    printed = {"while it is built", "from Python", "from a descriptor", "from C", "from a program"}
+    assert printed <= set(ended.stderr.splitlines())
+
+
+def test_in_python_it_prints_where_it_likes(capsys):
+    list(pbrg.simulate(plan(duration=0.02), Mine(lambda problem: print("from Python"))))
+    assert capsys.readouterr() == ("from Python\n", "")
 
 
 class Solver(ClarabelSolver):

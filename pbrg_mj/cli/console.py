@@ -9,6 +9,7 @@ import sys
 from typing import Any, TextIO
 
 from pbrg_mj.api.text import plain
+from pbrg_mj.cli.answers import answers
 from pbrg_mj.errors import PbrgError
 
 
@@ -61,15 +62,16 @@ def discard(stream: TextIO) -> None:
 
 
 def _print(text: str) -> None:
-    if sys.stdout is None:
+    stdout = answers()
+    if stdout is None:
         raise PbrgError("cannot write to standard output: it is closed")
     try:
-        _write(sys.stdout, text)
+        _write(stdout, text)
     except BrokenPipeError:
-        discard(sys.stdout)
+        discard(stdout)
         raise ReaderGoneError from None
     except OSError as error:
-        discard(sys.stdout)
+        discard(stdout)
         raise PbrgError(f"cannot write to standard output: {error.strerror}") from error
 
 

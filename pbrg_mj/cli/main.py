@@ -18,6 +18,7 @@ import typer
 from pbrg_mj import __version__
 from pbrg_mj.api.interrupt import stoppable
 from pbrg_mj.cli import batch, compare, doctor, export, plot, render, repair, replay, report, reproduce, run, scenarios
+from pbrg_mj.cli.answers import answering
 from pbrg_mj.cli.console import Notes, emit, keep_standard_streams
 from pbrg_mj.cli.failures import DEFECT, explain, one_line_each
 
@@ -50,22 +51,22 @@ def _options(
     """A physics-based benchmark for distributed reference governors."""
 
 
-app.command("list")(scenarios.list_scenarios)
-app.command("show")(scenarios.show)
-app.command("new")(scenarios.new)
-app.command("schema")(scenarios.schema)
-app.command("validate")(scenarios.validate)
-app.command("run")(run.run)
-app.command("batch")(batch.batch)
-app.command("compare")(compare.compare)
-app.command("export")(export.export)
-app.command("plot")(plot.plot)
-app.command("render")(render.render)
-app.command("report")(report.report)
-app.command("replay")(replay.replay)
-app.command("repair")(repair.repair)
-app.command("reproduce")(reproduce.reproduce)
-app.command("doctor")(doctor.doctor)
+app.command("list")(answering(scenarios.list_scenarios))
+app.command("show")(answering(scenarios.show))
+app.command("new")(answering(scenarios.new))
+app.command("schema")(answering(scenarios.schema))
+app.command("validate")(answering(scenarios.validate))
+app.command("run")(answering(run.run))
+app.command("batch")(answering(batch.batch))
+app.command("compare")(answering(compare.compare))
+app.command("export")(answering(export.export))
+app.command("plot")(answering(plot.plot))
+app.command("render")(answering(render.render))
+app.command("report")(answering(report.report))
+app.command("replay")(answering(replay.replay))
+app.command("repair")(answering(repair.repair))
+app.command("reproduce")(answering(reproduce.reproduce))
+app.command("doctor")(answering(doctor.doctor))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

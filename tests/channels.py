@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pbrg_mj.governor.distributed.channel import Channel, Loss
 from pbrg_mj.governor.distributed.estimates import Estimates
 from pbrg_mj.governor.distributed.link_states import LinkStates
 from pbrg_mj.governor.distributed.network_rounds import run_network_rounds
 from pbrg_mj.governor.distributed.rounds import run_rounds
+from pbrg_mj.team.channel import Channel, Loss
 from pbrg_mj.team.network import Network
 
 M = np.array([[1.0, -1.0], [1.0, 0.0]])

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from pbrg_mj.governor.distributed import equations, network_equations, network_rounds, rounds
-from pbrg_mj.governor.distributed.channel import Loss
 from pbrg_mj.governor.distributed.estimates import Estimates, Flow
 from pbrg_mj.governor.distributed.link_states import LinkStates
 from pbrg_mj.governor.monitor.passivity import Passivity
@@ -17,6 +16,7 @@ from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_scenario
 from pbrg_mj.scenario.schema.governor import Control
+from pbrg_mj.team.channel import Loss
 from pbrg_mj.team.graph import network_of_edges
 from pbrg_mj.team.pre_stabiliser import pre_stabilise
 from tests.channels import channel

@@ -7,12 +7,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pbrg_mj.governor.distributed.channel import NEVER, Loss
-from pbrg_mj.governor.distributed.channel import channel as channel_of
 from pbrg_mj.governor.distributed.estimates import Estimates, Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.distributed.rounds import run_rounds
 from pbrg_mj.scenario.load import parse_scenario
+from pbrg_mj.team.channel import NEVER, Loss
+from pbrg_mj.team.channel import channel as channel_of
 from tests.channels import channel, links, lonely, naive, quiet, run, scheduled, uneven
 from tests.problems import GRAPHS, graph, random_problem
 from tests.scenario_texts import three

@@ -12,11 +12,11 @@ import pytest
 
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.distributed import equations
-from pbrg_mj.governor.distributed.channel import Loss
 from pbrg_mj.governor.distributed.estimates import Estimates, Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.distributed.rounds import run_rounds
 from pbrg_mj.governor.monitor.equilibrium import equilibrium
+from pbrg_mj.team.channel import Loss
 from tests.channels import M, channel, links, lonely, quiet, run, scheduled, uneven
 from tests.problems import GRAPHS, graph, problem, random_problem
 from tests.test_governor_rounds import random_estimates

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
-from pbrg_mj.governor.distributed.channel import NEVER
 from pbrg_mj.governor.distributed.estimates import Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_scenario
+from pbrg_mj.team.channel import NEVER
 from tests.channels import channel, links, quiet, run, uneven
 from tests.problems import GRAPHS, graph, problem
 from tests.test_governor_static import WALLS, XI, P

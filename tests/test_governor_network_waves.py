@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
-from pbrg_mj.governor.distributed.channel import Loss
 from pbrg_mj.governor.distributed.estimates import Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.monitor.equilibrium import equilibrium
+from pbrg_mj.team.channel import Loss
 from tests.channels import M, channel, links, quiet, run
 from tests.problems import GRAPHS, graph, problem
 from tests.test_governor_static import WALLS, XI, P

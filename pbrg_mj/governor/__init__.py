@@ -6,6 +6,7 @@ governed reference m_i, and beside it numbers that are never fed back.
 - `problem`: what a governor is given and answers; how half-spaces become rows of constraints
 - `centralized`: the optimum of the whole problem, by solvers that know everything
 - `certificate`: which references keep every half-space for ever, from the predicted motion of the whole team
+- `messaging`: distributed governors written for one robot, and what carries their messages
 - `certified`: the recommended governor, which applies only what a certificate has verified
 - `distributed`: the paper's algorithm, rounds of messages between neighbours
 - `baselines`, `guard`, `plug_in`: other governors, what may stand behind one, governors of other packages

@@ -20,7 +20,6 @@ from pbrg_mj.governor.certificate.speed import SpeedLimit, disc_facets, wheel_fa
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.certified.governor import CertifiedGovernor
 from pbrg_mj.governor.certified.robot import CertifiedProgram, repeats_for
-from pbrg_mj.governor.distributed.channel import channel
 from pbrg_mj.governor.distributed.estimates import Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.distributed.penalty import exact_multiplier_cap
@@ -32,6 +31,7 @@ from pbrg_mj.governor.problem.interface import Certificate, Governor, StateCerti
 from pbrg_mj.governor.velocity_filter.barrier import BarrierFilter
 from pbrg_mj.governor.velocity_filter.interface import VelocityFilter
 from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.team.channel import channel
 from pbrg_mj.team.graph import network
 from pbrg_mj.team.network import Network
 from pbrg_mj.world.scene.robot import load_robot_model

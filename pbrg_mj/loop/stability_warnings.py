@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pbrg_mj.governor.distributed.channel import channel
 from pbrg_mj.governor.problem.ball import BallCertificate
 from pbrg_mj.governor.registry import round_step
 from pbrg_mj.governor.stability.delay_margin import MAX_ROBOTS, DelayedRounds, delay_margin
 from pbrg_mj.governor.stability.step_bound import linear_step_limit, steepest_gradients
 from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.team.channel import channel
 from pbrg_mj.team.graph import network
 
 MOST_ROBOTS = 150  # whose modes are computed: a second or two, and it grows with the cube

@@ -2,6 +2,7 @@
 
 - `network`: the communication graph and the leaders
 - `graph`: the network of a scenario
+- `channel`: delay, loss and silence of messages on its links
 - `pre_stabiliser`: PI consensus towards the governed reference, eq. 2
 - `wind_up`: which robot's integral state grows although it is stuck
 """

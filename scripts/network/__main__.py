@@ -14,7 +14,7 @@ import numpy as np
 from figures import draw
 from static import FLOW, distance, plain, uneven, uniform, waves
 
-from pbrg_mj.governor.distributed.channel import Loss
+from pbrg_mj.team.channel import Loss
 
 IMG = Path(__file__).resolve().parents[2] / "docs" / "img"
 DELAYS = (1, 10, 20, 40, 60, 70, 80, 100, 150, 200)  # rounds

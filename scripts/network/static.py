@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
-from pbrg_mj.governor.distributed.channel import Channel, Loss
 from pbrg_mj.governor.distributed.estimates import Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.problem.ball import ball_rows
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.perception.half_spaces import HalfSpaces
+from pbrg_mj.team.channel import Channel, Loss
 from pbrg_mj.team.graph import network_of_edges
 
 RING = [(0, 1), (1, 2), (2, 3), (3, 4), (0, 4)]

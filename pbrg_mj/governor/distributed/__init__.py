@@ -4,7 +4,7 @@
 - `suspicion`: when a robot suspects that no reference is admissible
 - `penalty`: how large a cap of the multipliers keeps the penalty exact
 - `equations`: one round in plain NumPy, as the paper writes it; `rounds`: the same compiled
-- `channel`: delay, loss and silence of messages; `link_states`: what robots keep of those that come
-- `network_equations`: rounds over such a channel in plain NumPy; `network_rounds`: the same compiled
+- `link_states`: what robots keep of the messages that come
+- `network_equations`: rounds over a channel in plain NumPy; `network_rounds`: the same compiled
 - `governor`: a tick's rounds, and what each robot takes from them
 """

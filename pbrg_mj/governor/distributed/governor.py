@@ -10,11 +10,11 @@ import numpy as np
 
 from pbrg_mj.governor.distributed import equations, network_equations, network_rounds
 from pbrg_mj.governor.distributed import rounds as compiled
-from pbrg_mj.governor.distributed.channel import Channel
 from pbrg_mj.governor.distributed.estimates import Estimates, Flow
 from pbrg_mj.governor.distributed.link_states import LinkStates
 from pbrg_mj.governor.distributed.suspicion import some_row_cannot_be_met
 from pbrg_mj.governor.problem.interface import Problem, Solution, Status
+from pbrg_mj.team.channel import Channel
 
 DOUBLE = 8  # bytes of one number on the wire
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pbrg_mj.governor.distributed.channel import Channel
+from pbrg_mj.team.channel import Channel
 from pbrg_mj.team.network import Network
 
 NO_MESSAGE = -1  # in place of a hop count: no message in this slot

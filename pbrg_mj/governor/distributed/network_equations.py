@@ -18,11 +18,11 @@ import dataclasses
 
 import numpy as np
 
-from pbrg_mj.governor.distributed.channel import Channel
 from pbrg_mj.governor.distributed.equations import Message, update_robots
 from pbrg_mj.governor.distributed.estimates import Estimates, Flow
 from pbrg_mj.governor.distributed.link_states import NO_MESSAGE, LinkStates, reverse_links
 from pbrg_mj.governor.problem.interface import Problem
+from pbrg_mj.team.channel import Channel
 from pbrg_mj.team.network import Network
 
 M = np.array([[1.0, -1.0], [1.0, 0.0]])

@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pbrg_mj.governor.distributed.channel import Channel
 from pbrg_mj.governor.distributed.estimates import Estimates, Flow
 from pbrg_mj.governor.distributed.link_states import NO_MESSAGE, LinkStates, reverse_links
 from pbrg_mj.governor.distributed.rounds import Heard, private_data, round_arguments, update_robots
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.kernel import kernel
+from pbrg_mj.team.channel import Channel
 
 
 class LinkArrays(NamedTuple):

@@ -7,15 +7,17 @@ of a round in the order of their sending, ties in the order of their links.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, get_args
 
 import numpy as np
 
-from pbrg_mj.governor.distributed.channel import Channel
-from pbrg_mj.governor.messaging.program import OwnData, RobotFacts, RobotProgram
+from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer, RobotFacts, RobotProgram, TeamConstants
 from pbrg_mj.governor.problem.interface import Problem, Solution, Status
+from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.perception.half_spaces import HalfSpaces
+from pbrg_mj.team.channel import Channel
 from pbrg_mj.team.network import Network
 
 SEVERITY: tuple[Status, ...] = get_args(Status)
@@ -48,12 +50,19 @@ class CarriedGovernor:
     program: RobotProgram
     rounds: int  # per tick
     channel: Channel | None = None  # None: every message arrives within its round
+    constants: TeamConstants | None = None  # told to every robot
+    tells_start: bool = False  # every robot is told everybody's first p
+    tells_rows: bool = False  # every robot is given its own rows; never with rows that are made of the team's states
 
     def init(self, problem: Problem) -> CarriedMemory:
         """Return the memories before the first tick."""
         network = problem.network
         links = len(network.neighbours)
-        robots = tuple(self.program.start(_facts(network, i), _own(problem, i, 0)) for i in range(network.robots))
+        start = problem.p if self.tells_start else None
+        robots = tuple(
+            self.program.start(_facts(network, i, self.constants, start), self._own(problem, i, 0))
+            for i in range(network.robots)
+        )
         never = np.full(links, np.iinfo(np.int64).min)
         return CarriedMemory(robots, (), never, np.zeros(links, dtype=bool), 0)
 
@@ -61,7 +70,7 @@ class CarriedGovernor:
         """Run one tick's rounds; the status is the worst of the robots'."""
         network, program = problem.network, self.program
         n = network.robots
-        robots = [program.begin(_own(problem, i, memory.tick), memory.robots[i]) for i in range(n)]
+        robots = [program.begin(self._own(problem, i, memory.tick), memory.robots[i]) for i in range(n)]
         first = memory.tick * self.rounds
         links_now = self._conditions(network, memory, first)
         sent, packets = np.zeros(n, dtype=np.int64), list(memory.packets)
@@ -83,19 +92,15 @@ class CarriedGovernor:
                     if network.receiver[one.link] == i and not links_now.silent[k, i]
                 ]
                 robots[i] = program.receive(inbox, robots[i])
-        answers = []
+        answers: list[RobotAnswer] = []
         for i in range(n):
             answer, robots[i] = program.finish(robots[i])
             answers.append(answer)
-        solution = Solution(
-            m=np.array([answer.m for answer in answers]),
-            multipliers=np.zeros_like(problem.rows.d),
-            status=max((answer.status for answer in answers), key=SEVERITY.index),
-            rounds=self.rounds,
-            bytes_sent=sent,
-        )
         after = CarriedMemory(tuple(robots), tuple(packets), links_now.arrives[-1], links_now.bad, memory.tick + 1)
-        return solution, after
+        return _team_answer(problem, answers, self.rounds, sent), after
+
+    def _own(self, problem: Problem, i: int, tick: int) -> OwnData:
+        return own_data(problem, i, tick, rows=self.tells_rows)
 
     def _conditions(self, network: Network, memory: CarriedMemory, first: int) -> _LinkConditions:
         rounds, links, n = self.rounds, len(network.neighbours), network.robots
@@ -129,13 +134,30 @@ def _addressed(network: Network, sender: int, outbox: Any) -> list[tuple[bytes, 
     return found
 
 
-def _facts(network: Network, i: int) -> RobotFacts:
+def _team_answer(problem: Problem, answers: Sequence[RobotAnswer], rounds: int, sent: np.ndarray) -> Solution:
+    """Return what the robots answered, as one; `sent` (n,) are the bytes that they put on their links."""
+    multipliers = np.zeros_like(problem.rows.d)
+    for i, answer in enumerate(answers):
+        if answer.multipliers is not None:
+            multipliers[i] = answer.multipliers
+    return Solution(
+        m=np.array([answer.m for answer in answers]),
+        multipliers=multipliers,
+        status=SEVERITY[max(SEVERITY.index(answer.status) for answer in answers)],
+        rounds=rounds,
+        bytes_sent=sent,
+        lost=np.array([answer.lost for answer in answers], dtype=np.int64),
+    )
+
+
+def _facts(network: Network, i: int, constants: TeamConstants | None, start: np.ndarray | None) -> RobotFacts:
     neighbours = network.neighbours[network.first[i] : network.first[i + 1]]
-    return RobotFacts(i, network.robots, tuple(neighbours.tolist()), bool(network.leader[i]))
+    first = None if start is None else start.copy()
+    return RobotFacts(i, network.robots, tuple(neighbours.tolist()), bool(network.leader[i]), constants, first)
 
 
-def _own(problem: Problem, i: int, tick: int) -> OwnData:
-    """Return what robot i measures; everything is a copy that nobody else sees."""
+def own_data(problem: Problem, i: int, tick: int, *, rows: bool = False) -> OwnData:
+    """Return what robot i measures, its `rows` if asked for; everything is a copy that nobody else sees."""
     spaces, heading = problem.half_spaces, problem.heading
     if spaces is None or heading is None:
         raise ValueError("a robot's program needs half-spaces and headings in the problem")
@@ -149,4 +171,5 @@ def _own(problem: Problem, i: int, tick: int) -> OwnData:
             spaces.G[own].copy(), spaces.h[own].copy(), spaces.active[own].copy(), spaces.binds[own].copy()
         ),
         reference=problem.reference.copy() if problem.network.leader[i] else None,
+        rows=Rows(*(array[own].copy() for array in problem.rows)) if rows else None,
     )

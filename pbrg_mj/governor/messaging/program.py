@@ -8,7 +8,38 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from pbrg_mj.governor.problem.interface import Status
+from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.perception.half_spaces import HalfSpaces
+from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.team.network import Network
+
+
+class TeamConstants(NamedTuple):
+    """What the whole team was set up with, and every robot knows."""
+
+    tick: float  # [s]
+    rounds: int  # per tick
+    alpha_r: float  # of eq. 2 [1/s]
+    leak: float  # of eq. 2 [-]
+    formation: np.ndarray  # (n, 2) b [m]
+    leaders: int  # how many; not who
+    diameter: int  # of the graph, in links
+    reference_range: float  # a leader takes r from no farther than this [m]
+
+    @classmethod
+    def of(cls, scenario: Scenario, network: Network) -> TeamConstants:
+        """Return those of a scenario, whose network this is."""
+        control, governor = scenario.control, scenario.governor
+        return cls(
+            tick=scenario.timing.tick,
+            rounds=governor.rounds,
+            alpha_r=control.alpha_r,
+            leak=control.leak,
+            formation=np.array(scenario.team.formation, dtype=float),
+            leaders=int(network.leaders),
+            diameter=network.diameter,
+            reference_range=governor.reference_range,
+        )
 
 
 class RobotFacts(NamedTuple):
@@ -18,6 +49,8 @@ class RobotFacts(NamedTuple):
     robots: int  # n
     neighbours: tuple[int, ...]  # ascending
     leads: bool
+    constants: TeamConstants | None = None  # None: a carrier of no scenario
+    start: np.ndarray | None = None  # (n, 2) everybody's first p [m], where `governor.initial: start` gives it; or None
 
 
 class OwnData(NamedTuple):
@@ -29,6 +62,7 @@ class OwnData(NamedTuple):
     heading: float  # of its body [rad]
     half_spaces: HalfSpaces  # its own: arrays with a first axis of 1
     reference: np.ndarray | None  # (2,) the operator's r [m]; None unless the robot leads
+    rows: Rows | None = None  # of its half-spaces, arrays with a first axis of 1; None if they depend on others' states
 
 
 class RobotAnswer(NamedTuple):
@@ -36,6 +70,8 @@ class RobotAnswer(NamedTuple):
 
     m: np.ndarray  # (2,) [m]
     status: Status
+    multipliers: np.ndarray | None = None  # (R,) of its own rows [m]; None: it has none
+    lost: int = 0  # how many neighbours it counts as lost
 
 
 class RobotProgram(Protocol):

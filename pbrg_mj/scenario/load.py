@@ -6,6 +6,7 @@ import difflib
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import BinaryIO
 
@@ -47,6 +48,7 @@ def load_text(text: str, name: str, overrides: Sequence[str] = (), *, file: str)
     return Loaded(build(document, file), name, write_document(document.data))
 
 
+@lru_cache(maxsize=4)  # a log is opened several times, and hundreds of robots take a second to parse
 def parse_scenario(yaml_text: str, file: str = "<scenario>") -> Scenario:
     """Return the scenario in a YAML text, as a log embeds it; `file` is for the errors. Raises InputError."""
     return build(_document(yaml_text, file), file, to_run=False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from pbrg_mj.analysis.metrics.table import LAYOUT, WRAPPED, cell, look_up, shown, text
+from pbrg_mj.analysis.metrics.table import LAYOUT, WRAPPED, cell, shown, text
 from pbrg_mj.analysis.report.report_run import ReportRun
 from pbrg_mj.analysis.text import plain
 
@@ -16,7 +16,7 @@ CARD = (
     ("least true margin", "true_margin_min_m", "m"),
     ("mean gap to m*", "optimality_gap_m.mean", "m"),
     ("spread of references, p95", "consensus_spread_m.p95", "m"),
-    ("sent per robot", "sent_per_robot_per_second_bytes", "bytes/s"),
+    ("sent per robot per second", "sent_per_robot_per_second_bytes", ""),
 )
 
 
@@ -57,7 +57,7 @@ def versions(report_runs: Sequence[ReportRun]) -> str:
 
 def _card(number: int, one: ReportRun) -> str:
     data = one.numbers.as_dict()
-    facts = "".join(_fact(label, look_up(data, key), unit) for label, key, unit in CARD)
+    facts = "".join(_fact(label, shown(data, key), unit) for label, key, unit in CARD)
     reason = f" <small>{_text(one.numbers.reason)}</small>" if one.numbers.reason else ""
     binds = "".join(f"<li>{_text(one)}</li>" for one in one.numbers.binding)
     binding = f'<p class="binding">Binds at the end:</p><ul class="binding">{binds}</ul>' if binds else ""
@@ -73,7 +73,7 @@ def _card(number: int, one: ReportRun) -> str:
 
 
 def _fact(label: str, value: object, unit: str) -> str:
-    said = "" if value is None else f" <small>{escape(unit)}</small>"
+    said = "" if value is None or not unit else f" <small>{escape(unit)}</small>"
     return f"<div><dt>{escape(label)}</dt><dd>{escape(cell(value))}{said}</dd></div>"
 
 

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from pbrg_mj.governor.certificate.team_model import TeamModel
-from pbrg_mj.governor.certified.robot import CertifiedProgram
+from pbrg_mj.governor.certified.robot import FEW, CertifiedProgram, repeats_for
+from pbrg_mj.governor.distributed.channel import Loss
 from pbrg_mj.governor.messaging.carrier import CarriedGovernor
 from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer, RobotFacts
 from pbrg_mj.governor.problem.interface import Problem
@@ -29,7 +30,7 @@ def certified(name: str, *overrides: str) -> Scenario:
 def program_of(scenario: Scenario, cycle_ticks: int = 1, repeats: int = 1) -> CertifiedProgram:
     compiled = governor(scenario)
     model = TeamModel.of_scenario(scenario)
-    return CertifiedProgram(network(scenario), certificate(scenario), model, compiled.speed, cycle_ticks, repeats)
+    return CertifiedProgram(network(scenario), certificate(scenario), model, compiled.limits, cycle_ticks, repeats)
 
 
 @pytest.mark.parametrize("name", ["obstacles/corner", "team/two_leaders"])
@@ -126,6 +127,7 @@ def crossing(scenario: Scenario) -> tuple[float, float, set[str]]:
         ["network.delay_rounds=25"],
         ["network.delay_rounds=3", "network.jitter_rounds=20"],
         ["network.loss=0.5", "network.delay_rounds=2"],
+        ["network.loss=0.5", "network.loss_burst=20"],
         ["network.loss=0.9"],
         ["network.outages=[{robot: 2, time: 3.0, duration: 4.0}]"],
     ],
@@ -146,3 +148,20 @@ def test_where_everything_is_lost_everybody_stays() -> None:
     assert worst < 0.0
     assert gap > 1.0
     assert statuses == {"holding"}
+
+
+@pytest.mark.parametrize("loss", [Loss.independent(0.3), Loss.bursty(0.5, 20.0), Loss.bursty(0.02, 3.0)])
+def test_an_item_is_repeated_until_few_links_have_lost_it(loss: Loss) -> None:
+    """In a long record of one link, every so many messages in a row at least one arrives, but for a few times."""
+    rng, bad = np.random.default_rng(24), False
+    lost = np.empty(200_000, dtype=bool)
+    for message in range(len(lost)):
+        bad = rng.random() < (loss.stay if bad else loss.enter)
+        lost[message] = bad
+
+    def all_lost(repeats: int) -> float:
+        return float(np.lib.stride_tricks.sliding_window_view(lost, repeats).all(axis=1).mean())
+
+    repeats = repeats_for(loss.share, loss.stay)
+    assert all_lost(repeats) < 1.2 * FEW
+    assert all_lost(repeats - 1) > 0.8 * FEW

@@ -153,7 +153,7 @@ def test_holding_stays_admissible_for_ever_against_an_adversary_at_the_reference
     for i in range(n):
         spaces.h[i, 0] += (formation @ spaces.G[i, 0]).max() + 0.5
     p, xi = 0.2 * rng.normal(size=(n, 2)), np.zeros((n, 2))
-    governor, held = CertifiedGovernor(None, 2), p.mean(axis=0)
+    governor, held = CertifiedGovernor((), 2), p.mean(axis=0)
     reference, worst = np.zeros(2), -np.inf
     for tick in range(6000):
         if tick % 1000 == 0:
@@ -182,7 +182,7 @@ def test_the_certified_point_is_the_centralized_optimum_of_the_same_rows(certifi
         spaces = half_spaces_of(rng, n, 1, np.zeros(2), 6.0)
         rows = certificate.rows_at(spaces, p, 0.05 * rng.normal(size=(n, 2)), held)
         problem = Problem(team, p, np.zeros((n, 2)), rows, 3 * rng.normal(size=2))
-        ours, _ = CertifiedGovernor(None, 2).step(problem, held)
+        ours, _ = CertifiedGovernor((), 2).step(problem, held)
         theirs, _ = solver.step(problem, held)
         assert (ours.status == "ok") == (theirs.status == "ok")
         if theirs.status == "ok":

@@ -16,8 +16,10 @@ from pbrg_mj.governor.centralized.optimum import CentralizedSolver
 from pbrg_mj.governor.certificate.directional_ball import DirectionalBall
 from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid
 from pbrg_mj.governor.certificate.predictive import PredictiveCertificate
+from pbrg_mj.governor.certificate.sight import SightLimit, sight
 from pbrg_mj.governor.certificate.speed import SpeedLimit, disc_facets, wheel_facets
 from pbrg_mj.governor.certificate.team_model import TeamModel
+from pbrg_mj.governor.certified.decide import AdvanceLimit
 from pbrg_mj.governor.certified.governor import CertifiedGovernor
 from pbrg_mj.governor.certified.robot import CertifiedProgram, repeats_for
 from pbrg_mj.governor.distributed.estimates import Flow
@@ -90,14 +92,13 @@ def _distributed(scenario: Scenario) -> Governor:
 
 
 def _certified(scenario: Scenario) -> Governor:
-    facets, team, lines = speed_facets(scenario), network(scenario), channel(scenario)
-    model, speed = TeamModel.of_scenario(scenario), None
-    if len(facets):
-        speed = SpeedLimit.of(model, PredictionGrid.of(model), facets, load_robot_model().hand_offset)
+    team, lines = network(scenario), channel(scenario)
+    model = TeamModel.of_scenario(scenario)
+    limits = _advance_limits(scenario, model)
     if lines is None:
-        return CertifiedGovernor(speed, team.diameter)
+        return CertifiedGovernor(limits, team.diameter)
     rounds = scenario.governor.rounds
-    repeats = repeats_for(lines.loss.share)
+    repeats = repeats_for(lines.loss.share, lines.loss.stay)
     longest = int(lines.longest.max(initial=0))
     cycle_ticks = max(1, math.ceil(2 * team.diameter * (longest + repeats) / rounds))
     rows = CERTIFICATES[scenario.governor.certificate](scenario, team)
@@ -105,7 +106,30 @@ def _certified(scenario: Scenario) -> Governor:
         raise InputError(
             f"is {scenario.governor.certificate}; allowed: a certificate of the state", key=CERTIFICATE_KEY
         )
-    return CarriedGovernor(CertifiedProgram(team, rows, model, speed, cycle_ticks, repeats), rounds, lines)
+    return CarriedGovernor(CertifiedProgram(team, rows, model, limits, cycle_ticks, repeats), rounds, lines)
+
+
+def _advance_limits(scenario: Scenario, model: TeamModel) -> tuple[AdvanceLimit, ...]:
+    """Return what stops advances of a certified m. Raises InputError where beams are too short to move at all."""
+    facets, robot, limits = speed_facets(scenario), load_robot_model(), []
+    grid = PredictionGrid.of(model)
+    if len(facets):
+        limits.append(SpeedLimit.of(model, grid, facets, robot.hand_offset))
+    if scenario.governor.sight_rows and scenario.estimator.source == "beams" and scenario.plant == "physics":
+        limits.append(SightLimit.of(grid, np.array(scenario.beam_robots), _sight(scenario)))
+    return tuple(limits)
+
+
+def _sight(scenario: Scenario) -> float:
+    """Return how far robots may go before a wall comes into view [m]. Raises InputError where that is nowhere."""
+    seen, beams = sight(scenario, load_robot_model()), scenario.sensors.beams
+    if seen > 0.0:
+        return seen
+    raise InputError(
+        f"is true, but beams of {beams.range_max:g} m at {beams.rate_hz:g} Hz show walls too late for any advance; "
+        "allowed: longer or faster beams, or false",
+        key="governor.sight_rows",
+    )
 
 
 def speed_facets(scenario: Scenario) -> np.ndarray:

@@ -8,6 +8,7 @@ With constant m the team follows a linear model, so a certificate is a statement
 - `directional_ball`: the ball of the motion across a half-space alone
 - `predictive`: all predicted positions, on a grid with a bound between its points
 - `speed`: how large a share of an advance the motors can follow
+- `sight`: how large a share keeps every robot's way within what it has seen
 - `projection`: the nearest point to r that all half-spaces allow
 - `evaluate`: by how much a reference violates each certificate, exactly, at every predicted tick
 """

@@ -1,21 +1,34 @@
-"""From what the half-spaces allow to the next reference: towards r as far as all of them, and the motors, allow."""
+"""From what the half-spaces allow to the next reference: towards r as far as all of them, motors and eyes allow."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 
 from pbrg_mj.governor.certificate.projection import least_violating, nearest_allowed
-from pbrg_mj.governor.certificate.speed import SpeedLimit
 from pbrg_mj.governor.problem.interface import Problem
 
 BISECTIONS = 40
 
 
-def next_reference(problem: Problem, held: np.ndarray, speed: SpeedLimit | None) -> tuple[np.ndarray, bool]:
+class AdvanceLimit(Protocol):
+    """What stops advances and never asks for a retreat."""
+
+    def share(self, error: np.ndarray, heading: np.ndarray, advance: np.ndarray) -> float:
+        """Return the largest share in [0, 1] of an advance (2,) [m] of m.
+
+        `error` (2n, 2) [m] is (p, xi) - (m, 0) at the held m, `heading` (n,) [rad].
+        """
+        ...
+
+
+def next_reference(problem: Problem, held: np.ndarray, limits: Sequence[AdvanceLimit]) -> tuple[np.ndarray, bool]:
     """Return the next m (2,) [m], and whether some reference is admissible. The problem's rows are linear in m.
 
-    Where the held m (2,) is admissible, m goes towards the admissible point nearest to r as far as the motors follow.
-    Where it is not, it first goes to the admissible point nearest to where it is held, whatever the motors say; and
+    Where the held m (2,) is admissible, m goes towards the admissible point nearest to r as far as the limits allow.
+    Where it is not, it first goes to the admissible point nearest to where it is held, whatever the limits say; and
     where none is admissible, to the nearest of those that violate the worst row least.
     """
     rows = problem.rows
@@ -26,9 +39,10 @@ def next_reference(problem: Problem, held: np.ndarray, speed: SpeedLimit | None)
     if not found:
         return held + np.array(least_violating(normals, offsets, BISECTIONS)), False
     goal = np.array([x, y])
-    if speed is None or problem.heading is None:
+    if not limits or problem.heading is None:
         return held + goal, True
     _, x, y = nearest_allowed(0.0, 0.0, normals, offsets, 0.0)  # 0 where the held m is admissible
     retreat = np.array([x, y])
     error = np.vstack([problem.p - held - retreat, problem.xi])
-    return held + retreat + speed.share(error, problem.heading, goal - retreat) * (goal - retreat), True
+    advance = goal - retreat
+    return held + retreat + min(one.share(error, problem.heading, advance) for one in limits) * advance, True

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pbrg_mj.governor.certificate.speed import SpeedLimit
-from pbrg_mj.governor.certified.decide import next_reference
+from pbrg_mj.governor.certified.decide import AdvanceLimit, next_reference
 from pbrg_mj.governor.certified.robot import COUNT, INTERVAL, ITEM, STATE
 from pbrg_mj.governor.problem.interface import Problem, Solution
 
@@ -20,7 +19,7 @@ from pbrg_mj.governor.problem.interface import Problem, Solution
 class CertifiedGovernor:
     """Leaders move towards the nearest certified point to r."""
 
-    speed: SpeedLimit | None  # None: no limit on velocities
+    limits: tuple[AdvanceLimit, ...]
     diameter: int  # of the graph: rounds until an item has reached everybody
 
     def init(self, problem: Problem) -> np.ndarray:
@@ -29,7 +28,7 @@ class CertifiedGovernor:
 
     def step(self, problem: Problem, memory: np.ndarray) -> tuple[Solution, np.ndarray]:
         """Return this tick's reference; `infeasible` where no reference is admissible."""
-        m, admissible = next_reference(problem, memory, self.speed)
+        m, admissible = next_reference(problem, memory, self.limits)
         n, active = problem.network.robots, problem.rows.active
         intervals = int(active.reshape(n, -1, 2).any(axis=2).sum())
         flooded = n * (ITEM.size + STATE.size + ITEM.size + COUNT.size) + intervals * INTERVAL.size  # bytes

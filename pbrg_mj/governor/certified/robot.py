@@ -16,9 +16,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pbrg_mj.governor.certificate.speed import SpeedLimit
 from pbrg_mj.governor.certificate.team_model import TeamModel
-from pbrg_mj.governor.certified.decide import next_reference
+from pbrg_mj.governor.certified.decide import AdvanceLimit, next_reference
 from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer, RobotFacts
 from pbrg_mj.governor.problem.interface import Problem, StateCertificate, Status
 from pbrg_mj.governor.problem.rows import Rows
@@ -34,9 +33,14 @@ FEW = 0.01  # share of items that a link may still lose after all repeats
 Key = tuple[int, int]  # kind, robot
 
 
-def repeats_for(loss: float) -> int:
-    """Return how often an item is passed on where a share `loss` of all messages is lost."""
-    return 1 if loss in (0.0, 1.0) else max(1, math.ceil(math.log(FEW) / math.log(loss)))
+def repeats_for(lost: float, lost_again: float) -> int:
+    """Return how often an item is passed on where a share `lost` of all messages is lost.
+
+    `lost_again` is the probability that a message is lost after one that was. Once where all repeats would be in vain.
+    """
+    if lost <= FEW or lost_again == 1.0:
+        return 1
+    return 2 if lost_again == 0.0 else 1 + math.ceil(math.log(FEW / lost) / math.log(lost_again))
 
 
 @dataclass(frozen=True)
@@ -59,7 +63,7 @@ class CertifiedProgram:
     network: Network
     certificate: StateCertificate
     model: TeamModel
-    speed: SpeedLimit | None
+    limits: tuple[AdvanceLimit, ...]
     cycle_ticks: int  # C
     repeats: int  # how often every robot passes an item on: more than once where messages are lost
 
@@ -147,7 +151,7 @@ class CertifiedProgram:
         if first or not memory.facts.leads or memory.own.reference is None:
             return replace(memory, held=held, status="ok")
         problem = Problem(self.network, p, xi, verdicts, memory.own.reference, heading=team[:, 6].copy())
-        m, admissible = next_reference(problem, held, self.speed)
+        m, admissible = next_reference(problem, held, self.limits)
         return replace(memory, held=m, status="ok" if admissible else "infeasible")
 
     def _verdicts(self, memory: CertifiedMemory) -> Rows | None:

@@ -71,6 +71,11 @@ class Governor(Section):
         default=1.0,
         description="`kind: cbf`: hand points approach a half-space at most at this times their distance to it [1/s]",
     )
+    sight_rows: bool = Field(
+        default=True,
+        description="`kind: certified`: references advance only so far that no robot's predicted way is longer than "
+        "its beams see",
+    )
     initial: Literal["zero", "start"] = Field(
         default="zero", description="first estimates: zero, or m_i = p_i(0), z_p = p(0), z_xi = 0"
     )

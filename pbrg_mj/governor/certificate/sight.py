@@ -1,0 +1,80 @@
+"""How large a share of an advance keeps every robot's predicted way within what it has seen.
+
+While m is held, position j moves by (E_j(t) - E_j(0)) e within t ticks; the share kappa of an advance d adds
+kappa s_j(t) d. No robot with beams is to go farther than it sees, in any direction:
+
+    ||(E_j(t) - E_j(0)) e + kappa s_j(t) d|| <= sight    at every t of the prediction.
+
+A wall that stands still then comes into view before it is on the way: its half-space holds the disc of radius `sight`
+round the hand point, and with it all positions that are predicted while m is held. So a wall seen late asks for no
+retreat, which motors at their limit could not do. A way that is too long already may not grow.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid
+from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.track.confirmation import LONG
+from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.world.scene.robot import RobotModel
+
+SCANS = 2  # that show a wall before it counts: perception.track.confirmation
+
+
+@dataclass(frozen=True)
+class SightLimit:
+    """Rows of predicted ways, for the robots that carry beams."""
+
+    E: np.ndarray  # (n * K, 2n) of the prediction grid
+    s: np.ndarray  # (n, K)
+    robots: np.ndarray  # (R,) that carry beams
+    sight: float  # [m]
+
+    @classmethod
+    def of(cls, grid: PredictionGrid, robots: np.ndarray, sight: float) -> SightLimit:
+        """Return the rows of a grid for the `robots` (R,) that see so far [m]."""
+        return cls(grid.E, grid.s, robots, sight)
+
+    def share(self, error: np.ndarray, heading: np.ndarray, advance: np.ndarray) -> float:
+        """Return the largest kappa in [0, 1] for an advance (2,) [m].
+
+        `error` (2n, 2) [m] is x - (m, 0) at the held m; `heading` is that of the other limits, not needed here.
+        """
+        moved = (self.E @ error).reshape(*self.s.shape, 2)
+        return _largest_share(moved, self.s, self.robots, self.sight, advance)
+
+
+def sight(scenario: Scenario, robot: RobotModel) -> float:
+    """Return how far a hand point may go before a wall that is out of sight now can be on its way [m].
+
+    A wall counts once `LONG` of it is in range, in `SCANS` scans; meanwhile a robot drives on, at its wheels' speed at
+    most. Negative where beams are too short for that.
+    """
+    beams = scenario.sensors.beams
+    reach = math.sqrt(max(beams.range_max**2 - (LONG / 2) ** 2, 0.0))
+    passed = SCANS / beams.rate_hz * robot.loaded_speed * robot.wheel_radius
+    return reach - robot.hand_offset - robot.clearance - passed
+
+
+@kernel
+def _largest_share(moved, s, robots, sight, advance):
+    """Compute `SightLimit.share` from E error (n, K, 2)."""
+    share = 1.0
+    for j in robots:
+        for k in range(1, moved.shape[1]):
+            x, y = moved[j, k, 0] - moved[j, 0, 0], moved[j, k, 1] - moved[j, 0, 1]
+            dx, dy = s[j, k] * advance[0], s[j, k] * advance[1]
+            last = x * x + y * y - sight * sight
+            half, first = x * dx + y * dy, dx * dx + dy * dy
+            if max(last, last + 2.0 * half + first) <= 0.0 or first <= 0.0:
+                continue
+            if last > 0.0:  # beyond already: no farther than it is
+                share = min(share, max(-2.0 * half / first, 0.0))
+            else:
+                share = min(share, (math.sqrt(half * half - first * last) - half) / first)
+    return share

@@ -10,7 +10,6 @@ import pytest
 
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.certified.robot import FEW, CertifiedProgram, repeats_for
-from pbrg_mj.governor.distributed.channel import Loss
 from pbrg_mj.governor.messaging.carrier import CarriedGovernor
 from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer, RobotFacts
 from pbrg_mj.governor.problem.interface import Problem
@@ -19,6 +18,7 @@ from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.load import load_scenario
 from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.team.channel import Loss
 from pbrg_mj.team.graph import network, network_of_edges
 
 

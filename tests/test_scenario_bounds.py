@@ -190,6 +190,20 @@ def test_hours_of_rounds_are_told():
     assert any("numbers in governor.rounds: at 1e9 a second" in line for line in plan.warnings())
 
 
+def test_physics_of_seconds_a_tick_is_refused():
+    with pytest.raises(InputError, match=r"timing.physics_step: is 1e-06 s, by which 50 robots") as told:
+        pbrg.load("scale/fifty_robots", ["timing.physics_step=1e-6"])
+    assert "50 robots take 5e+05 physics steps a tick in all; allowed: at most 1e+05" in str(told.value)
+    for fewer in (["timing.physics_step=5e-6"], ["timing.physics_step=1e-6", "timing.tick=0.002"]):
+        assert pbrg.load("scale/fifty_robots", fewer).settings.robots == 50
+
+
+def test_hours_of_physics_are_told():
+    plan = pbrg.load("paper/experiment_near", ["timing.physics_step=2e-5"], duration=1e4)
+    assert "1e+06 ticks are 2.5e+09 physics steps of a robot: at 1e5 a second, 6.9 hours" in plan.warnings()
+    assert not any("hours" in line for line in pbrg.load("paper/experiment_near", duration=1e4).warnings())
+
+
 def test_the_address_space_is_a_limit(monkeypatch):
     resource = pytest.importorskip("resource")
     monkeypatch.setattr(resource, "getrlimit", lambda which: (2**62, 2**62))

@@ -67,6 +67,20 @@ def test_no_place_and_no_u_exceeds_its_factor_and_some_state_reaches_it(seed):
     np.testing.assert_allclose(of_inputs, largest[n:], atol=1e-9)
 
 
+def test_a_long_chain_is_followed_only_while_a_row_can_still_grow(monkeypatch):
+    n, leader = 60, np.eye(60)[20]
+    chain = network_of_edges([(k, k + 1) for k in range(n - 1)], leader)
+    control, norm, norms = Control(alpha_r=2.5), np.linalg.norm, []
+    monkeypatch.setattr(np.linalg, "norm", lambda *given, **more: (norms.append(1), norm(*given, **more))[1])
+    of_places, of_inputs = sampled_growth(chain, control, 0.1)
+    assert len(norms) < 300  # of 131072 ticks that hold the supremum
+    B = sampled_map(chain, control, 0.1)
+    rows, first = B[:n] - np.eye(n, 2 * n), norm(B[:n] - np.eye(n, 2 * n), axis=1)
+    grown = [norm(rows @ np.linalg.matrix_power(B, ticks), axis=1) / first for ticks in range(300)]
+    np.testing.assert_allclose(of_inputs, np.max(grown, axis=0), rtol=1e-9)
+    assert of_places == 1.0
+
+
 def test_at_the_ticks_of_all_bundled_scenarios_the_ball_loses_nothing():
     """Bit for bit the paper's row, though rho itself grows by 0.33 % on its ring."""
     for name in sorted(bundled_scenarios()):

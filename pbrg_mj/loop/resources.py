@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.scenario.checks.work import numbers_per_tick
+from pbrg_mj.scenario.checks.work import numbers_per_tick, robot_steps_per_tick
 from pbrg_mj.scenario.schema import Scenario, edge_list, whole_number
 
 # Against runs of 5 to 500 robots and batches of 32 worlds: what they took is within a third of the estimates.
@@ -16,7 +16,8 @@ BASE = 250e6  # bytes of Python, the libraries and the kernels
 ROBOT, BEAM = 300e3, 13e3  # bytes of MuJoCo's model and data
 SHARE = 0.05  # of that, what every world of a batch has for itself
 TICKS_KEPT = 8  # ticks' estimates that exist at once: in the rounds, in records, in the log's buffer
-LONG = 3.6e12  # numbers handled in a run: an hour at 1e9 a second
+LONG = 3600.0  # [s] of a run that is warned of
+NUMBERS_A_SECOND, ROBOT_STEPS_A_SECOND = 1e9, 1e5
 
 
 def check_memory(scenario: Scenario, worlds: int = 0) -> None:
@@ -33,10 +34,13 @@ def check_memory(scenario: Scenario, worlds: int = 0) -> None:
 def resource_warnings(scenario: Scenario) -> Iterator[str]:
     """Yield a line for a run that lasts for hours, and one for a run that needs more memory than there is here."""
     ticks = scenario.timing.duration / scenario.timing.tick
-    numbers = ticks * numbers_per_tick(scenario)
-    if numbers > LONG:
-        hours = numbers / 1e9 / 3600
+    numbers, steps = ticks * numbers_per_tick(scenario), ticks * robot_steps_per_tick(scenario)
+    if numbers > LONG * NUMBERS_A_SECOND:
+        hours = numbers / NUMBERS_A_SECOND / 3600
         yield f"{ticks:.3g} ticks handle {numbers:.1e} numbers in governor.rounds: at 1e9 a second, {hours:.2g} hours"
+    if steps > LONG * ROBOT_STEPS_A_SECOND:
+        hours = steps / ROBOT_STEPS_A_SECOND / 3600
+        yield f"{ticks:.3g} ticks are {steps:.1e} physics steps of a robot: at 1e5 a second, {hours:.2g} hours"
     needed, there = run_bytes(scenario), available_bytes()
     if needed > there:
         yield f"a run needs some {_size(needed)} of memory, and {_size(there)} are free here"

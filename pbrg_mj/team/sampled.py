@@ -46,24 +46,28 @@ def sampled_growth(network: Network, control: Control, tick: float) -> tuple[flo
     if n > MOST_ROBOTS:
         return 1.0, np.ones(n)
     B = sampled_map(network, control, tick)
-    moving = B @ zero_sum(n)
-    places = _row_growth(np.eye(n, 2 * n), moving)
-    return float(places.max()), _row_growth(B[:n] - np.eye(n, 2 * n), moving)
+    rows = np.vstack([np.eye(n, 2 * n), B[:n] - np.eye(n, 2 * n)])
+    places, inputs = np.split(_row_growth(rows, B @ zero_sum(n)), 2)
+    return float(places.max()), inputs
 
 
 def _row_growth(rows: np.ndarray, B: np.ndarray) -> np.ndarray:
     """Return sup_t ||row B^t|| / ||row|| of every row, at least 1.
 
     With ||B^T|| <= 1 and t = k T + s, ||row B^t|| <= ||row B^s|| ||B^T||^k <= ||row B^s||: the first T powers hold the
-    supremum. T is sought among the powers of 2.
+    supremum. T is sought among the powers of 2, whose norms bound those of all powers: ||B^s|| <= M, their product over
+    the digits of s. So t is the last tick to look at once M ||row B^t|| is no more than was seen, in every row.
     """
-    ticks, power = 1, B
-    while np.linalg.norm(power, 2) > 1.0 + ROUNDING:
-        ticks, power = 2 * ticks, power @ power
+    ticks, power, most = 1, B, 1.0
+    while (norm := np.linalg.norm(power, 2)) > 1.0 + ROUNDING:
+        ticks, power, most = 2 * ticks, power @ power, most * norm
         if ticks > 2**MOST_DOUBLINGS or not np.isfinite(power).all():
             return np.full(len(rows), np.inf)
     length, largest = np.linalg.norm(rows, axis=1), np.ones(len(rows))
     for _ in range(ticks):
         rows = rows @ B
-        largest = np.maximum(largest, np.linalg.norm(rows, axis=1) / length)
+        growth = np.linalg.norm(rows, axis=1) / length
+        largest = np.maximum(largest, growth)
+        if np.all(most * growth <= largest):
+            break
     return np.where(largest <= 1.0 + ROUNDING, 1.0, largest)

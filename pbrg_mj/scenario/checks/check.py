@@ -11,7 +11,7 @@ from pbrg_mj.scenario.checks.network import graph, messages
 from pbrg_mj.scenario.checks.physics import physics
 from pbrg_mj.scenario.checks.robot_numbers import robot_numbers
 from pbrg_mj.scenario.checks.sampling import sampled_pre_stabiliser
-from pbrg_mj.scenario.checks.work import work
+from pbrg_mj.scenario.checks.work import physics_work, work
 from pbrg_mj.scenario.checks.world import extents, placement
 from pbrg_mj.scenario.diagnostics import Diagnostic, KeyPath, yaml_text
 from pbrg_mj.scenario.schema import Scenario, whole_multiple
@@ -54,7 +54,8 @@ def _given(scenario: Scenario) -> Iterator[Diagnostic]:
 def _timing(scenario: Scenario) -> Iterator[Diagnostic]:
     timing = scenario.timing
     if scenario.plant == "physics":  # the ideal plant takes no physics steps
-        yield from _few(("timing", "tick"), timing.tick, "timing.physics_step", timing.physics_step, MOST_STEPS)
+        found = list(_few(("timing", "tick"), timing.tick, "timing.physics_step", timing.physics_step, MOST_STEPS))
+        yield from found or physics_work(scenario)
     yield from _few(("timing", "duration"), timing.duration, "timing.tick", timing.tick, MOST_TICKS)
     yield from _whole(("reference", "period"), scenario.reference.period, "timing.tick", timing.tick)
 

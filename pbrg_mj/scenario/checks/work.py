@@ -1,4 +1,4 @@
-"""A tick's work is bounded: rounds, robots and links, each possible, may together be more than anybody waits for."""
+"""A tick's work is bounded: keys that are possible one by one may together be more than anybody waits for."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pbrg_mj.scenario.diagnostics import Diagnostic
 from pbrg_mj.scenario.schema import Scenario, edge_list
 
 MOST_NUMBERS = 10**9  # heard or weighed in a tick's rounds: about a second
+MOST_ROBOT_STEPS = 10**5  # of physics in a tick, a step of one robot counting once: about a second
 MOST_BEAMS = 15_000  # of all robots: MuJoCo puts a model together in a time that grows with its square; 10 s of these
 
 
@@ -29,6 +30,17 @@ def work(scenario: Scenario) -> Iterator[Diagnostic]:
         )
 
 
+def physics_work(scenario: Scenario) -> Iterator[Diagnostic]:
+    """Yield physics steps, each possible, that take all robots longer than about a second a tick."""
+    steps = robot_steps_per_tick(scenario)
+    if steps > MOST_ROBOT_STEPS * (1 + 1e-9):
+        yield Diagnostic(
+            ("timing", "physics_step"),
+            f"is {scenario.timing.physics_step:g} s, by which {scenario.robots} robots take {steps:.2g} physics steps "
+            f"a tick in all; allowed: at most {MOST_ROBOT_STEPS:.0e}, with longer steps, shorter ticks or fewer robots",
+        )
+
+
 def numbers_per_tick(scenario: Scenario) -> int:
     """Return how many numbers the rounds of a tick handle: 2 (4n + 2) in each message, and each robot's rows."""
     if scenario.governor.kind != "distributed":
@@ -36,3 +48,10 @@ def numbers_per_tick(scenario: Scenario) -> int:
     n, messages = scenario.robots, 2 * len(edge_list(scenario.graph, scenario.robots))
     rows = n * scenario.estimator.half_spaces_per_robot
     return scenario.governor.rounds * (messages * 2 * (4 * n + 2) + n * rows)
+
+
+def robot_steps_per_tick(scenario: Scenario) -> float:
+    """Return how many physics steps all robots together take in a tick; none in the ideal plant."""
+    if scenario.plant == "ideal":
+        return 0.0
+    return scenario.robots * scenario.timing.tick / scenario.timing.physics_step

@@ -21,7 +21,9 @@ class Timing(Section):
         default=60.0, description="simulated time of the run [s]; a whole number of ticks, at most 100 million"
     )
     tick: Annotated[float, Field(ge=SHORTEST_STEP, le=10)] = Field(
-        default=0.01, description="period of governor and control [s]; a whole number of physics steps, at most 10000"
+        default=0.01,
+        description="period of governor and control [s]; a whole number of physics steps, at most 10000, "
+        "and of all robots together at most 100000",
     )
     physics_step: Annotated[float, Field(ge=SHORTEST_STEP, le=10)] = Field(
         default=0.002, description="step of the rigid-body simulation, at most 2 ms [s]"

@@ -7,7 +7,7 @@
     run.metrics.terminal_gap_m, run.q_true_m.shape
     run.plot("references")
 
-Scenarios   `load`, `list_scenarios`, `validate`, `schema`, `template`; `Scenario`
+Scenarios   `load`, `draw`, `list_scenarios`, `validate`, `schema`, `template`; `Scenario`
 Runs        `run`, `simulate`, `serve`, `batch`, `reproduce`; `Run`, `Batch`, `TickRecord`, `Interrupted`
 Logs        `open`, `compare`, `report`, `render`, `verify`, `repair`; `Comparison`, `Verification`, `Repair`
 Governors   `Governor`, `Problem`, `Solution`, `Status`: what a governor of one's own takes and gives; `check_governor`
@@ -48,6 +48,7 @@ __all__ = [
     "check_governor",
     "compare",
     "doctor",
+    "draw",
     "list_scenarios",
     "load",
     "open",
@@ -73,7 +74,7 @@ if TYPE_CHECKING:
     from pbrg_mj.api.replay import Repair, Verification, repair, verify
     from pbrg_mj.api.reproduce import reproduce
     from pbrg_mj.api.run import Run, open, report  # noqa: A004 - pbrg.open
-    from pbrg_mj.api.scenario import Scenario, list_scenarios, load, schema, template, validate
+    from pbrg_mj.api.scenario import Scenario, draw, list_scenarios, load, schema, template, validate
     from pbrg_mj.api.simulate import run, serve, simulate
     from pbrg_mj.api.video import render
     from pbrg_mj.errors import InputError, PbrgError, PlugInError
@@ -90,7 +91,7 @@ _MODULES = {
     "api.reproduce": ("reproduce",),
     "api.replay": ("Repair", "Verification", "repair", "verify"),
     "api.run": ("Run", "open", "report"),
-    "api.scenario": ("Scenario", "list_scenarios", "load", "schema", "template", "validate"),
+    "api.scenario": ("Scenario", "draw", "list_scenarios", "load", "schema", "template", "validate"),
     "api.simulate": ("run", "serve", "simulate"),
     "errors": ("InputError", "PbrgError", "PlugInError"),
     "governor.problem.interface": ("Governor", "Problem", "Solution", "Status"),

@@ -44,6 +44,7 @@ PARTS: tuple[tuple[str, tuple[str, ...]], ...] = (
         (
             "pbrg list",
             "pbrg show paper/experiment_near",
+            "pbrg draw families/long_wall --seed 2",
             "pbrg new mine.yaml",
             "pbrg validate paper/experiment_near mine.yaml",
             "cat wrong.yaml",

@@ -1,6 +1,6 @@
-"""Write docs/scenario.md, the table of every key of a scenario, and scenarios/schema.json for editors, from the schema.
+"""Write docs/scenario.md, the table of every key of a scenario, and the schemas for editors, from the schema.
 
-python scripts/make_scenario_docs.py           # write both
+python scripts/make_scenario_docs.py           # write all
 python scripts/make_scenario_docs.py --check   # exit with 1 if one of them is out of date
 """
 
@@ -15,12 +15,15 @@ from typing import Any, get_args
 
 from pydantic.fields import FieldInfo
 
+from pbrg_mj.scenario.families.json_schema import family_json_schema
+from pbrg_mj.scenario.families.schema import Distribution, Draw, Drawn
 from pbrg_mj.scenario.schema import Scenario, Section
-from pbrg_mj.scenario.schema.describe import describe_field, keys
+from pbrg_mj.scenario.schema.describe import describe, describe_field, keys
 from pbrg_mj.scenario.schema.json_schema import json_schema
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "scenario.md"
 SCHEMA = PAGE.parents[1] / "scenarios" / "schema.json"
+FAMILY_SCHEMA = SCHEMA.with_name("family_schema.json")
 UNIT = re.compile(r" ?\[(-|m|s|N|Hz|deg|1/s|m/s)\]")
 
 HEAD = """# Scenario: every key
@@ -53,10 +56,19 @@ A beam's range becomes a reading in this order: additive and multiplicative Gaus
 outliers, dropout. Keys given beside `sensors.beams.preset` win over the preset's.
 """
 
+FAMILIES = """
+## Families of worlds: `draw`
+
+A scenario with the section `draw` is a family: every seed draws a concrete scenario from it. [worlds.md](worlds.md)
+says how. Beside `draw` stand the other sections, without `team.start`, `team.formation` and `operator.reference`, which
+are drawn. A distribution is a section with one of the keys `uniform`, `log_uniform`, `integer` (lowest and highest
+value), `normal` (mean and standard deviation, cut off at three) and `choice` (a list), such as `{uniform: [1.0, 2.0]}`.
+"""
+
 
 def page() -> str:
     """Return the whole page."""
-    return HEAD + "".join(tables(Scenario, ""))
+    return HEAD + "".join(tables(Scenario, "")) + FAMILIES + "".join(tables(Draw, "draw"))
 
 
 def tables(section: type[Section], path: str) -> Iterator[str]:
@@ -77,7 +89,8 @@ def tables(section: type[Section], path: str) -> Iterator[str]:
 def section_inside(kind: Any) -> type[Section] | None:
     """Return the section that a key holds, by itself or in a list."""
     candidates = [kind, *get_args(kind)]
-    return next((c for c in candidates if isinstance(c, type) and issubclass(c, Section)), None)
+    sections = (c for c in candidates if isinstance(c, type) and issubclass(c, Section))
+    return next((c for c in sections if c is not Distribution), None)
 
 
 def is_list(field: FieldInfo) -> bool:
@@ -87,7 +100,8 @@ def is_list(field: FieldInfo) -> bool:
 def row(name: str, field: FieldInfo) -> str:
     units = UNIT.findall(field.description or "")
     meaning = UNIT.sub("", field.description or "")
-    cells = [f"`{name}`", describe_field(field), " ".join(units), default(field), meaning]
+    allowed = describe_field(field).replace(describe(Drawn), "a number or a distribution")
+    cells = [f"`{name}`", allowed, " ".join(units), default(field), meaning]
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |\n"
 
 
@@ -100,7 +114,8 @@ def default(field: FieldInfo) -> str:
 
 def main() -> int:
     late = 0
-    for file, text in ((PAGE, page()), (SCHEMA, json.dumps(json_schema(), indent=2) + "\n")):
+    texts = (page(), *(json.dumps(made, indent=2) + "\n" for made in (json_schema(), family_json_schema())))
+    for file, text in zip((PAGE, SCHEMA, FAMILY_SCHEMA), texts, strict=True):
         if "--check" not in sys.argv[1:]:
             file.write_text(text, encoding="utf-8")
         elif not file.is_file() or file.read_text(encoding="utf-8") != text:

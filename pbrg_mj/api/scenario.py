@@ -1,4 +1,4 @@
-"""Scenarios: the bundled ones, those in files, and changes to them."""
+"""Scenarios: the bundled ones, those in files, worlds drawn from families, and changes to them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from pbrg_mj.analysis.output_file import write_atomically
 from pbrg_mj.errors import InputError
 from pbrg_mj.loop.resources import resource_warnings
 from pbrg_mj.loop.stability_warnings import stability_warnings
-from pbrg_mj.scenario.bundled import bundled_scenarios
+from pbrg_mj.scenario.bundled import bundled_families, bundled_scenarios
+from pbrg_mj.scenario.families.json_schema import family_json_schema
 from pbrg_mj.scenario.load import Loaded, load_scenario, load_text
 from pbrg_mj.scenario.parse.document import write_document
 from pbrg_mj.scenario.schema import Scenario as Settings
@@ -43,11 +44,21 @@ class Scenario:
         """The scenario as YAML text, with the overrides in it."""
         return self.loaded.yaml_text
 
+    @property
+    def family_yaml(self) -> str | None:
+        """The YAML text of the family that the world was drawn from; None if it was not drawn."""
+        return self.loaded.family and self.loaded.family.text
+
     def override(
         self, overrides: Overrides = (), *, seed: int | None = None, duration: float | None = None
     ) -> Scenario:
-        """Return a copy with other values; the arguments are those of `load`. Raises InputError."""
+        """Return a copy with other values; the arguments are those of `load`. Raises InputError.
+
+        Of a world that was drawn, another seed draws another world; other values change no more than themselves.
+        """
         texts = _override_texts(overrides, seed, duration)
+        if family := self.loaded.family:
+            return Scenario(load_text(family.text, self.name, [*family.overrides, *texts], file=family.file))
         return Scenario(load_text(self.yaml, self.name, texts, file=self.name))
 
     def warnings(self) -> list[str]:
@@ -66,18 +77,20 @@ class BundledScenario:
 
     name: str
     description: str
-    robots: int
+    robots: int | None  # None: drawn
     plant: str
     duration_s: float
+    family: bool = False  # of worlds: every seed draws one
 
 
 def list_scenarios() -> list[BundledScenario]:
-    """Return the bundled scenarios, sorted by name."""
+    """Return the bundled scenarios and families of worlds, sorted by name."""
     listed = []
-    for name, file in bundled_scenarios().items():
-        one = load_scenario(file).scenario
-        description = " ".join(one.description.split())
-        listed.append(BundledScenario(name, description, one.robots, one.plant, one.timing.duration))
+    for name, file in sorted((bundled_scenarios() | bundled_families()).items()):
+        loaded = load_scenario(file)
+        one, family = loaded.scenario, loaded.family is not None
+        description, robots = " ".join(one.description.split()), None if family else one.robots
+        listed.append(BundledScenario(name, description, robots, one.plant, one.timing.duration, family))
     return listed
 
 
@@ -92,7 +105,8 @@ def load(
 
     `source` is a YAML file, the name of a bundled scenario, or the data themselves as nested mappings. `overrides` are
     either `{"path.to.key": value}` or texts `path.to.key=value` as on the command line; entries of lists go by their
-    index from 0. `seed` and `duration` [s] stand for the keys `seed` and `timing.duration`.
+    index from 0. `seed` and `duration` [s] stand for the keys `seed` and `timing.duration`. Of a family of worlds the
+    seed draws the world.
 
     Raises InputError: one line with file, line, key, what is wrong and what is allowed.
     """
@@ -102,14 +116,40 @@ def load(
     return Scenario(load_scenario(source, texts))
 
 
+def draw(
+    family: str | Path | Mapping[str, Any],
+    seed: int = 1,
+    overrides: Overrides = (),
+    *,
+    path: str | Path | None = None,
+    force: bool = False,
+) -> Scenario:
+    """Return the world that a seed draws from a family: what `load` returns, which takes the same `overrides`.
+
+    Its YAML is written to `path`, if one is given; `force` allows to replace a file that exists. Raises InputError,
+    also for a scenario that is no family.
+    """
+    world = load(family, overrides, seed=seed)
+    if world.family_yaml is None:
+        raise InputError(f"{world.name} has no section `draw`; allowed: a family of worlds (see: pbrg list)")
+    if path is not None:
+        if Path(path).exists() and not force:
+            raise InputError("is there already; allowed: a new name, or --force", file=str(path))
+        _write(Path(path), world.yaml)
+    return world
+
+
 def validate(source: str | Path | Mapping[str, Any]) -> list[str]:
     """Return a line for everything that makes a run likely to fail. Raises InputError as `load` does."""
     return load(source).warnings()
 
 
-def schema() -> dict[str, Any]:
-    """Return the JSON Schema of a scenario: every key with its meaning, its unit (`x-unit`), default and bounds."""
-    return json_schema()
+def schema(*, family: bool = False) -> dict[str, Any]:
+    """Return the JSON Schema of a scenario: every key with its meaning, its unit (`x-unit`), default and bounds.
+
+    `family`: that of a family of worlds, with the section `draw`.
+    """
+    return family_json_schema() if family else json_schema()
 
 
 def template() -> str:
@@ -117,9 +157,9 @@ def template() -> str:
     return files("pbrg_mj.scenario").joinpath("template.yaml").read_text(encoding="utf-8")
 
 
-def write_schema(path: str | Path) -> None:
+def write_schema(path: str | Path, *, family: bool = False) -> None:
     """Write the JSON Schema to a file. Raises InputError when it cannot."""
-    _write(Path(path), json.dumps(schema(), indent=2) + "\n")
+    _write(Path(path), json.dumps(schema(family=family), indent=2) + "\n")
 
 
 def write_template(path: str | Path, *, force: bool = False) -> None:
@@ -130,8 +170,8 @@ def write_template(path: str | Path, *, force: bool = False) -> None:
 
 
 def bundled_names() -> list[str]:
-    """Return the names of the bundled scenarios, sorted, without reading them."""
-    return list(bundled_scenarios())
+    """Return the names of the bundled scenarios and families, sorted, without reading them."""
+    return sorted(bundled_scenarios() | bundled_families())
 
 
 def as_scenario(scenario: Scenario | str | Path) -> Scenario:

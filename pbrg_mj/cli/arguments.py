@@ -26,6 +26,9 @@ ScenarioNames = Annotated[
 BundledName = Annotated[
     str, typer.Argument(metavar="NAME", help="A bundled name (see: pbrg list), or a file.", autocompletion=_bundled)
 ]
+FamilyName = Annotated[
+    str, typer.Argument(metavar="FAMILY", help="A family's file, or a bundled name.", autocompletion=_bundled)
+]
 Overrides = Annotated[
     list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change path.to.key; may be repeated.")
 ]

@@ -53,6 +53,7 @@ def _options(
 
 app.command("list")(answering(scenarios.list_scenarios))
 app.command("show")(answering(scenarios.show))
+app.command("draw")(answering(scenarios.draw))
 app.command("new")(answering(scenarios.new))
 app.command("schema")(answering(scenarios.schema))
 app.command("validate")(answering(scenarios.validate))

@@ -24,7 +24,7 @@ def run(
     scenario: ScenarioName,
     output: Annotated[Path | None, typer.Option("-o", "--output", metavar="LOG.mcap", help="The log to write.")] = None,
     force: Force = False,
-    seed: Annotated[int | None, typer.Option(help="Seed of all noise: --set seed=N.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Of all noise, of a family also of the world: --set seed=N.")] = None,
     duration: Duration = None,
     overrides: Overrides = None,
     json: Annotated[bool, typer.Option("--json", help="Print the metrics as JSON, and nothing else.")] = False,

@@ -10,7 +10,7 @@ import typer
 
 import pbrg_mj as pbrg
 from pbrg_mj.api.text import plain
-from pbrg_mj.cli.arguments import BundledName, ScenarioNames
+from pbrg_mj.cli.arguments import BundledName, FamilyName, Force, Overrides, ScenarioNames
 from pbrg_mj.cli.console import emit, emit_json, note
 from pbrg_mj.errors import InputError
 
@@ -18,7 +18,7 @@ from pbrg_mj.errors import InputError
 def list_scenarios(
     json: Annotated[bool, typer.Option("--json", help="Print a JSON array, an object per scenario.")] = False,
 ) -> None:
-    """List the bundled scenarios, a line each."""
+    """List the bundled scenarios and families of worlds, a line each."""
     listed = pbrg.list_scenarios()
     if json:
         emit_json([asdict(one) for one in listed])
@@ -29,8 +29,22 @@ def list_scenarios(
 
 
 def show(name: BundledName) -> None:
-    """Print a scenario's YAML, comments included."""
-    emit(pbrg.load(name).yaml.rstrip("\n"))
+    """Print a scenario's or a family's YAML, comments included."""
+    loaded = pbrg.load(name)
+    emit((loaded.family_yaml or loaded.yaml).rstrip("\n"))
+
+
+def draw(
+    family: FamilyName,
+    seed: Annotated[int, typer.Option(help="Which world; its noise, too.")] = 1,
+    output: Annotated[Path | None, typer.Option("-o", "--output", metavar="FILE", help="FILE.yaml to write.")] = None,
+    force: Force = False,
+    overrides: Overrides = None,
+) -> None:
+    """Print or write the concrete scenario that a seed draws from a family of worlds."""
+    world = pbrg.draw(family, seed, overrides or (), path=output, force=force)
+    if output is None:
+        emit(world.yaml.rstrip("\n"))
 
 
 def new(
@@ -48,14 +62,15 @@ def new(
 
 def schema(
     output: Annotated[Path | None, typer.Option("-o", "--output", metavar="FILE", help="FILE.json to write.")] = None,
+    family: Annotated[bool, typer.Option("--family", help="That of a family of worlds.")] = False,
 ) -> None:
     """Print the JSON Schema of a scenario, by which editors complete and check the YAML."""
     from pbrg_mj.api.scenario import write_schema
 
     if output is None:
-        emit_json(pbrg.schema())
+        emit_json(pbrg.schema(family=family))
     else:
-        write_schema(output)
+        write_schema(output, family=family)
 
 
 def validate(files: ScenarioNames) -> int:

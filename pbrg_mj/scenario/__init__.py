@@ -4,6 +4,7 @@ load              a file or bundled name, with overrides -> Scenario
 bundled           where the bundled scenarios and models are
 parse             YAML text -> data with line numbers -> overrides -> Scenario
 schema            what a scenario may say, a module per section
+families          scenarios that draw a world for each seed
 checks            what must hold between the keys
 diagnostics       what is wrong, where, in one line
 random_streams    random numbers fixed by the scenario's seed

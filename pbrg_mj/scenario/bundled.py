@@ -1,4 +1,4 @@
-"""Where the bundled models and scenarios are: inside an installed wheel, or at the top of a checkout."""
+"""Where the bundled models, scenarios and families are: inside an installed wheel, or at the top of a checkout."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Literal
 
 PACKAGE = Path(__file__).resolve().parents[1]
+FAMILIES = "families"  # the folder among the scenarios that holds them
 
 
 def data_dir(kind: Literal["models", "scenarios"]) -> Path:
@@ -25,6 +26,15 @@ def data_dir(kind: Literal["models", "scenarios"]) -> Path:
 
 def bundled_scenarios() -> dict[str, Path]:
     """Return every bundled scenario's file by its name, such as `paper/experiment_near`, sorted by name."""
+    return {name: path for name, path in _bundled().items() if not name.startswith(f"{FAMILIES}/")}
+
+
+def bundled_families() -> dict[str, Path]:
+    """Return every bundled family's file by its name, such as `families/boxes`, sorted by name."""
+    return {name: path for name, path in _bundled().items() if name.startswith(f"{FAMILIES}/")}
+
+
+def _bundled() -> dict[str, Path]:
     root = data_dir("scenarios")
     found = {path.relative_to(root).with_suffix("").as_posix(): path for path in root.rglob("*.yaml")}
     return dict(sorted(found.items()))

@@ -1,4 +1,4 @@
-"""From a file, or a bundled scenario's name, to a Scenario."""
+"""From a file, or a bundled scenario's or family's name, to a Scenario."""
 
 from __future__ import annotations
 
@@ -11,13 +11,25 @@ from pathlib import Path
 from typing import BinaryIO
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.scenario.bundled import bundled_scenarios
+from pbrg_mj.scenario.bundled import bundled_families, bundled_scenarios
 from pbrg_mj.scenario.diagnostics import yaml_text
+from pbrg_mj.scenario.families.draw import draw_world, is_family
 from pbrg_mj.scenario.parse.document import MOST_BYTES, TOO_LARGE, Document, read_document, write_document
 from pbrg_mj.scenario.parse.overrides import apply_overrides
 from pbrg_mj.scenario.parse.renamed_keys import rename_keys
 from pbrg_mj.scenario.parse.validation import build
 from pbrg_mj.scenario.schema import Scenario
+
+BEFORE = ("draw", "seed")  # overrides of these change what is drawn; all others what was drawn
+
+
+@dataclass(frozen=True)
+class FamilyText:
+    """What a world was drawn from."""
+
+    text: str  # YAML, as in its file
+    overrides: tuple[str, ...]
+    file: str
 
 
 @dataclass(frozen=True)
@@ -26,7 +38,8 @@ class Loaded:
 
     scenario: Scenario
     name: str  # the bundled name, or the file's stem
-    yaml_text: str  # as run: with the overrides in it
+    yaml_text: str  # as run: with the overrides in it, and of a family the world that its seed draws
+    family: FamilyText | None = None
 
 
 def load_scenario(source: str | Path, overrides: Sequence[str] = ()) -> Loaded:
@@ -39,13 +52,26 @@ def load_scenario(source: str | Path, overrides: Sequence[str] = ()) -> Loaded:
 
 
 def load_text(text: str, name: str, overrides: Sequence[str] = (), *, file: str) -> Loaded:
-    """Return the scenario in a YAML text, with overrides; `file` is for the errors. Raises InputError."""
+    """Return the scenario in a YAML text, or the world that its `draw` and `seed` make, with overrides.
+
+    `file` is for the errors. Raises InputError.
+    """
     document = _document(text, file)
+    if is_family(document):
+        return _load_world(document, name, FamilyText(text, tuple(overrides), file))
     if not overrides:
         return Loaded(build(document, file), name, text)
     # An override's value may hold earlier names too.
     document = rename_keys(apply_overrides(document, overrides), file)
     return Loaded(build(document, file), name, write_document(document.data))
+
+
+def _load_world(document: Document, name: str, family: FamilyText) -> Loaded:
+    before = [text for text in family.overrides if text.partition("=")[0].split(".")[0].strip() in BEFORE]
+    after = [text for text in family.overrides if text not in before]
+    document = draw_world(rename_keys(apply_overrides(document, before), family.file), family.file)
+    document = rename_keys(apply_overrides(document, after), family.file)
+    return Loaded(build(document, family.file), name, write_document(document.data), family)
 
 
 @lru_cache(maxsize=4)  # a log is opened several times, and hundreds of robots take a second to parse
@@ -74,7 +100,7 @@ def _find(source: str | Path) -> tuple[Path, str]:
     path = Path(source)
     if _is_there(path) and not path.is_dir():
         return path, path.stem
-    bundled = bundled_scenarios()
+    bundled = bundled_scenarios() | bundled_families()
     name = path.as_posix().removesuffix(".yaml")
     if name in bundled:
         return bundled[name], name

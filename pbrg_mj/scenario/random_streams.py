@@ -16,6 +16,7 @@ class Source(IntEnum):
     RADIO = 3
     MESSAGES = 4
     JITTER = 5
+    WORLDS = 6
 
 
 class Streams:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
@@ -14,8 +14,10 @@ from pbrg_mj.scenario.checks.physics import stable_step
 from pbrg_mj.scenario.checks.plug_ins import plug_ins
 from pbrg_mj.scenario.diagnostics import Diagnostic, KeyPath, dotted_key, yaml_text
 from pbrg_mj.scenario.parse.document import Document
-from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.scenario.schema import Scenario, Section
 from pbrg_mj.scenario.schema.describe import describe_at, describe_field, keys, section_at
+
+Known = TypeVar("Known", bound=Section)
 
 
 def build(document: Document, file: str, to_run: bool = True) -> Scenario:
@@ -25,36 +27,44 @@ def build(document: Document, file: str, to_run: bool = True) -> Scenario:
     unless `to_run` is false: of an earlier run it is enough that they did. Raises InputError with file, line and key of
     the first thing that is wrong.
     """
-    try:
-        # Strict: neither `true` nor "1" is a number. By alias: a wall has `from` and `to`, no second spelling.
-        scenario = Scenario.model_validate(_tuples(document.data), strict=True, by_alias=True, by_name=False)
-        now = (*plug_ins(scenario), *stable_step(scenario)) if to_run else ()
-        diagnostics: Sequence[Diagnostic] = [*check(scenario), *now]
-    except ValidationError as error:
-        raise _first_error(_diagnostics(error, document.data), document, file) from None
+    scenario = read_section(Scenario, document.data, document, file)
+    now = (*plug_ins(scenario), *stable_step(scenario)) if to_run else ()
+    diagnostics = [*check(scenario), *now]
     if diagnostics:
-        raise _first_error(diagnostics, document, file)
+        raise first_error(diagnostics, document, file)
     return scenario
 
 
-def _first_error(diagnostics: Sequence[Diagnostic], document: Document, file: str) -> InputError:
+def read_section(kind: type[Known], data: Any, document: Document, file: str) -> Known:
+    """Return the section of that kind that `data`, the document's or a part of it from the top, hold.
+
+    Raises InputError with file, line and key of the first key that is wrong by itself.
+    """
+    try:
+        # Strict: neither `true` nor "1" is a number. By alias: a wall has `from` and `to`, no second spelling.
+        return kind.model_validate(_tuples(data), strict=True, by_alias=True, by_name=False)
+    except ValidationError as error:
+        raise first_error(_diagnostics(error, data, kind), document, file) from None
+
+
+def first_error(diagnostics: Sequence[Diagnostic], document: Document, file: str) -> InputError:
     """Return the error that reports the first diagnostic, and how many more there are.
 
     First are those that an override caused, then those of the file in the order of its lines.
     """
-    origins = [_origin(diagnostic.path, document) for diagnostic in diagnostics]
-    order = [0 if isinstance(origin, str) else origin for origin in origins]
+    origins = [origin(diagnostic.path, document) for diagnostic in diagnostics]
+    order = [0 if isinstance(one, str) else one for one in origins]
     first = min(range(len(diagnostics)), key=lambda k: (order[k], k))
-    diagnostic, origin = diagnostics[first], origins[first]
+    diagnostic, where = diagnostics[first], origins[first]
     more = f" (and {len(diagnostics) - 1} more)" if len(diagnostics) > 1 else ""
-    if isinstance(origin, str):
+    if isinstance(where, str):
         return InputError(
-            f"{diagnostic.message}; set by override {yaml_text(origin)}{more}", key=dotted_key(diagnostic.path)
+            f"{diagnostic.message}; set by override {yaml_text(where)}{more}", key=dotted_key(diagnostic.path)
         )
-    return InputError(diagnostic.message + more, file=file, line=origin, key=dotted_key(diagnostic.path))
+    return InputError(diagnostic.message + more, file=file, line=where, key=dotted_key(diagnostic.path))
 
 
-def _origin(path: KeyPath, document: Document) -> int | str:
+def origin(path: KeyPath, document: Document) -> int | str:
     """Return where the entry came from, or the nearest section around it when it stands nowhere itself."""
     for length in range(len(path), -1, -1):
         if path[:length] in document.origins:
@@ -69,38 +79,38 @@ def _tuples(data: Any) -> Any:
     return tuple(map(_tuples, data)) if isinstance(data, list) else data
 
 
-def _diagnostics(error: ValidationError, data: Any) -> list[Diagnostic]:
+def _diagnostics(error: ValidationError, data: Any, root: type[Section]) -> list[Diagnostic]:
     """Return pydantic's errors, unknown keys first, one a place and only the innermost, in our words."""
     items = error.errors(include_url=False, include_context=False, include_input=False)
-    unknown = [item["loc"] for item in items if item["type"] == "extra_forbidden"]
+    unknown = [_locate(item["loc"], data)[0] for item in items if item["type"] == "extra_forbidden"]
     # A key that is misspelt is not missing as well.
-    meant = {(*loc[:-1], _nearest(loc)) for loc in unknown}
-    found: dict[KeyPath, Diagnostic] = {loc: Diagnostic(loc, _unknown(loc)) for loc in unknown}
+    meant = {(*loc[:-1], _nearest(loc, root)) for loc in unknown}
+    found: dict[KeyPath, Diagnostic] = {loc: Diagnostic(loc, _unknown(loc, root)) for loc in unknown}
     for item in items:
         if item["type"] == "missing" and item["loc"] in meant:
             continue
         if item["type"] != "extra_forbidden":
-            diagnostic = _diagnostic(item, data)
+            diagnostic = _diagnostic(item, data, root)
             found.setdefault(diagnostic.path, diagnostic)
     outer = {path[:length] for path in found for length in range(len(path))}
     return [diagnostic for path, diagnostic in found.items() if path not in outer]
 
 
-def _diagnostic(item: Mapping[str, Any], data: Any) -> Diagnostic:
+def _diagnostic(item: Mapping[str, Any], data: Any, root: type[Section]) -> Diagnostic:
     kind, loc = item["type"], item["loc"]
     path, value = _locate(loc, data)
     if kind == "missing" and isinstance(loc[-1], str):
-        field = keys(section_at(path))[loc[-1]]
+        field = keys(section_at(path, root))[loc[-1]]
         meaning = f" ({field.description})" if field.description else ""
         return Diagnostic((*path, loc[-1]), f"is missing; required: {describe_field(field)}{meaning}")
     if kind == "too_short" and isinstance(path[-1], str):
-        meaning = keys(section_at(path[:-1]))[path[-1]].description
-        return Diagnostic(path, f"is empty; allowed: {describe_at(path)} ({meaning})")
+        meaning = keys(section_at(path[:-1], root))[path[-1]].description
+        return Diagnostic(path, f"is empty; allowed: {describe_at(path, root)} ({meaning})")
     if kind == "too_long" and isinstance(path[-1], str):
-        return Diagnostic(path, f"has {len(value)} entries; allowed: {describe_at(path)}")
+        return Diagnostic(path, f"has {len(value)} entries; allowed: {describe_at(path, root)}")
     quoted = isinstance(value, str) and kind in ("float_type", "int_type") and _is_number(value)
     hint = " (a number stands without quotes)" if quoted else ""
-    return Diagnostic(path, f"is {yaml_text(value)}; allowed: {describe_at(path)}{hint}")
+    return Diagnostic(path, f"is {yaml_text(value)}; allowed: {describe_at(path, root)}{hint}")
 
 
 def _locate(loc: tuple[str | int, ...], data: Any) -> tuple[KeyPath, Any]:
@@ -118,18 +128,18 @@ def _locate(loc: tuple[str | int, ...], data: Any) -> tuple[KeyPath, Any]:
     return path, data
 
 
-def _unknown(path: KeyPath) -> str:
-    near = _nearest(path)
-    return f"is unknown; did you mean `{near}`?" if near else f"is unknown; known: {', '.join(_known(path))}"
+def _unknown(path: KeyPath, root: type[Section]) -> str:
+    near = _nearest(path, root)
+    return f"is unknown; did you mean `{near}`?" if near else f"is unknown; known: {', '.join(_known(path, root))}"
 
 
-def _nearest(path: KeyPath) -> str | None:
-    near = difflib.get_close_matches(str(path[-1]), _known(path), n=1)
+def _nearest(path: KeyPath, root: type[Section]) -> str | None:
+    near = difflib.get_close_matches(str(path[-1]), _known(path, root), n=1)
     return near[0] if near else None
 
 
-def _known(path: KeyPath) -> list[str]:
-    return list(keys(section_at(path[:-1])))
+def _known(path: KeyPath, root: type[Section]) -> list[str]:
+    return list(keys(section_at(path[:-1], root)))
 
 
 def _is_number(text: str) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
@@ -23,20 +23,20 @@ def describe_field(field: FieldInfo) -> str:
     return describe(field.annotation, field.metadata)
 
 
-def describe_at(path: KeyPath) -> str:
-    """Return what is allowed at a path into a scenario; the path must exist in the schema."""
-    kind, metadata = Scenario, ()
+def describe_at(path: KeyPath, root: type[Section] = Scenario) -> str:
+    """Return what is allowed at a path into a scenario, or another section; the path must exist in the schema."""
+    kind, metadata = root, ()
     for part in path:
         kind, metadata = _inside(kind, part)
     return describe(kind, metadata)
 
 
-def section_at(path: KeyPath) -> type[Section]:
-    """Return the section that the schema has at a path."""
-    kind: Any = Scenario
+def section_at(path: KeyPath, root: type[Section] = Scenario) -> type[Section]:
+    """Return the section that the schema has at a path into a scenario, or another section."""
+    kind: Any = root
     for part in path:
         kind, _ = _inside(kind, part)
-    return kind
+    return _member(kind, lambda one: isinstance(one, type) and issubclass(one, Section))
 
 
 def describe(kind: Any, metadata: Sequence[Any] = (), many: bool = False) -> str:
@@ -52,6 +52,8 @@ def describe(kind: Any, metadata: Sequence[Any] = (), many: bool = False) -> str
         return f"{'sections' if many else 'a section'} with the keys {', '.join(keys(kind))}"
     if get_origin(kind) is dict:
         return "keys and values"
+    if kind is Any:
+        return "values of any kind" if many else "any value"
     one, several = {
         float: ("a number", "numbers"),
         int: ("a whole number", "whole numbers"),
@@ -104,9 +106,21 @@ def _short(number: float) -> str:
 def _inside(kind: Any, part: str | int) -> tuple[Any, tuple[Any, ...]]:
     """Return the type one step down a path, and its bounds."""
     kind, _ = _bare(kind, ())
-    if get_origin(kind) in (Union, UnionType):
-        kind = next(member for member in get_args(kind) if get_origin(_bare(member, ())[0]) is tuple)
+    kind = _member(kind, lambda one: get_origin(one) is tuple if isinstance(part, int) else not _scalar(one))
     if get_origin(kind) is tuple:
         return _bare(get_args(kind)[0], ())
+    if get_origin(kind) is dict:
+        return _bare(get_args(kind)[1], ())
     field = keys(kind)[str(part)]
     return _bare(field.annotation, field.metadata)
+
+
+def _member(kind: Any, wanted: Callable[[Any], bool]) -> Any:
+    """Return the first wanted member of a union; anything else itself."""
+    if get_origin(kind) not in (Union, UnionType):
+        return kind
+    return next(one for one in (_bare(member, ())[0] for member in get_args(kind)) if wanted(one))
+
+
+def _scalar(kind: Any) -> bool:
+    return get_origin(kind) not in (tuple, dict) and not (isinstance(kind, type) and issubclass(kind, Section))

@@ -15,13 +15,17 @@ def json_schema() -> dict[str, Any]:
 
     What must hold between keys is beyond it: `pbrg validate` checks that as well.
     """
-    made = Scenario.model_json_schema(by_alias=True)
+    head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "pbrg-mj scenario"}
+    return head | tidy_sections(Scenario.model_json_schema(by_alias=True))
+
+
+def tidy_sections(made: dict[str, Any]) -> dict[str, Any]:
+    """Return pydantic's schema without what repeats keys' names or sections' own defaults, and with `x-unit`."""
     for section in [made, *made["$defs"].values()]:
         for field in section.get("properties", {}).values():
             _tidy(field)
         section.pop("title", None)
-    head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "pbrg-mj scenario"}
-    return head | made
+    return made
 
 
 def _tidy(field: dict[str, Any]) -> None:

@@ -1,0 +1,125 @@
+"""Shapes of `draw` as entries of `world`, in the world frame.
+
+Each function takes the drawn values of one entry and returns the walls or boxes that it is made of, in YAML's words.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from pbrg_mj.errors import InputError
+from pbrg_mj.scenario.families.frame import WayFrame
+
+Point = tuple[float, float]
+Entries = list[dict[str, Any]]
+Shape = Callable[[Mapping[str, Any], WayFrame, np.random.Generator], Entries]
+FEWEST_SIDES, MOST_SIDES = 3, 24
+
+
+def walls(drawn: Mapping[str, Any], frame: WayFrame, random: np.random.Generator) -> Entries:
+    """Return one wall across the way."""
+    half = drawn["length"] / 2
+    return [_across(drawn, frame, drawn["shift"] - half, drawn["shift"] + half)]
+
+
+def doorways(drawn: Mapping[str, Any], frame: WayFrame, random: np.random.Generator) -> Entries:
+    """Return the walls on both sides of an opening, in one line."""
+    half, shift, length = drawn["width"] / 2, drawn["shift"], drawn["length"]
+    sides = (shift - half - length, shift - half), (shift + half, shift + half + length)
+    return [_across(drawn, frame, *side) for side in sides]
+
+
+def corridors(drawn: Mapping[str, Any], frame: WayFrame, random: np.random.Generator) -> Entries:
+    """Return two parallel walls."""
+    turn, off = math.radians(drawn["angle_deg"]), (drawn["width"] + drawn["thickness"]) / 2
+    ends = drawn["begin"], drawn["begin"] + drawn["length"]
+    sides = [[_turned(x, drawn["shift"] + y, turn) for x in ends] for y in (-off, off)]
+    return [_wall(frame, first, last, drawn["thickness"]) for first, last in sides]
+
+
+def rooms(drawn: Mapping[str, Any], frame: WayFrame, random: np.random.Generator) -> Entries:
+    """Return the walls of a closed room whose corners lie on a circle."""
+    sides = int(drawn["sides"])
+    if not FEWEST_SIDES <= sides <= MOST_SIDES:
+        raise InputError(f"has {drawn['sides']:g} sides; allowed: {FEWEST_SIDES} to {MOST_SIDES}")
+    jitter = drawn["irregularity"] * (random.random(sides) - 0.5)
+    turns = math.radians(drawn["angle_deg"]) + 2 * math.pi * (np.arange(sides) + jitter) / sides
+    x, y = drawn["along"] + drawn["radius"] * np.cos(turns), drawn["across"] + drawn["radius"] * np.sin(turns)
+    return _closed(frame, list(zip(x.tolist(), y.tolist(), strict=True)), drawn["thickness"])
+
+
+def l_rooms(drawn: Mapping[str, Any], frame: WayFrame, random: np.random.Generator) -> Entries:
+    """Return the walls of a closed room of two arms at a right angle."""
+    turn, half = math.radians(drawn["angle_deg"]), (drawn["width"] + drawn["thickness"]) / 2
+    end = half + drawn["length"]
+    corners = (-half, -half), (end, -half), (end, half), (half, half), (half, end), (-half, end)
+    placed = [_turned(*corner, turn) for corner in corners]
+    return _closed(frame, [(drawn["along"] + x, drawn["across"] + y) for x, y in placed], drawn["thickness"])
+
+
+def boxes(drawn: Mapping[str, Any], frame: WayFrame, random: np.random.Generator) -> Entries:
+    """Return one box."""
+    return [
+        {
+            "center": frame.to_world(drawn["along"], drawn["across"]),
+            "size": [drawn["length"], drawn["width"]],
+            "angle_deg": frame.heading_to_world(drawn["angle_deg"]),
+        }
+    ]
+
+
+def moving_boxes(drawn: Mapping[str, Any], frame: WayFrame, random: np.random.Generator) -> Entries:
+    """Return one moving box."""
+    if drawn["speed"] <= 0:
+        raise InputError(f"moves at {drawn['speed']:g} m/s; allowed: a speed greater than 0")
+    step, begin = _turned(drawn["travel"], 0.0, math.radians(drawn["direction_deg"])), drawn["begin"]
+    first, last = (drawn["along"], drawn["across"]), (drawn["along"] + step[0], drawn["across"] + step[1])
+    end = round(begin + abs(drawn["travel"]) / drawn["speed"], 4)
+    stops = [{"time": time, "center": frame.to_world(*at)} for time, at in ((begin, first), (end, last))]
+    return [{"size": [drawn["length"], drawn["width"]], "waypoints": stops}]
+
+
+# Entry of `draw` -> its shape, and where it goes in `world`.
+SHAPES: dict[str, tuple[Shape, str]] = {
+    "walls": (walls, "walls"),
+    "doorways": (doorways, "walls"),
+    "corridors": (corridors, "walls"),
+    "rooms": (rooms, "walls"),
+    "l_rooms": (l_rooms, "walls"),
+    "boxes": (boxes, "boxes"),
+    "moving_boxes": (moving_boxes, "moving_boxes"),
+}
+
+
+def _across(drawn: Mapping[str, Any], frame: WayFrame, first: float, last: float) -> dict[str, Any]:
+    """Return a wall from `first` to `last` [m] to the left of where its line crosses the way."""
+    turn, off = math.radians(drawn["angle_deg"]), drawn["distance"] + drawn["thickness"] / 2
+    crossing = -off * math.tan(turn)
+    start, end = (_turned(off, crossing + y, turn) for y in (first, last))
+    return _wall(frame, start, end, drawn["thickness"])
+
+
+def _closed(frame: WayFrame, corners: list[Point], thickness: float) -> Entries:
+    """Return walls along a closed line, each longer by half its thickness at both ends: corners have no notches."""
+    ends = pairwise([*corners, corners[0]])
+    longer = (_longer(start, end, thickness / 2) for start, end in ends)
+    return [_wall(frame, start, end, thickness) for start, end in longer]
+
+
+def _longer(start: Point, end: Point, by: float) -> tuple[Point, Point]:
+    turn = math.atan2(end[1] - start[1], end[0] - start[0])
+    dx, dy = by * math.cos(turn), by * math.sin(turn)
+    return (start[0] - dx, start[1] - dy), (end[0] + dx, end[1] + dy)
+
+
+def _wall(frame: WayFrame, start: Point, end: Point, thickness: float) -> dict[str, Any]:
+    return {"from": frame.to_world(*start), "to": frame.to_world(*end), "thickness": thickness}
+
+
+def _turned(x: float, y: float, turn: float) -> Point:
+    return x * math.cos(turn) - y * math.sin(turn), x * math.sin(turn) + y * math.cos(turn)

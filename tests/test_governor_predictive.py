@@ -319,3 +319,29 @@ def turned(limit: SpeedLimit, error: np.ndarray, heading: np.ndarray) -> np.ndar
         theta = exact
         all_of_them.append(theta.copy())
     return np.array(all_of_them)
+
+
+@pytest.mark.parametrize("name", GRAPHS)
+def test_a_prediction_is_a_power_of_the_model_and_ends_when_the_error_is_small(name: str) -> None:
+    model = model_of(team_of(name))
+    ticks, power = model.settling_ticks(), np.linalg.matrix_power
+    for t in (1, 2, 37, 1000):
+        np.testing.assert_allclose(model.after(t), power(model.moving_part, t), atol=1e-13)
+        np.testing.assert_allclose(model.after(t, model.rate), model.rate @ power(model.moving_part, t), atol=1e-12)
+    assert np.linalg.norm(power(model.moving_part, ticks), 2) <= 1e-3 * (1 + 1e-9)
+    assert np.linalg.norm(power(model.moving_part, ticks - 1), 2) > 1e-3 * (1 - 1e-9)
+
+
+@pytest.mark.parametrize("tick", [0.41, 2.0, 1e6])
+def test_a_team_that_diverges_between_ticks_has_no_prediction(tick: float) -> None:
+    model = model_of(team_of("ring of 5"), tick=tick)
+    with pytest.raises(ValueError, match="does not settle"):
+        _ = model.growth
+    with pytest.raises(ValueError, match="does not settle"):
+        PredictionGrid.of(model)
+
+
+def test_equal_teams_share_one_grid() -> None:
+    one, other = (PredictionGrid.of(model_of(team_of("ring of 5"), tick=0.013)) for _ in range(2))
+    assert one is other
+    assert one is not PredictionGrid.of(model_of(team_of("ring of 5"), tick=0.014))

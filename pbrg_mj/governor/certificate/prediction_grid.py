@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -37,18 +38,9 @@ class PredictionGrid:
     def of(cls, model: TeamModel, between: float = BETWEEN) -> PredictionGrid:
         """Return the grid of a team whose bounds between points are at most `between`.
 
-        Raises ValueError when the sampled team does not settle.
+        Equal teams share one grid. Raises ValueError when the sampled team does not settle.
         """
-        horizon, n = model.settling_ticks(), model.robots
-        ticks, bounds = _spacing(model, horizon, between)
-        E = np.stack([*(model.after(t)[:n] for t in ticks), np.zeros((n, 2 * n))], axis=1)  # (n, K, 2n)
-        tail = np.full((1, n), model.growth * np.linalg.norm(model.after(horizon), 2))
-        return cls(
-            tick=np.append(ticks, horizon),
-            E=E.reshape(-1, 2 * n),
-            s=1.0 - E @ model.at_rest,
-            bound=np.ascontiguousarray(np.vstack([bounds, tail]).T),
-        )
+        return _grid(model, between)
 
     @property
     def horizon(self) -> int:
@@ -56,16 +48,31 @@ class PredictionGrid:
         return int(self.tick[-1])
 
 
-def _spacing(model: TeamModel, horizon: int, between: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the grid's ticks (K,) and the bound beside each of them for every robot, (K, n)."""
+@lru_cache(maxsize=2)
+def _grid(model: TeamModel, between: float) -> PredictionGrid:
+    horizon, n = model.settling_ticks(), model.robots
+    ticks, bounds, positions = _spacing(model, horizon, between)
+    E = np.stack([*positions, np.zeros((n, 2 * n))], axis=1)  # (n, K, 2n)
+    tail = np.full((1, n), model.growth * np.linalg.norm(model.after(horizon), 2))
+    return PredictionGrid(
+        tick=np.append(ticks, horizon),
+        E=E.reshape(-1, 2 * n),
+        s=1.0 - E @ model.at_rest,
+        bound=np.ascontiguousarray(np.vstack([bounds, tail]).T),
+    )
+
+
+def _spacing(model: TeamModel, horizon: int, between: float) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
+    """Return the grid's ticks (K,), the bound beside each of them for every robot (K, n), and E (n, 2n) at each."""
     n = model.robots
     second = np.linalg.matrix_power(model.step - np.eye(2 * n), 2)
-    ticks, gaps = [0], []
+    ticks, gaps, positions = [0], [], [model.after(0)[:n]]
     while ticks[-1] < horizon:
-        curvature = model.growth * np.linalg.norm(model.after(ticks[-1])[:n] @ second, axis=1)
+        curvature = model.growth * np.linalg.norm(positions[-1] @ second, axis=1)
         widest = math.isqrt(int(8.0 * between / max(curvature.max(), 8.0 * between / horizon**2)))
         width = min(max(widest, 1), horizon - ticks[-1])
         gaps.append(width**2 / 8.0 * curvature if width > 1 else np.zeros(n))
         ticks.append(ticks[-1] + width)
+        positions.append(model.after(width, positions[-1]))
     none = np.zeros((1, n))
-    return np.array(ticks), np.maximum(np.vstack([none, gaps]), np.vstack([gaps, none]))
+    return np.array(ticks), np.maximum(np.vstack([none, gaps]), np.vstack([gaps, none])), positions

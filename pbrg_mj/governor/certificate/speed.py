@@ -39,8 +39,10 @@ class SpeedLimit:
     @classmethod
     def of(cls, model: TeamModel, grid: PredictionGrid, facets: np.ndarray, offset: float) -> SpeedLimit:
         """Return the rows at the grid's ticks, for facets (F, 2) and an offset of the hand point [m]."""
-        ticks = grid.tick[:-1]
-        U = np.concatenate([model.rate @ model.after(t) for t in ticks])
+        ticks, velocities = grid.tick[:-1], [model.after(0, model.rate)]
+        for width in np.diff(ticks).tolist():
+            velocities.append(model.after(width, velocities[-1]))
+        U = np.concatenate(velocities)
         return cls(ticks * model.tick, U, -(U @ model.at_rest), facets, offset)
 
     def share(self, error: np.ndarray, heading: np.ndarray, advance: np.ndarray) -> float:

@@ -9,6 +9,7 @@ where y is that coordinate of m. (y 1, 0) is its fixed point, so x - (y 1, 0) mo
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -24,9 +25,9 @@ MOST_GROWING = 2000  # ticks in which a stable team's error has begun to fall
 MOST_TICKS = 1 << 20  # of a prediction; a team that needs more hardly moves
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class TeamModel:
-    """One coordinate of the team under constant m."""
+    """One coordinate of the team under constant m. Equal models have equal numbers."""
 
     step: np.ndarray  # (2n, 2n) A
     rate: np.ndarray  # (n, 2n) maps the error x - (y 1, 0) to the velocities u [1/s]
@@ -60,9 +61,33 @@ class TeamModel:
         """A without the mode that never moves, xi = const 1, which no position feels, (2n, 2n)."""
         return self.step @ zero_sum(self.robots)
 
-    def after(self, ticks: int) -> np.ndarray:
-        """Return A^ticks without the mode that never moves, (2n, 2n)."""
-        return np.linalg.matrix_power(self.moving_part, ticks) if ticks else zero_sum(self.robots)
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, TeamModel) and self._numbers == other._numbers
+
+    def __hash__(self) -> int:
+        return hash(self._numbers)
+
+    @cached_property
+    def _numbers(self) -> tuple[bytes, bytes, float]:
+        return self.step.tobytes(), self.rate.tobytes(), self.tick
+
+    @cached_property
+    def _powers(self) -> list[np.ndarray]:
+        """A^(2^k) of the moving part, as many as have been asked for."""
+        return [self.moving_part]
+
+    def _power(self, k: int) -> np.ndarray:
+        while len(self._powers) <= k:
+            self._powers.append(self._powers[-1] @ self._powers[-1])
+        return self._powers[k]
+
+    def after(self, ticks: int, rows: np.ndarray | None = None) -> np.ndarray:
+        """Return A^ticks without the mode that never moves, (2n, 2n), or `rows` (k, 2n) of the error times it."""
+        moved = zero_sum(self.robots) if rows is None else rows @ zero_sum(self.robots)
+        for k in range(ticks.bit_length()):
+            if ticks >> k & 1:
+                moved = moved @ self._power(k)
+        return moved
 
     @cached_property
     def growth(self) -> float:
@@ -73,9 +98,11 @@ class TeamModel:
         """
         power, largest = self.moving_part, 1.0
         for _ in range(MOST_GROWING):
-            norm = float(np.linalg.norm(power, 2))
+            norm = _norm(power)
             if norm <= 1.0:
                 return largest
+            if norm == math.inf:
+                break
             largest, power = max(largest, norm), power @ self.moving_part
         raise ValueError("the sampled team does not settle")
 
@@ -84,16 +111,19 @@ class TeamModel:
 
         Raises ValueError when the sampled team is not stable, or needs more than `MOST_TICKS`.
         """
-        ticks = 1
-        while np.linalg.norm(self.after(ticks), 2) > decay:
-            ticks *= 2
-            if ticks > MOST_TICKS or not np.isfinite(self.after(ticks)).all():
+        doublings = 0
+        while (norm := _norm(self._power(doublings))) > decay:
+            doublings += 1
+            if 1 << doublings > MOST_TICKS or norm == math.inf:
                 raise ValueError("the sampled team does not settle")
-        low = ticks // 2
-        while ticks - low > 1:
-            middle = (low + ticks) // 2
-            low, ticks = (middle, ticks) if np.linalg.norm(self.after(middle), 2) > decay else (low, middle)
-        return ticks
+        if doublings == 0:
+            return 1
+        ticks, power = 1 << doublings - 1, self._power(doublings - 1)  # too few; then the largest number that is
+        for k in range(doublings - 2, -1, -1):
+            longer = power @ self._power(k)
+            if _norm(longer) > decay:
+                ticks, power = ticks + (1 << k), longer
+        return ticks + 1
 
     def predicted(self, p: np.ndarray, xi: np.ndarray, m: np.ndarray, ticks: int) -> tuple[np.ndarray, np.ndarray]:
         """Return p and xi, both (n, 2) [m], a number of ticks later under constant m (2,)."""
@@ -101,3 +131,10 @@ class TeamModel:
         for _ in range(ticks):
             x = self.step @ x
         return x[: self.robots] + m, x[self.robots :]
+
+
+def _norm(matrix: np.ndarray) -> float:
+    """Return the largest singular value, inf when its square overflows; the others would take three times as long."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        square = matrix.T @ matrix
+    return math.sqrt(np.linalg.eigvalsh(square)[-1]) if np.isfinite(square).all() else math.inf

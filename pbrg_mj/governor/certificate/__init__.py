@@ -6,9 +6,12 @@ With constant m the team follows a linear model, so a certificate is a statement
 - `advances`: what a certificate says of one half-space: how far m may move along its normal
 - `prediction_grid`: which predicted positions are looked at, and what may happen between them
 - `directional_ball`: the ball of the motion across a half-space alone
+- `ball`: the paper's ball, one row for each half-space
 - `predictive`: all predicted positions, on a grid with a bound between its points
 - `speed`: how large a share of an advance the motors can follow
 - `sight`: how large a share keeps every robot's way within what it has seen
+- `share`: how large a share of the way to a candidate all rows allow, by closed form
 - `projection`: the nearest point to r that all half-spaces allow
+- `nearest`: the same where rows are cones in m, by tangents
 - `evaluate`: by how much a reference violates each certificate, exactly, at every predicted tick
 """

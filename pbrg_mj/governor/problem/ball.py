@@ -24,10 +24,11 @@ def ball_rows(half_spaces: HalfSpaces, formation: np.ndarray) -> Rows:
     """Return eq. 13: rho + G.(m + b_j) - h <= 0 for every half-space of robot i and every robot j that it binds.
 
     Eq. 12, G.(m + b_j) - h <= 0, is implied since rho >= 0. `formation` is b, (n, 2). Row k * n + j belongs to
-    slot k and robot j.
+    slot k and robot j. The half-spaces may be those of some robots only, their rows (robots, slots * n).
     """
-    n, slots = half_spaces.h.shape
-    C, d = np.empty((n, slots * n, 2)), np.empty((n, slots * n))
+    owners, slots = half_spaces.h.shape
+    shape = owners, slots * len(formation)
+    C, d = np.empty((*shape, 2)), np.empty(shape)
     _write_ball_rows(half_spaces.G, half_spaces.h, formation, C, d)
     return Rows(np.ones(d.shape), C, d, half_spaces.binds.reshape(d.shape))
 
@@ -75,7 +76,15 @@ class BallCertificate:
 
     def rows(self, half_spaces: HalfSpaces) -> Rows:
         """Return the rows of all g_i: ball rows of the half-spaces first, then those of the inputs."""
+        return self._with_inputs(half_spaces, self.inputs)
+
+    def rows_of(self, robot: int, half_spaces: HalfSpaces) -> Rows:
+        """Return the rows of one robot, (1, R), from its own half-spaces, arrays with a first axis of 1."""
+        inputs = None if self.inputs is None else Rows(*(array[robot : robot + 1] for array in self.inputs))
+        return self._with_inputs(half_spaces, inputs)
+
+    def _with_inputs(self, half_spaces: HalfSpaces, inputs: Rows | None) -> Rows:
         rows = ball_rows(half_spaces, self.formation)
         if self.growth != 1.0:
             rows = rows._replace(a=self.growth * rows.a)
-        return rows if self.inputs is None else stacked(rows, self.inputs)
+        return rows if inputs is None else stacked(rows, inputs)

@@ -1,0 +1,70 @@
+"""The nearest reference to a target that rows a rho + C.m <= d allow, rho known by the team's spread.
+
+Rows with a = 0 are half-planes. The others are convex: where one is violated at m, its tangent there is a half-plane
+that holds wherever it does. So the nearest point of half-planes and tangents, with a new tangent at every point found
+outside, comes to the nearest point of the rows (Kelley 1960), in the plane within a few steps.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pbrg_mj.governor.certificate.projection import least_violating, nearest_allowed
+from pbrg_mj.governor.certificate.share import Spread
+from pbrg_mj.governor.problem.rows import Rows
+from pbrg_mj.kernel import kernel
+
+TANGENTS = 64  # most, of all rows together
+CLOSE = 1e-9  # [m] by which a row may be violated at the point found
+BISECTIONS = 40
+
+
+def nearest_admissible(rows: Rows, spread: Spread, target: np.ndarray) -> tuple[np.ndarray, bool]:
+    """Return m (2,) [m], and whether some reference is admissible.
+
+    Where none is, m is the nearest to the target of those that violate the worst half-plane or tangent least.
+    """
+    active = rows.active
+    x, y, found = _nearest((rows.a[active], rows.C[active], rows.d[active]), spread, target)
+    return np.array([x, y]), found
+
+
+@kernel
+def _nearest(rows, spread, target):
+    a, C, d = rows
+    n, mean, square = spread
+    normals, offsets = np.zeros((len(d) + TANGENTS, 2)), np.zeros(len(d) + TANGENTS)  # seen from the target
+    count = 0
+    for r in range(len(d)):
+        if a[r] == 0.0:
+            normals[count] = C[r]
+            offsets[count] = d[r] - (C[r, 0] * target[0] + C[r, 1] * target[1])
+            count += 1
+    x = y = 0.0
+    for _ in range(TANGENTS):
+        found, x, y = nearest_allowed(0.0, 0.0, normals[:count], offsets[:count], 0.0)
+        if not found:
+            break
+        worst, which = CLOSE, -1
+        dx, dy = x + target[0] - mean[0], y + target[1] - mean[1]
+        radius = math.sqrt(n * (dx * dx + dy * dy) + square)
+        for r in range(len(d)):
+            value = a[r] * radius + C[r, 0] * (x + target[0]) + C[r, 1] * (y + target[1]) - d[r]
+            if a[r] > 0.0 and value > worst:
+                worst, which = value, r
+        if which < 0:
+            return x + target[0], y + target[1], True
+        along = a[which] * n / radius if radius > 0.0 else 0.0
+        gx, gy = along * dx + C[which, 0], along * dy + C[which, 1]
+        length = math.sqrt(gx * gx + gy * gy)
+        if length < CLOSE:
+            return x + target[0], y + target[1], False  # the least value of this row, and still positive
+        normals[count, 0], normals[count, 1] = gx / length, gy / length
+        offsets[count] = (gx * x + gy * y - worst) / length
+        count += 1
+    else:
+        return x + target[0], y + target[1], True  # all tangents used: as near as they come
+    x, y = least_violating(normals[:count], offsets[:count], BISECTIONS)
+    return x + target[0], y + target[1], False

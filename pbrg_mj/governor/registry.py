@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.governor.baselines import CentralizedGovernor, NoGovernor
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.centralized.optimum import CentralizedSolver
+from pbrg_mj.governor.certificate.ball import BallAtState
 from pbrg_mj.governor.certificate.directional_ball import DirectionalBall
 from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid
 from pbrg_mj.governor.certificate.predictive import PredictiveCertificate
@@ -21,12 +23,15 @@ from pbrg_mj.governor.certificate.speed import SpeedLimit, disc_facets, wheel_fa
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.certified.decide import AdvanceLimit
 from pbrg_mj.governor.certified.governor import CertifiedGovernor
+from pbrg_mj.governor.certified.layer import LayerProgram
 from pbrg_mj.governor.certified.robot import CertifiedProgram, repeats_for
 from pbrg_mj.governor.distributed.estimates import Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.distributed.penalty import exact_multiplier_cap
 from pbrg_mj.governor.guard import GuardedGovernor
 from pbrg_mj.governor.messaging.carrier import CarriedGovernor
+from pbrg_mj.governor.optimizers.by_name import OPTIMIZERS
+from pbrg_mj.governor.optimizers.synchronizer import Synchronizer
 from pbrg_mj.governor.plug_in import PlugInCertificate, PlugInGovernor, PlugInSolver
 from pbrg_mj.governor.problem.ball import BallCertificate
 from pbrg_mj.governor.problem.interface import Certificate, Governor, StateCertificate
@@ -78,10 +83,14 @@ def multiplier_cap(scenario: Scenario) -> float:
     return math.inf if settings.multiplier_cap is None else settings.multiplier_cap
 
 
+def _flow(scenario: Scenario) -> Flow:
+    return Flow(scenario.governor.alpha, round_step(scenario), multiplier_cap(scenario))
+
+
 def _distributed(scenario: Scenario) -> Governor:
     settings = scenario.governor
     optimizer = DistributedGovernor(
-        flow=Flow(settings.alpha, round_step(scenario), multiplier_cap(scenario)),
+        flow=_flow(scenario),
         rounds=settings.rounds,
         initial=settings.initial,
         channel=channel(scenario),
@@ -92,21 +101,42 @@ def _distributed(scenario: Scenario) -> Governor:
 
 
 def _certified(scenario: Scenario) -> Governor:
-    team, lines = network(scenario), channel(scenario)
+    team, lines, settings = network(scenario), channel(scenario), scenario.governor
     model = TeamModel.of_scenario(scenario)
     limits = _advance_limits(scenario, model)
-    if lines is None:
-        return CertifiedGovernor(limits, team.diameter)
-    rounds = scenario.governor.rounds
-    repeats = repeats_for(lines.loss.share, lines.loss.stay)
-    longest = int(lines.longest.max(initial=0))
-    cycle_ticks = max(1, math.ceil(2 * team.diameter * (longest + repeats) / rounds))
-    rows = CERTIFICATES[scenario.governor.certificate](scenario, team)
-    if not isinstance(rows, StateCertificate):
-        raise InputError(
-            f"is {scenario.governor.certificate}; allowed: a certificate of the state", key=CERTIFICATE_KEY
-        )
-    return CarriedGovernor(CertifiedProgram(team, rows, model, limits, cycle_ticks, repeats), rounds, lines)
+    repeats = 1 if lines is None else repeats_for(lines.loss.share, lines.loss.stay)
+    longest = 0 if lines is None else int(lines.longest.max(initial=0))
+    cycle_ticks = max(1, math.ceil(2 * team.diameter * (longest + repeats) / settings.rounds))
+    if settings.optimizer == "flooding":
+        if lines is None and cycle_ticks == 1:
+            return CertifiedGovernor(limits, team.diameter)
+        program = CertifiedProgram(team, _verified(scenario, team), model, limits, cycle_ticks, repeats)
+        return CarriedGovernor(program, settings.rounds, lines)
+    optimizer = OPTIMIZERS[settings.optimizer](scenario, team, _flow(scenario))
+    layer = LayerProgram(
+        network=team,
+        certificate=_verified(scenario, team),
+        model=model,
+        limits=limits,
+        optimizer=Synchronizer(optimizer, lossy=lines is not None and lines.loss.share > 0.0),
+        reference_range=settings.reference_range,
+        cycle_ticks=cycle_ticks,
+        repeats=repeats,
+    )
+    return CarriedGovernor(layer, settings.rounds, lines, tells_start=settings.initial == "start")
+
+
+def _verified(scenario: Scenario, team: Network) -> StateCertificate:
+    """Return the certificate whose rows, once they hold, make the scenario's hold at every tick while m is held."""
+    name = scenario.governor.certificate
+    if name == "ball":
+        return BallAtState.of(scenario, team, margin(scenario))
+    found = CERTIFICATES[name](scenario, team)
+    if isinstance(found, DirectionalBall):
+        return replace(found, growth=found.growth**2)
+    if not isinstance(found, StateCertificate):
+        raise InputError(f"is {name}; allowed: a certificate of the state", key=CERTIFICATE_KEY)
+    return found
 
 
 def _advance_limits(scenario: Scenario, model: TeamModel) -> tuple[AdvanceLimit, ...]:

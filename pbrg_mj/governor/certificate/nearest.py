@@ -27,7 +27,7 @@ def nearest_admissible(rows: Rows, spread: Spread, target: np.ndarray) -> tuple[
     Where none is, m is the nearest to the target of those that violate the worst half-plane or tangent least.
     """
     active = rows.active
-    x, y, found = _nearest((rows.a[active], rows.C[active], rows.d[active]), spread, target)
+    x, y, found = _nearest((rows.a[active], rows.C[active], rows.d[active]), tuple(spread), target)
     return np.array([x, y]), found
 
 

@@ -43,7 +43,7 @@ def largest_share(rows: Rows, spread: Spread, held: np.ndarray, candidate: np.nd
     `held` and `candidate` are (2,) [m].
     """
     active = rows.active
-    return _largest_share((rows.a[active], rows.C[active], rows.d[active]), spread, held, candidate)
+    return _largest_share((rows.a[active], rows.C[active], rows.d[active]), tuple(spread), held, candidate)
 
 
 @kernel

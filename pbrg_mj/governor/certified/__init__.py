@@ -1,5 +1,9 @@
 """The governor that applies only what a certificate of the whole team has verified.
 
 - `decide`: from what the half-spaces allow to the next reference
-- `governor`: the robots' exchange within a tick, computed at once
+- `flood`: how what one robot says reaches everybody
+- `robot`: the program of one robot whose leaders know everybody's rows
+- `governor`: that exchange within a tick, computed at once
+- `consensus`: the smallest of the robots' shares, and whether all have told theirs
+- `layer`: the program of one robot behind any optimizer: of its candidate what all owners of half-spaces have verified
 """

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pbrg_mj.governor.certified.decide import AdvanceLimit, next_reference
-from pbrg_mj.governor.certified.robot import COUNT, INTERVAL, ITEM, STATE
+from pbrg_mj.governor.certified.flood import COUNT, ITEM
+from pbrg_mj.governor.certified.robot import INTERVAL, STATE
 from pbrg_mj.governor.problem.interface import Problem, Solution
 
 

@@ -18,19 +18,18 @@ import numpy as np
 
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.certified.decide import AdvanceLimit, next_reference
+from pbrg_mj.governor.certified.flood import COUNT, Flood, Size
 from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer, RobotFacts
 from pbrg_mj.governor.problem.interface import Problem, StateCertificate, Status
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.team.network import Network
 
-ITEM = struct.Struct("<BHI")  # kind, robot, cycle
 STATE = struct.Struct("<7d")  # p, xi, held m, heading
-COUNT = struct.Struct("<B")
 INTERVAL = struct.Struct("<4d")  # G, lowest and highest G.m
 OF_STATE, OF_VERDICT = 0, 1
+SIZES = {OF_STATE: Size(STATE.size), OF_VERDICT: Size(0, INTERVAL.size)}
 
 FEW = 0.01  # share of items that a link may still lose after all repeats
-Key = tuple[int, int]  # kind, robot
 
 
 def repeats_for(lost: float, lost_again: float) -> int:
@@ -50,9 +49,7 @@ class CertifiedMemory:
     facts: RobotFacts
     own: OwnData
     held: np.ndarray  # (2,) NaN before the first decision
-    cycle: int
-    items: dict[Key, bytes]  # of this cycle: what arrived, and its own
-    sent: dict[Key, int]  # how often each was passed on
+    flood: Flood
     status: Status
 
 
@@ -69,36 +66,25 @@ class CertifiedProgram:
 
     def start(self, facts: RobotFacts, own: OwnData) -> CertifiedMemory:
         """Return the memory before the first tick."""
-        return CertifiedMemory(facts, own, np.full(2, np.nan), -1, {}, {}, "holding")
+        return CertifiedMemory(facts, own, np.full(2, np.nan), Flood.begin(-1), "holding")
 
     def begin(self, own: OwnData, memory: CertifiedMemory) -> CertifiedMemory:
         """Take the measurements; at a cycle's first tick, begin its flood."""
         if own.tick % self.cycle_ticks:
             return replace(memory, own=own)
-        cycle, robot = own.tick // self.cycle_ticks, memory.facts.robot
         state = STATE.pack(*own.p, *own.xi, *memory.held, own.heading)
-        items = {(OF_STATE, robot): ITEM.pack(OF_STATE, robot, cycle) + state}
-        return self._with_verdict(replace(memory, own=own, cycle=cycle, items=items, sent={}))
+        flood = Flood.begin(own.tick // self.cycle_ticks).made(OF_STATE, memory.facts.robot, state)
+        return self._with_verdict(replace(memory, own=own, flood=flood))
 
     def send(self, memory: CertifiedMemory) -> tuple[Mapping[int, bytes], CertifiedMemory]:
         """Pass on what has not been passed on often enough."""
-        fresh = [key for key in sorted(memory.items) if memory.sent.get(key, 0) < self.repeats]
-        if not fresh:
-            return {}, memory
-        content = b"".join(memory.items[key] for key in fresh)
-        sent = memory.sent | {key: memory.sent.get(key, 0) + 1 for key in fresh}
-        return dict.fromkeys(memory.facts.neighbours, content), replace(memory, sent=sent)
+        content, flood = memory.flood.passed_on(self.repeats)
+        return dict.fromkeys(memory.facts.neighbours, content), replace(memory, flood=flood)
 
     def receive(self, inbox: Sequence[tuple[int, bytes]], memory: CertifiedMemory) -> CertifiedMemory:
         """Keep the items of this cycle."""
-        found = dict(memory.items)
-        for _, content in inbox:
-            for key, cycle, item in _items(content):
-                if cycle == memory.cycle:
-                    found.setdefault(key, item)
-        if len(found) == len(memory.items):
-            return memory
-        return self._with_verdict(replace(memory, items=found))
+        flood = memory.flood.received((content for _, content in inbox), SIZES)
+        return memory if flood is memory.flood else self._with_verdict(replace(memory, flood=flood))
 
     def finish(self, memory: CertifiedMemory) -> tuple[RobotAnswer, CertifiedMemory]:
         """Decide in a cycle's last tick, or hold; before the first decision a leader stays where it is."""
@@ -109,10 +95,8 @@ class CertifiedProgram:
 
     def _team(self, memory: CertifiedMemory) -> np.ndarray | None:
         """Return p, xi, held m, heading of all robots (n, 7) in the cycle's first tick; None unless all are known."""
-        items = [memory.items.get((OF_STATE, robot)) for robot in range(memory.facts.robots)]
-        if any(item is None for item in items):
-            return None
-        return np.array([STATE.unpack_from(item, ITEM.size) for item in items if item is not None])
+        states = memory.flood.contents(OF_STATE, memory.facts.robots)
+        return None if states is None else np.array([STATE.unpack(state) for state in states])
 
     def _ahead(self, team: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return p, xi of the team in the cycle's last tick, and the m held till then; first the mean of p."""
@@ -128,18 +112,18 @@ class CertifiedProgram:
     def _with_verdict(self, memory: CertifiedMemory) -> CertifiedMemory:
         """Add the verdict on the robot's own half-spaces once the whole team is known."""
         robot = memory.facts.robot
-        if (OF_VERDICT, robot) in memory.items or (team := self._team(memory)) is None:
+        if memory.flood.content(OF_VERDICT, robot) is not None or (team := self._team(memory)) is None:
             return memory
         p, xi, held = self._ahead(team)
         rows = self.certificate.rows_at(memory.own.half_spaces, p, xi, held)
-        content = [ITEM.pack(OF_VERDICT, robot, memory.cycle), b""]
+        intervals = []
         for slot in np.flatnonzero(memory.own.half_spaces.active[0]).tolist():
             high, low = rows.d[0, 2 * slot], -rows.d[0, 2 * slot + 1]
             there = rows.active[0, 2 * slot : 2 * slot + 2]
             bounds = (low if there[1] else -np.inf, high if there[0] else np.inf)
-            content.append(INTERVAL.pack(*rows.C[0, 2 * slot], *bounds))
-        content[1] = COUNT.pack(len(content) - 2)
-        return replace(memory, items=memory.items | {(OF_VERDICT, robot): b"".join(content)})
+            intervals.append(INTERVAL.pack(*rows.C[0, 2 * slot], *bounds))
+        verdict = COUNT.pack(len(intervals)) + b"".join(intervals)
+        return replace(memory, flood=memory.flood.made(OF_VERDICT, robot, verdict))
 
     def _decided(self, memory: CertifiedMemory) -> CertifiedMemory:
         """Return the memory with the next m, or with the one held and the status `holding`."""
@@ -156,31 +140,13 @@ class CertifiedProgram:
 
     def _verdicts(self, memory: CertifiedMemory) -> Rows | None:
         """Return the rows of all verdicts (1, R), in the order of owners and slots; None unless all have come."""
-        intervals: list[tuple[float, ...]] = []
-        for robot in range(memory.facts.robots):
-            item = memory.items.get((OF_VERDICT, robot))
-            if item is None:
-                return None
-            intervals += INTERVAL.iter_unpack(item[ITEM.size + COUNT.size :])
+        verdicts = memory.flood.contents(OF_VERDICT, memory.facts.robots)
+        if verdicts is None:
+            return None
+        intervals = [one for verdict in verdicts for one in INTERVAL.iter_unpack(verdict[COUNT.size :])]
         data = np.array(intervals).reshape(-1, 4)
         C, d = np.empty((1, 2 * len(data), 2)), np.empty((1, 2 * len(data)))
         C[0, 0::2], C[0, 1::2] = data[:, :2], -data[:, :2]
         d[0, 0::2], d[0, 1::2] = data[:, 3], -data[:, 2]
         active = np.isfinite(d)
         return Rows(np.zeros(d.shape), C, np.where(active, d, 0.0), active)
-
-
-def _items(content: bytes) -> list[tuple[Key, int, bytes]]:
-    """Return the items of a message: whose, of which cycle, content."""
-    found, at = [], 0
-    while at < len(content):
-        kind, robot, cycle = ITEM.unpack_from(content, at)
-        size = ITEM.size
-        if kind == OF_STATE:
-            size += STATE.size
-        else:
-            (count,) = COUNT.unpack_from(content, at + ITEM.size)
-            size += COUNT.size + count * INTERVAL.size
-        found.append(((kind, robot), cycle, content[at : at + size]))
-        at += size
-    return found

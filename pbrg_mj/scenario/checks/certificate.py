@@ -38,10 +38,11 @@ def _barrier(scenario: Scenario) -> Iterator[Diagnostic]:
 
 def _certified(scenario: Scenario) -> Iterator[Diagnostic]:
     governor, network = scenario.governor, scenario.network
-    if governor.certificate not in OF_THE_STATE:
+    allowed = OF_THE_STATE if governor.optimizer == "flooding" else (*OF_THE_STATE, "ball")
+    if governor.certificate not in allowed:
         yield Diagnostic(
             ("governor", "certificate"),
-            f"is {governor.certificate} with `kind: certified`; allowed: {', '.join(OF_THE_STATE)}",
+            f"is {governor.certificate} with `kind: certified`; allowed: {', '.join(allowed)}",
         )
     if governor.guard:
         yield Diagnostic(("governor", "guard"), "is true with `kind: certified`, which needs none; allowed: false")

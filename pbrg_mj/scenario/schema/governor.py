@@ -32,6 +32,29 @@ class Control(Section):
     )
 
 
+class Nids(Section):
+    """`optimizer: nids`."""
+
+    step: Annotated[float, Field(gt=0, lt=1)] = Field(default=0.5, description="c of its gradient steps [-]")
+    mixing: Annotated[float, Field(gt=0, le=1)] = Field(
+        default=1.0, description="w lambda_max(L), w the weight of each neighbour [-]"
+    )
+
+
+class Admm(Section):
+    """`optimizer: admm`."""
+
+    penalty: Positive = Field(default=0.5, description="c of what neighbours' difference costs [-]")
+
+
+class FlowInM(Section):
+    """`optimizer: flow_in_m`."""
+
+    step: Positive = Field(default=0.25, description="h of its Euler steps, one each round [-]")
+    gain: Positive = Field(default=1.0, description="of cost and rows against consensus [-]")
+    augmentation: NonNegative = Field(default=1.0, description="k of the augmented multipliers [-]")
+
+
 class Governor(Section):
     """The reference governor."""
 
@@ -51,6 +74,14 @@ class Governor(Section):
         default=None,
         description="step of one round [s]; default tick / rounds: the paper's algorithm in real time",
     )
+    optimizer: Literal["flooding", "nids", "admm", "flow_in_m", "scalar", "paper_flow"] = Field(
+        default="flooding",
+        description="`kind: certified`: how the robots find a reference: flooding (leaders know all rows), or an "
+        "optimizer, of whose answer the share is applied that all robots have verified",
+    )
+    nids: Nids = Nids()
+    admm: Admm = Admm()
+    flow_in_m: FlowInM = FlowInM()
     certificate: str = Field(
         default="ball",
         description="how half-spaces and state become constraints: ball (eq. 13), directional_ball, predictive, or a "

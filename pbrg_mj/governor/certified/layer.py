@@ -1,0 +1,218 @@
+"""The certified layer over any optimizer, as the program of one robot: apply only what everybody has verified.
+
+Time is cut into cycles as in `robot`. In a cycle's first tick every robot floods its state, and the first leader what
+its optimizer says by then, the candidate m_c. Who knows the state of everyone predicts the team to the cycle's last
+tick and finds, by its own rows, the largest share kappa_i of the way from the held m to m_c (`certificate.share`). The
+smallest of all is agreed on (`consensus`), and in the last tick all leaders move by it. A leader that lacks a verdict
+holds. Rows stay with their owners, but for one case: where somebody's forbid even the held m, all owners flood theirs
+in the next cycle, and leaders that have them all retreat to the nearest m that they allow.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from pbrg_mj.governor.certificate.nearest import nearest_admissible
+from pbrg_mj.governor.certificate.share import Spread, largest_share
+from pbrg_mj.governor.certificate.team_model import TeamModel
+from pbrg_mj.governor.certified.consensus import Verdict
+from pbrg_mj.governor.certified.decide import AdvanceLimit
+from pbrg_mj.governor.certified.flood import COUNT, Flood, Size
+from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer, RobotFacts
+from pbrg_mj.governor.optimizers.interface import LocalProblem, no_rows
+from pbrg_mj.governor.optimizers.synchronizer import Iterate, Synchronizer
+from pbrg_mj.governor.problem.interface import StateCertificate, Status
+from pbrg_mj.governor.problem.near_reference import near_references
+from pbrg_mj.governor.problem.rows import Rows
+from pbrg_mj.team.network import Network
+
+STATE = struct.Struct("<7d?")  # p, xi, held m, heading, whether rows are asked for
+AIM = struct.Struct("<2d")  # the first leader's candidate
+ROW = struct.Struct("<4d")  # a, C, d
+OF_STATE, OF_AIM, OF_ROWS = 0, 1, 2
+SIZES = {OF_STATE: Size(STATE.size), OF_AIM: Size(AIM.size), OF_ROWS: Size(0, ROW.size)}
+PARTS = struct.Struct("<IB")  # lengths of a message's floods and verdict; the optimizer's message follows
+
+
+class Ahead(NamedTuple):
+    """The team in a cycle's last tick, as everybody predicts it who knows all states of its first."""
+
+    p: np.ndarray  # (n, 2) [m]
+    xi: np.ndarray  # (n, 2) [m]
+    heading: np.ndarray  # (n,) of the bodies in the first tick [rad]
+    held: np.ndarray  # (2,) m till then [m]; first the mean of p
+    candidate: np.ndarray  # (2,) [m]
+    asked: bool  # for everybody's rows
+
+
+@dataclass(frozen=True)
+class LayerMemory:
+    """What one robot remembers."""
+
+    facts: RobotFacts
+    held: np.ndarray  # (2,) NaN before the first decision
+    flood: Flood
+    verdict: Verdict
+    told: int  # how often this verdict was sent
+    local: LocalProblem
+    iterate: Iterate
+    status: Status
+
+
+@dataclass(frozen=True)
+class LayerProgram:
+    """What all robots know beforehand."""
+
+    network: Network
+    certificate: StateCertificate
+    model: TeamModel
+    limits: tuple[AdvanceLimit, ...]
+    optimizer: Synchronizer
+    reference_range: float  # a leader takes r from no farther than this [m]
+    cycle_ticks: int
+    repeats: int  # how often every robot passes on what is new: more than once where messages are lost
+
+    def start(self, facts: RobotFacts, own: OwnData) -> LayerMemory:
+        """Return the memory before the first tick."""
+        local = LocalProblem(own, self._reference(own), no_rows(), Spread.of(own.p[None], own.xi[None]))
+        iterate = self.optimizer.start(facts, local)
+        return LayerMemory(facts, np.full(2, np.nan), Flood.begin(-1), Verdict.empty(0), 0, local, iterate, "holding")
+
+    def begin(self, own: OwnData, memory: LayerMemory) -> LayerMemory:
+        """Take the measurements; at a cycle's first tick, begin its floods."""
+        memory = replace(memory, local=memory.local._replace(own=own, reference=self._reference(own)))
+        if own.tick % self.cycle_ticks:
+            return memory
+        cycle, robot = own.tick // self.cycle_ticks, memory.facts.robot
+        state = STATE.pack(*own.p, *own.xi, *memory.held, own.heading, memory.verdict.forbidden)
+        flood = Flood.begin(cycle).made(OF_STATE, robot, state)
+        if robot == self._first_leader:
+            candidate = self.optimizer.aim(memory.local, memory.iterate)
+            flood = flood.made(OF_AIM, robot, AIM.pack(*candidate))
+        return self._judged(replace(memory, flood=flood, verdict=Verdict.empty(cycle), told=0))
+
+    def send(self, memory: LayerMemory) -> tuple[Mapping[int, bytes], LayerMemory]:
+        """Pass on what has not been passed on often enough, and the optimizer's message."""
+        floods, flood = memory.flood.passed_on(self.repeats)
+        verdict, told = b"", memory.told
+        if memory.verdict.robots and told < self.repeats:
+            verdict, told = memory.verdict.packed(memory.facts.robots), told + 1
+        iteration, iterate = self.optimizer.send(memory.iterate)
+        if not (floods or verdict or iteration):
+            return {}, memory
+        content = PARTS.pack(len(floods), len(verdict)) + floods + verdict + iteration
+        after = replace(memory, flood=flood, told=told, iterate=iterate)
+        return dict.fromkeys(memory.facts.neighbours, content), after
+
+    def receive(self, inbox: Sequence[tuple[int, bytes]], memory: LayerMemory) -> LayerMemory:
+        """Take in items, verdicts and what the neighbours' optimizers say."""
+        flood, verdict, iterations = memory.flood, memory.verdict, []
+        for sender, content in inbox:
+            floods, verdicts, iteration = _parts(content)
+            flood = flood.received([floods], SIZES)
+            if verdicts:
+                verdict = verdict.merged(Verdict.unpacked(verdicts))
+            if iteration:
+                iterations.append((sender, iteration))
+        iterate = self.optimizer.receive(iterations, memory.local, memory.iterate)
+        told = memory.told if verdict == memory.verdict else 0
+        return self._judged(replace(memory, flood=flood, verdict=verdict, told=told, iterate=iterate))
+
+    def finish(self, memory: LayerMemory) -> tuple[RobotAnswer, LayerMemory]:
+        """Decide in a cycle's last tick, or hold; before the first decision a leader stays where it is."""
+        if (memory.local.own.tick + 1) % self.cycle_ticks == 0:
+            memory = self._decided(memory)
+        m = memory.local.own.p if np.isnan(memory.held).any() else memory.held
+        return RobotAnswer(m, memory.status), memory
+
+    @property
+    def _first_leader(self) -> int:
+        return int(np.flatnonzero(self.network.leader)[0])
+
+    def _reference(self, own: OwnData) -> np.ndarray | None:
+        """Return r as a leader takes it, (2,); None of other robots."""
+        if own.reference is None:
+            return None
+        return near_references(own.p[None], own.reference, self.reference_range)[0]
+
+    def _ahead(self, memory: LayerMemory) -> Ahead | None:
+        """Return the team in the cycle's last tick; None unless all states and the candidate are known."""
+        aim = memory.flood.content(OF_AIM, self._first_leader)
+        states = memory.flood.contents(OF_STATE, memory.facts.robots)
+        if aim is None or states is None:
+            return None
+        team = np.array([STATE.unpack(state) for state in states])
+        p, xi = np.ascontiguousarray(team[:, 0:2]), np.ascontiguousarray(team[:, 2:4])
+        held = team[self._first_leader, 4:6].copy()
+        if np.isnan(held).any():
+            held = p.mean(axis=0)
+        p, xi = self.model.predicted(p, xi, held, self.cycle_ticks - 1)
+        candidate = np.array(AIM.unpack(aim))
+        if not np.isfinite(candidate).all():  # an optimizer that has diverged
+            candidate = held
+        return Ahead(p, xi, team[:, 6].copy(), held, candidate, asked=bool(team[:, 7].any()))
+
+    def _judged(self, memory: LayerMemory) -> LayerMemory:
+        """Give the robot's own verdict on the candidate once the whole team is known."""
+        robot, own = memory.facts.robot, memory.local.own
+        if memory.verdict.robots >> robot & 1 or (ahead := self._ahead(memory)) is None:
+            return memory
+        rows = self.certificate.rows_at(own.half_spaces, ahead.p, ahead.xi, ahead.held)
+        spread = Spread.of(ahead.p, ahead.xi)
+        share, allowed = largest_share(rows, spread, ahead.held, ahead.candidate)
+        return replace(
+            memory,
+            flood=memory.flood.made(OF_ROWS, robot, _packed(rows)) if ahead.asked else memory.flood,
+            verdict=memory.verdict.with_own(robot, share, not allowed),
+            told=0,
+            local=memory.local._replace(rows=rows, spread=spread),
+        )
+
+    def _decided(self, memory: LayerMemory) -> LayerMemory:
+        """Return the memory with the next m, or with the one held and why."""
+        ahead, verdict = self._ahead(memory), memory.verdict
+        if ahead is None or not verdict.complete(memory.facts.robots):
+            return replace(memory, status="holding")
+        first = np.isnan(memory.held).any() and self.cycle_ticks > 1  # until now leaders stayed, and held no m
+        if first or not memory.facts.leads:
+            return replace(memory, held=ahead.held, status="ok")
+        if verdict.forbidden:
+            return self._retreated(memory, ahead)
+        advance = verdict.share * (ahead.candidate - ahead.held)
+        error = np.vstack([ahead.p - ahead.held, ahead.xi])
+        share = min((limit.share(error, ahead.heading, advance) for limit in self.limits), default=1.0)
+        return replace(memory, held=ahead.held + share * advance, status="ok")
+
+    def _retreated(self, memory: LayerMemory, ahead: Ahead) -> LayerMemory:
+        """Return the memory with the nearest m that all rows allow; while rows are still to come, with the one held."""
+        floods = memory.flood.contents(OF_ROWS, memory.facts.robots)
+        if floods is None:
+            return replace(memory, held=ahead.held, status="inadmissible")
+        m, found = nearest_admissible(_unpacked(floods), Spread.of(ahead.p, ahead.xi), ahead.held)
+        return replace(memory, held=m, status="ok" if found else "infeasible")
+
+
+def _parts(content: bytes) -> tuple[bytes, bytes, bytes]:
+    """Return the floods, the verdict and the optimizer's message that a message holds."""
+    floods, verdict = PARTS.unpack_from(content)
+    after = PARTS.size + floods
+    return content[PARTS.size : after], content[after : after + verdict], content[after + verdict :]
+
+
+def _packed(rows: Rows) -> bytes:
+    """Return a robot's rows as they are flooded."""
+    active = rows.active
+    entries = zip(rows.a[active].tolist(), rows.C[active].tolist(), rows.d[active].tolist(), strict=True)
+    packed = [ROW.pack(a, *C, d) for a, C, d in entries]
+    return COUNT.pack(len(packed)) + b"".join(packed)
+
+
+def _unpacked(floods: Sequence[bytes]) -> Rows:
+    """Return the rows of all robots, (1, R)."""
+    data = np.array([row for flood in floods for row in ROW.iter_unpack(flood[COUNT.size :])]).reshape(1, -1, 4)
+    return Rows(data[:, :, 0], data[:, :, 1:3], data[:, :, 3], np.ones(data.shape[:2], dtype=bool))

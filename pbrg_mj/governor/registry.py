@@ -37,6 +37,7 @@ from pbrg_mj.governor.problem.ball import BallCertificate
 from pbrg_mj.governor.problem.interface import Certificate, Governor, StateCertificate
 from pbrg_mj.governor.velocity_filter.barrier import BarrierFilter
 from pbrg_mj.governor.velocity_filter.interface import VelocityFilter
+from pbrg_mj.governor.velocity_filter.separation import SeparationFilter, separation
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.channel import channel
 from pbrg_mj.team.graph import network
@@ -141,7 +142,7 @@ def _verified(scenario: Scenario, team: Network) -> StateCertificate:
 
 def _advance_limits(scenario: Scenario, model: TeamModel) -> tuple[AdvanceLimit, ...]:
     """Return what stops advances of a certified m. Raises InputError where beams are too short to move at all."""
-    facets, robot, limits = speed_facets(scenario), load_robot_model(), []
+    facets, robot, limits = speed_facets(scenario, scenario.governor.speed_rows), load_robot_model(), []
     grid = PredictionGrid.of(model)
     if len(facets):
         limits.append(SpeedLimit.of(model, grid, facets, robot.hand_offset))
@@ -162,11 +163,11 @@ def _sight(scenario: Scenario) -> float:
     )
 
 
-def speed_facets(scenario: Scenario) -> np.ndarray:
+def speed_facets(scenario: Scenario, wheels: bool) -> np.ndarray:
     """Return the facets (F, 2) [s/m], in the body's axes, of the velocities that robots may be asked for."""
     control, robot = scenario.control, load_robot_model()
     facets = [np.zeros((0, 2))]
-    if scenario.plant == "physics" and scenario.governor.speed_rows:
+    if scenario.plant == "physics" and wheels:
         facets.append(wheel_facets(robot))
     if control.speed_limit is not None:
         facets.append(disc_facets(control.speed_limit, control.speed_facets))
@@ -198,6 +199,8 @@ def velocity_filters(scenario: Scenario) -> tuple[VelocityFilter, ...]:
     settings, filters = scenario.governor, []
     if settings.kind == "cbf":
         filters.append(BarrierFilter(settings.barrier_gain, margin(scenario)))
+    if separation(scenario) is not None:
+        filters.append(SeparationFilter.of(scenario, margin(scenario), speed_facets(scenario, wheels=True)))
     return tuple(filters)
 
 

@@ -14,6 +14,7 @@ from pbrg_mj.governor.problem.interface import Certificate, Problem, StateCertif
 from pbrg_mj.governor.problem.near_reference import write_near_references
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.governor.registry import certificate, governor
+from pbrg_mj.governor.velocity_filter.separation import separation
 from pbrg_mj.kernel import kernel
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.graph import network
@@ -45,6 +46,8 @@ class BatchParameters:
         if not isinstance(chosen, DistributedGovernor) or chosen.channel is not None or chosen.backend != "compiled":
             only = "a batch runs the distributed governor alone, compiled, without guard, delay, loss or outage"
             raise InputError(f"{only}; run the seeds one by one", key="governor")
+        if separation(scenario) is not None:
+            raise InputError("a batch filters no velocities; run the seeds one by one", key="control.separation")
         rows = certificate(scenario)
         if isinstance(rows, StateCertificate):
             raise InputError("a batch has rows of the ball alone; run the seeds one by one", key="governor.certificate")

@@ -98,7 +98,9 @@ def _certify(
 ) -> tuple[MonitorState, list[_Certificates]]:
     p, xi, _ = block.state
     velocity = stack_ticks([one.velocity for one in ticks])
-    ways, winding = wind_up(monitor.wind_up_rule, before.wind_up, p, xi, velocity)
+    displaced = [one.displacement for one in ticks if one.displacement is not None]
+    driven = p + stack_ticks(displaced) if displaced else p  # velocities are those of q
+    ways, winding = wind_up(monitor.wind_up_rule, before.wind_up, driven, xi, velocity)
     m = stack_ticks([one.solution.m for one in ticks])
     multipliers = stack_ticks([one.solution.multipliers for one in ticks])
     evaluated = diagnose(block, m, multipliers, before.operation)

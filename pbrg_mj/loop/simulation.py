@@ -15,6 +15,7 @@ import numpy as np
 from pbrg_mj.governor.monitor.passivity_monitor import passivity_monitor
 from pbrg_mj.governor.plug_in import PlugInGovernor
 from pbrg_mj.governor.registry import certificate, governor, reference_solver, velocity_filters
+from pbrg_mj.governor.velocity_filter.separation import separation
 from pbrg_mj.kernel import clock
 from pbrg_mj.loop.monitor import CompletedTick, Monitor, MonitorState, evaluate
 from pbrg_mj.loop.record import TickRecord
@@ -127,7 +128,8 @@ class Simulation:
         """Yield every tick; the caller advances the world before it asks for the next."""
         loop = self.loop
         xi = np.zeros((loop.network.robots, 2))
-        state = LoopState(None, loop.estimator.init(), None, None, None, None, None, xi)
+        displacement = None if separation(loop.scenario) is None else np.zeros_like(xi)
+        state = LoopState(None, loop.estimator.init(), None, None, None, None, None, xi, displacement)
         for index in range(self.ticks + 1):
             state, tick = control_tick(loop, state, index)
             yield tick

@@ -70,6 +70,7 @@ class LoopState(NamedTuple):
     governor: Any  # likewise
     m: np.ndarray | None  # (n, 2) governed references [m]; likewise
     xi: np.ndarray  # (n, 2) [m]
+    displacement: np.ndarray | None  # (n, 2) of q from p + b [m]; None where robots keep no distance
 
 
 class ControlTick(NamedTuple):
@@ -83,6 +84,7 @@ class ControlTick(NamedTuple):
     problem: Problem
     solution: Solution
     memory: Any  # the governor's, after its step
+    displacement: np.ndarray | None  # (n, 2) of q from p + b [m]; None where robots keep no distance
     velocity: np.ndarray  # (n, 2) u of eq. 2, as velocity filters leave it [m/s]
     command: np.ndarray  # (n, 2) wheel voltages [V] or speeds [rad/s]; u [m/s] in the ideal plant
     timestamps: tuple[float, ...]  # wall clock before sensing, and after sensing, perception, governor, control [s]
@@ -104,10 +106,11 @@ def control_tick(loop: ClosedLoop, state: LoopState, index: int) -> tuple[LoopSt
     if pose is None or readings.body_pose is not pose.body_pose:
         hand_world = hand_point(readings.body_pose, loop.hand_offset)
         pose = PoseEstimate(readings.body_pose, hand_world, hand_world - loop.formation)
-    rows = _rows(loop, state, half_spaces, pose)
+    p = pose.p if state.displacement is None else pose.p - state.displacement
+    rows = _rows(loop, state, half_spaces, p)
     problem = Problem(
         network=loop.network,
-        p=pose.p,
+        p=p,
         xi=state.xi,
         rows=rows,
         reference=operator_reference(scenario.operator, time),
@@ -122,9 +125,13 @@ def control_tick(loop: ClosedLoop, state: LoopState, index: int) -> tuple[LoopSt
     velocity, xi_rate = pre_stabilise(
         loop.network, scenario.control, problem.p, problem.xi, solution.m, scenario.governor.backend
     )
+    driven = velocity
     for one in loop.velocity_filters:
-        velocity = one.filtered(problem, pose.hand_world, solution.m, velocity)
-    command = loop.drive.command(velocity, readings.body_pose)
+        driven = one.filtered(problem, pose.hand_world, solution.m, driven)
+    displacement = state.displacement
+    if displacement is not None:
+        displacement = displacement + scenario.timing.tick * (driven - velocity)
+    command = loop.drive.command(driven, readings.body_pose)
     timestamps = (began, sensed, perceived, governed, clock())
 
     tick = ControlTick(
@@ -136,20 +143,21 @@ def control_tick(loop: ClosedLoop, state: LoopState, index: int) -> tuple[LoopSt
         problem=problem,
         solution=solution,
         memory=memory,
-        velocity=velocity,
+        displacement=state.displacement,
+        velocity=driven,
         command=command,
         timestamps=timestamps,
     )
     xi = state.xi + scenario.timing.tick * xi_rate
-    return LoopState(readings, estimator, half_spaces, rows, pose, memory, solution.m, xi), tick
+    return LoopState(readings, estimator, half_spaces, rows, pose, memory, solution.m, xi, displacement), tick
 
 
-def _rows(loop: ClosedLoop, state: LoopState, half_spaces: HalfSpaces, pose: PoseEstimate) -> Rows:
+def _rows(loop: ClosedLoop, state: LoopState, half_spaces: HalfSpaces, p: np.ndarray) -> Rows:
     """Return the certificate's rows: of the state at every tick, or those of before while the half-spaces stay."""
     if loop.of_the_state is not None:
         network, m = loop.network, state.m
-        held = pose.p.mean(axis=0) if m is None else network.leader @ m / network.leaders
-        return loop.of_the_state.rows_at(half_spaces, pose.p, state.xi, held)
+        held = p.mean(axis=0) if m is None else network.leader @ m / network.leaders
+        return loop.of_the_state.rows_at(half_spaces, p, state.xi, held)
     if state.rows is None or half_spaces is not state.half_spaces:
         return cast(Certificate, loop.certificate).rows(half_spaces)
     return state.rows

@@ -25,7 +25,7 @@ from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.team.network import Network
 
 STATE = struct.Struct("<7d")  # p, xi, held m, heading
-INTERVAL = struct.Struct("<4d")  # G, lowest and highest G.m
+INTERVAL = struct.Struct("<5d")  # G and h, which velocity filters need too; lowest and highest G.m
 OF_STATE, OF_VERDICT = 0, 1
 SIZES = {OF_STATE: Size(STATE.size), OF_VERDICT: Size(0, INTERVAL.size)}
 
@@ -116,12 +116,12 @@ class CertifiedProgram:
             return memory
         p, xi, held = self._ahead(team)
         rows = self.certificate.rows_at(memory.own.half_spaces, p, xi, held)
-        intervals = []
+        intervals, h = [], memory.own.half_spaces.h[0]
         for slot in np.flatnonzero(memory.own.half_spaces.active[0]).tolist():
             high, low = rows.d[0, 2 * slot], -rows.d[0, 2 * slot + 1]
             there = rows.active[0, 2 * slot : 2 * slot + 2]
             bounds = (low if there[1] else -np.inf, high if there[0] else np.inf)
-            intervals.append(INTERVAL.pack(*rows.C[0, 2 * slot], *bounds))
+            intervals.append(INTERVAL.pack(*rows.C[0, 2 * slot], h[slot], *bounds))
         verdict = COUNT.pack(len(intervals)) + b"".join(intervals)
         return replace(memory, flood=memory.flood.made(OF_VERDICT, robot, verdict))
 
@@ -144,9 +144,9 @@ class CertifiedProgram:
         if verdicts is None:
             return None
         intervals = [one for verdict in verdicts for one in INTERVAL.iter_unpack(verdict[COUNT.size :])]
-        data = np.array(intervals).reshape(-1, 4)
+        data = np.array(intervals).reshape(-1, 5)
         C, d = np.empty((1, 2 * len(data), 2)), np.empty((1, 2 * len(data)))
         C[0, 0::2], C[0, 1::2] = data[:, :2], -data[:, :2]
-        d[0, 0::2], d[0, 1::2] = data[:, 3], -data[:, 2]
+        d[0, 0::2], d[0, 1::2] = data[:, 4], -data[:, 3]
         active = np.isfinite(d)
         return Rows(np.zeros(d.shape), C, np.where(active, d, 0.0), active)

@@ -3,4 +3,5 @@
 - `interface`: the protocol `VelocityFilter`
 - `barrier`: every robot's control barrier function: nearest velocity that approaches half-spaces no faster than allowed
 - `potential_field`: every robot is repelled from the half-spaces that it sees
+- `separation`: robots keep their distance from each other
 """

@@ -12,9 +12,10 @@ from pbrg_mj.governor.problem.interface import Problem
 class VelocityFilter(Protocol):
     """Frozen parameters and no memory.
 
-    Robot j's velocity may depend on its own data and on p and xi of its neighbours, which eq. 2 has sent: no filter has
-    messages of its own. Where a scenario has several, each takes what the one before it answered. xi is integrated as
-    eq. 2 says, whatever is driven.
+    Robot j's velocity may depend on its own data, on p and xi of its neighbours, which eq. 2 has sent, and on where
+    robots beside it are, which it sees: no filter has messages of its own. Where a scenario has several, each takes
+    what the one before it answered. xi is integrated as eq. 2 says, whatever is driven; where a scenario asks for
+    `control.separation`, so is p: what filters change then displaces a robot from p + b.
     """
 
     def filtered(self, problem: Problem, hand_world: np.ndarray, m: np.ndarray, velocity: np.ndarray) -> np.ndarray:

@@ -30,6 +30,11 @@ class Control(Section):
         default=8,
         description="sides of the polygon inside the disc of `speed_limit`, where rows tell directions apart",
     )
+    separation: Literal["auto"] | Positive | None = Field(
+        default="auto",
+        description="least distance of two hand points, kept by filtering velocities [m]; auto: 0.22 with "
+        "`governor.kind: certified` in physics, where bodies touch at 0.2 or less, else null: robots are no obstacles",
+    )
 
 
 class Nids(Section):

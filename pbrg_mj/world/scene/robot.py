@@ -65,6 +65,11 @@ class RobotModel:
         return self.wheel_inertia + self.mass * self.wheel_radius**2 / 2
 
     @property
+    def time_constant(self) -> float:
+        """Of the speed behind the voltage when the robot drives straight [s]: J omega_0 / stall torque."""
+        return self.driven_inertia * self.no_load_speed / self.stall_torque
+
+    @property
     def loaded_speed(self) -> float:
         """Wheel speed at the nominal voltage against Coulomb friction [rad/s]: the most a wheel can be asked for."""
         return self.no_load_speed * (1 - self.coulomb_torque / self.stall_torque)

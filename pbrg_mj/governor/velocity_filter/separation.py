@@ -1,0 +1,153 @@
+"""Robots keep their distance: a filter of velocities that neither the certificate nor eq. 2 need to know of.
+
+Eq. 2 moves the points s_j = p_j + b_j at u_j. Robot j drives at w_j, and q_j - s_j is its displacement:
+
+    d(q_j - s_j)/dt = w_j - u_j,    p_j = q_j - b_j - (q_j - s_j).
+
+So p and xi move by eq. 9 whatever w is: V falls, and what was predicted of the s_j stays true. w_j is the nearest
+velocity to u_j - gamma (q_j - s_j), scaled to what the wheels can do, with
+
+    n_ij.w_j <= gamma / 2 (||q_i - q_j|| - d)_+    for every other robot i, n_ij from j to i,
+    G.w_j <= max(0, gamma (h - G.q_j), room)       for every half-space that binds j,
+
+room = G.(s_j + tick u_j - q_j) / tick if s_j + tick u_j is behind the half-space, else 0. w_j = 0 meets all of them.
+Both robots of a pair take half, so ||q_i - q_j|| stays above d if it was, and below d it never falls; nobody crosses a
+half-space. Both are exact with w held for a tick and gamma tick <= 1 (docs/distances.md). Half-planes between pairs of
+robots: Wang, Ames and Egerstedt, IEEE T-RO 33(3), 2017.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pbrg_mj.governor.certificate.projection import nearest_allowed
+from pbrg_mj.governor.problem.interface import Problem
+from pbrg_mj.kernel import kernel
+from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.world.scene.robot import load_robot_model
+
+MARGIN = 0.02  # [m] of `auto`, above the distance at which two bodies cannot touch at any heading
+
+
+@dataclass(frozen=True)
+class SeparationFilter:
+    """What every robot does to its velocity."""
+
+    formation: np.ndarray  # (n, 2) b [m]
+    distance: float  # d, of two hand points [m]
+    margin: float  # from half-spaces [m]
+    gain: float  # gamma [1/s]
+    facets: np.ndarray  # (F, 2) facet.w <= 1 in the body's axes: what the wheels can do [s/m]
+    tick: float  # [s]
+
+    @classmethod
+    def of(cls, scenario: Scenario, margin: float, facets: np.ndarray) -> SeparationFilter:
+        """Return the filter of a scenario that has one. Behind all that lags, an approach at its gain does not swing.
+
+        A distance x above d that falls by gamma x behind a lag tau, tau x'' + x' + gamma x = 0, is critically damped
+        at gamma = 1 / (4 tau).
+        """
+        distance, camera, lag = separation(scenario), scenario.sensors.camera, scenario.timing.tick
+        if distance is None:
+            raise ValueError("the scenario asks for no separation")
+        if scenario.plant == "physics":
+            lag += load_robot_model().time_constant + 1.0 / camera.rate_hz + camera.delay
+        formation = np.array(scenario.team.formation, dtype=float)
+        return cls(formation, distance, margin, 1.0 / (4.0 * lag), facets, scenario.timing.tick)
+
+    def filtered(self, problem: Problem, hand_world: np.ndarray, m: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+        """Return w (n, 2) [m/s] for u, `velocity`. Raises ValueError for a problem without half-spaces."""
+        spaces = problem.half_spaces
+        if spaces is None or problem.heading is None:
+            raise ValueError("this filter needs half-spaces and headings in the problem")
+        driven = np.empty(velocity.shape)
+        _write_driven(
+            (spaces.G, spaces.h, spaces.active, spaces.binds),
+            (hand_world, hand_world - self.formation - problem.p, velocity),
+            (problem.heading, self.facets),
+            (self.distance, self.margin, self.gain, self.tick),
+            driven,
+        )
+        return driven
+
+
+def separation(scenario: Scenario) -> float | None:
+    """Return the least distance of hand points that a scenario asks for [m]; None: robots are no obstacles.
+
+    `auto` keeps bodies apart at all headings, or what the formation leaves.
+    """
+    given = scenario.control.separation
+    if given != "auto":
+        return given
+    if scenario.plant != "physics" or scenario.governor.kind != "certified":
+        return None
+    formation = np.array(scenario.team.formation, dtype=float)
+    pairs = (float(np.linalg.norm(formation[:j] - formation[j], axis=1).min()) for j in range(1, len(formation)))
+    return min([2 * load_robot_model().clearance + MARGIN, *pairs])
+
+
+@kernel
+def _write_driven(half_spaces, state, wheels, numbers, driven):
+    """Write w; `half_spaces` are G, h, active, binds; `state` q, the displacements and u, each (n, 2)."""
+    q, displacement, u = state
+    heading, facets = wheels
+    distance, margin, gain, tick = numbers
+    n, (owners, slots) = len(q), half_spaces[1].shape
+    normals, offsets = np.empty((n + owners * slots, 2)), np.empty(n + owners * slots)
+    for j in range(n):
+        x, y = u[j, 0] - gain * displacement[j, 0], u[j, 1] - gain * displacement[j, 1]
+        scale = _scale(x, y, heading[j], facets)
+        wx, wy = scale * x, scale * y
+        speed = math.sqrt(wx * wx + wy * wy)
+        rows = _robots_in_the_way(q, j, (distance, gain, speed), normals, offsets)
+        rows = _half_spaces_in_the_way(half_spaces, state, j, (margin, gain, tick, speed), normals, offsets, rows)
+        found, x, y = nearest_allowed(wx, wy, normals[:rows], offsets[:rows], 0.0)
+        scale = _scale(x, y, heading[j], facets) if found else 0.0  # but for rounding, 0 is allowed
+        driven[j, 0], driven[j, 1] = scale * x, scale * y
+
+
+@kernel
+def _scale(x, y, heading, facets):
+    """Return the largest share, at most 1, of a velocity that the wheels can do at this heading."""
+    c, s, largest = math.cos(heading), math.sin(heading), 1.0
+    for f in range(len(facets)):
+        largest = max(largest, facets[f, 0] * (c * x + s * y) + facets[f, 1] * (c * y - s * x))
+    return 1.0 / largest
+
+
+@kernel
+def _robots_in_the_way(q, j, numbers, normals, offsets):
+    """Write the rows of robots so near that a velocity of this speed may violate them; return how many."""
+    distance, gain, speed = numbers
+    rows = 0
+    for i in range(len(q)):
+        x, y = q[i, 0] - q[j, 0], q[i, 1] - q[j, 1]
+        apart = math.sqrt(x * x + y * y)
+        room = 0.5 * gain * max(apart - distance, 0.0)
+        if i != j and room < speed and apart > 0.0:
+            normals[rows, 0], normals[rows, 1], offsets[rows] = x / apart, y / apart, room
+            rows += 1
+    return rows
+
+
+@kernel
+def _half_spaces_in_the_way(half_spaces, state, j, numbers, normals, offsets, rows):
+    """Append the rows of half-spaces that bind robot j likewise."""
+    G, h, active, binds = half_spaces
+    q, displacement, u = state
+    margin, gain, tick, speed = numbers
+    for i in range(h.shape[0]):
+        for k in range(h.shape[1]):
+            if not (active[i, k] and binds[i, k, j]):
+                continue
+            Gx, Gy = G[i, k, 0], G[i, k, 1]
+            behind = h[i, k] - margin - (Gx * q[j, 0] + Gy * q[j, 1])
+            ahead = Gx * (tick * u[j, 0] - displacement[j, 0]) + Gy * (tick * u[j, 1] - displacement[j, 1])
+            room = max(0.0, gain * behind, ahead / tick if ahead <= behind else 0.0)
+            if room < speed:
+                normals[rows, 0], normals[rows, 1], offsets[rows] = Gx, Gy, room
+                rows += 1
+    return rows

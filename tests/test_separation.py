@@ -1,0 +1,217 @@
+"""Robots that keep their distance: the filter against an independent solver, and its theorem in the ideal plant."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import pbrg_mj as pbrg
+from pbrg_mj.governor.certificate.speed import disc_facets, wheel_facets
+from pbrg_mj.governor.certificate.team_model import TeamModel
+from pbrg_mj.governor.problem.interface import Problem
+from pbrg_mj.governor.problem.rows import Rows
+from pbrg_mj.governor.velocity_filter.separation import SeparationFilter, separation
+from pbrg_mj.loop.simulation import Simulation
+from pbrg_mj.loop.tick import ControlTick
+from pbrg_mj.perception.half_spaces import HalfSpaces
+from pbrg_mj.team.graph import network_of_edges
+from pbrg_mj.world.scene.robot import load_robot_model
+
+NOTHING = np.zeros((0, 2))
+
+
+def filter_of(rng: np.random.Generator, n: int, facets: np.ndarray = NOTHING) -> SeparationFilter:
+    formation = 2 * rng.normal(size=(n, 2))
+    return SeparationFilter(formation, distance=0.3, margin=0.01, gain=2.0, facets=facets, tick=0.01)
+
+
+def random_problem(rng: np.random.Generator, n: int, slots: int, q: np.ndarray) -> Problem:
+    """Return a problem in which hand points q stand behind some half-spaces, and beyond others."""
+    turn = rng.uniform(0, 2 * np.pi, (n, slots))
+    G = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    h = np.einsum("ikx,ix->ik", G, q) + rng.uniform(-0.2, 1.0, (n, slots))
+    active = rng.random((n, slots)) < 0.8
+    spaces = HalfSpaces(G, h, active, active[:, :, None] & (rng.random((n, slots, n)) < 0.5))
+    rows = Rows(np.zeros((n, 1)), np.zeros((n, 1, 2)), np.zeros((n, 1)), np.zeros((n, 1), dtype=bool))
+    team = network_of_edges([(i, i + 1) for i in range(n - 1)], np.eye(n)[0])
+    p, heading = rng.normal(size=(n, 2)), rng.uniform(-np.pi, np.pi, n)
+    return Problem(team, p, np.zeros((n, 2)), rows, np.zeros(2), spaces, heading)
+
+
+def rows_of(
+    keeper: SeparationFilter, problem: Problem, q: np.ndarray, u: np.ndarray, j: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the half-planes of robot j as the module's docstring has them."""
+    spaces, s = problem.half_spaces, problem.p[j] + keeper.formation[j]
+    assert spaces is not None
+    normals, offsets = [], []
+    for i in range(len(q)):
+        if i != j:
+            apart = np.linalg.norm(q[i] - q[j])
+            normals.append((q[i] - q[j]) / apart)
+            offsets.append(keeper.gain / 2 * max(apart - keeper.distance, 0.0))
+    for i, k in np.argwhere(spaces.binds[:, :, j]):
+        G, h = spaces.G[i, k], spaces.h[i, k] - keeper.margin
+        ahead = s + keeper.tick * u[j]
+        room = G @ (ahead - q[j]) / keeper.tick if G @ ahead <= h else 0.0
+        normals.append(G)
+        offsets.append(max(0.0, keeper.gain * (h - G @ q[j]), room))
+    return np.array(normals), np.array(offsets)
+
+
+def test_the_filter_is_the_quadratic_program_of_an_independent_solver() -> None:
+    import cvxpy
+
+    rng, n, changed = np.random.default_rng(301), 6, 0
+    for _ in range(12):
+        q, u = 0.4 * rng.normal(size=(n, 2)), rng.normal(size=(n, 2))
+        problem, keeper = random_problem(rng, n, 3, q), filter_of(rng, n)
+        problem = replace(problem, p=q - keeper.formation - 0.3 * rng.normal(size=(n, 2)))
+        driven = keeper.filtered(problem, q, np.zeros((n, 2)), u)
+        for j in range(n):
+            wanted = u[j] - keeper.gain * (q[j] - keeper.formation[j] - problem.p[j])
+            normals, offsets = rows_of(keeper, problem, q, u, j)
+            w = cvxpy.Variable(2)
+            cvxpy.Problem(cvxpy.Minimize(cvxpy.sum_squares(w - wanted)), [normals @ w <= offsets]).solve("CLARABEL")
+            np.testing.assert_allclose(driven[j], w.value, atol=1e-5)
+            changed += not np.allclose(driven[j], wanted)
+    assert changed > 40
+
+
+@pytest.mark.parametrize("facets", [wheel_facets(load_robot_model()), disc_facets(0.4, 8)], ids=["wheels", "disc"])
+def test_nobody_is_asked_for_more_than_wheels_can_do_and_rows_hold_all_the_same(facets: np.ndarray) -> None:
+    rng, n = np.random.default_rng(302), 5
+    for _ in range(40):
+        q, u = 0.4 * rng.normal(size=(n, 2)), 3 * rng.normal(size=(n, 2))
+        keeper = filter_of(rng, n, facets)
+        problem = random_problem(rng, n, 3, q)
+        assert problem.heading is not None
+        driven = keeper.filtered(problem, q, np.zeros((n, 2)), u)
+        for j in range(n):
+            normals, offsets = rows_of(keeper, problem, q, u, j)
+            assert (normals @ driven[j] <= offsets + 1e-9).all()
+            c, s = np.cos(problem.heading[j]), np.sin(problem.heading[j])
+            assert (facets @ np.array([[c, s], [-s, c]]) @ driven[j] <= 1 + 1e-9).all()
+
+
+def test_a_robot_needs_its_own_data_and_where_robots_beside_it_are() -> None:
+    """Bit for bit: others' p, xi, u, headings and half-spaces of which it was not told say nothing to it."""
+    rng, n, j = np.random.default_rng(303), 6, 2
+    facets = disc_facets(0.5, 8)
+    keeper = filter_of(rng, n, facets)
+    reach = keeper.distance + 2 * 0.5 / keeper.gain / np.cos(np.pi / 8)
+    for _ in range(30):
+        q, u = 0.6 * rng.normal(size=(n, 2)), rng.normal(size=(n, 2))
+        problem = random_problem(rng, n, 3, q)
+        ours = keeper.filtered(problem, q, np.zeros((n, 2)), u)[j]
+        others = np.arange(n) != j
+        far = others & (np.linalg.norm(q - q[j], axis=1) > reach)
+        spaces, heading = problem.half_spaces, problem.heading
+        assert spaces is not None and heading is not None
+        hidden = ~spaces.binds[:, :, j]
+        scrambled = replace(
+            problem,
+            p=np.where(others[:, None], rng.normal(size=(n, 2)), problem.p),
+            xi=rng.normal(size=(n, 2)),
+            heading=np.where(others, 0.3, heading),
+            half_spaces=replace(spaces, h=np.where(hidden, -9.0, spaces.h)),
+        )
+        moved = np.where(far[:, None], q[j] + 9.0 * (q - q[j]), q)
+        theirs = keeper.filtered(scrambled, moved, np.zeros((n, 2)), np.where(others[:, None], -u, u))[j]
+        np.testing.assert_array_equal(ours, theirs)
+
+
+def teams(seed: int, count: int) -> list[dict[str, object]]:
+    """Return keys of random teams that would meet on the way to their formation."""
+    rng, found = np.random.default_rng(seed), []
+    while len(found) < count:
+        start, formation = rng.uniform(-1, 1, (4, 2)), rng.uniform(-1, 1, (4, 2))
+        if min(closest(start), closest(formation)) > 0.3:
+            team = {"start": start.tolist(), "formation": formation.tolist(), "leaders": [1]}
+            found.append({"team": team, "operator.reference": rng.uniform(-1, 1, 2).tolist()})
+    return found
+
+
+def closest(q: np.ndarray) -> float:
+    i, j = np.triu_indices(len(q), 1)
+    return float(np.linalg.norm(q[i] - q[j], axis=1).min())
+
+
+def run(keys: dict[str, object], distance: float | None, duration: float) -> tuple[Simulation, list[ControlTick]]:
+    """Run a team in the ideal plant with m = r and one half-space beside everybody's start."""
+    given = [{"robot": 1, "normal": [1.0, 0.2], "offset": 1.05}]
+    keys = {"governor.kind": "none", "reference.solver": "none", "control.separation": distance, **keys}
+    keys |= {"estimator.given": given, "estimator.scope": "team"}
+    simulation = Simulation.build(pbrg.load("paper/simulation_near", keys, duration=duration).settings)
+    return simulation, list(simulation.control_ticks())
+
+
+def test_in_the_ideal_plant_nobody_meets_or_crosses_and_p_moves_by_eq_9() -> None:
+    distance, met = 0.25, 0
+    for keys in teams(304, 5):
+        _, without = run(keys, None, 6.0)
+        met += min(closest(tick.hand_world) for tick in without) < 0.9 * distance
+        simulation, ticks = run(keys, distance, 6.0)
+        model = TeamModel.of_scenario(simulation.loop.scenario)
+        m, first = ticks[0].solution.m[0], ticks[0].problem
+        G, storage = np.array([1.0, 0.2]) / np.hypot(1.0, 0.2), np.inf
+        h = max(1.05 / np.hypot(1.0, 0.2), (ticks[0].hand_world @ G).max())
+        for tick in ticks:
+            assert closest(tick.hand_world) >= distance - 1e-12
+            assert (tick.hand_world @ G).max() <= h + 1e-12
+            p, xi = model.predicted(first.p, first.xi, m, tick.index) if tick.index % 100 == 0 else (None, None)
+            if p is not None and xi is not None:
+                np.testing.assert_allclose(tick.problem.p, p, atol=1e-10)
+                np.testing.assert_allclose(tick.problem.xi, xi, atol=1e-10)
+            now = ((tick.problem.p - m) ** 2).sum() / 2 + (tick.problem.xi**2).sum() / 2
+            assert now <= storage + 1e-12
+            storage = now
+    assert met >= 2
+
+
+def test_the_formation_is_reached_and_displacements_go() -> None:
+    start = [[-0.8, 0.02], [0.8, 0.0], [0.0, 0.8]]
+    team = {"start": start, "formation": [[0.8, 0.0], [-0.8, 0.0], [0.0, 0.8]], "leaders": [3]}
+    _, ticks = run({"team": team, "operator.reference": [0.0, 0.0]}, 0.3, 20.0)
+    displacements = [np.abs(tick.displacement).max() for tick in ticks if tick.displacement is not None]
+    assert max(displacements) > 0.1 and displacements[-1] < 1e-6
+    np.testing.assert_allclose(ticks[-1].hand_world, team["formation"], atol=1e-3)
+
+
+@pytest.mark.parametrize("name", ["paper/experiment_near", "paper/simulation_inadmissible", "scale/eight_robots"])
+def test_the_papers_runs_are_not_filtered(name: str) -> None:
+    loop = Simulation.build(pbrg.load(name).settings).loop
+    assert separation(loop.scenario) is None and loop.velocity_filters == ()
+
+
+def test_the_recommended_set_up_keeps_bodies_apart_or_what_the_formation_leaves() -> None:
+    keys = {"governor.kind": "certified"}
+    robot = load_robot_model()
+    assert separation(pbrg.load("obstacles/corner", keys).settings) == 2 * robot.clearance + 0.02
+    narrow = {**keys, "team.formation": [[0.0, 0.0], [0.15, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]]}
+    assert separation(pbrg.load("paper/experiment_near", narrow).settings) == 0.15
+    assert separation(pbrg.load("paper/simulation_near", keys).settings) is None
+
+
+def test_a_formation_nearer_than_its_robots_may_be_is_refused() -> None:
+    with pytest.raises(pbrg.InputError, match=r"control.separation: is 1.1 m, and robots 1 and 3 .* are 1 m apart"):
+        pbrg.load(
+            "paper/experiment_near",
+            {"control.separation": 1.1, "team.formation": [[0, 0], [3, 0], [1, 0], [6, 0], [9, 0]]},
+        )
+
+
+@pytest.mark.slow
+def test_in_physics_two_robots_that_change_places_touch_only_without_it() -> None:
+    team = {"start": [[-0.6, 0.0], [0.6, 0.01]], "formation": [[0.6, 0.0], [-0.6, 0.0]], "leaders": [1]}
+    keys = {"team": team, "graph.kind": "complete", "governor.kind": "certified", "sensors.beams.robots": [1]}
+    keys |= {"operator.reference": [0.0, 0.0], "reference.solver": "none", "world.walls": []}
+    touched = {}
+    for distance in ("auto", None):
+        scenario = pbrg.load("paper/experiment_near", {**keys, "control.separation": distance}, duration=10.0).settings
+        simulation = Simulation.build(scenario)
+        ticks = [simulation.loop.world.truth().robot_contact.any() for _ in simulation.control_ticks()]
+        touched[distance] = any(ticks)
+    assert touched == {"auto": False, None: True}

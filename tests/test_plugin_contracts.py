@@ -349,6 +349,8 @@ class Rows:
         (lambda rows, _: rows._replace(d=rows.d + 1e300), "d is larger than 1e+09"),
         (lambda rows, _: rows._replace(active=rows.active * 2), "active is "),
         (lambda rows, _: rows._replace(C=rows.C * 1j), "C is no array of float64"),
+        (lambda rows, _: rows._replace(along=rows.C * 2), "along has a vector that is not of length 1"),
+        (lambda rows, _: rows._replace(along=rows.C[:1]), "along has shape"),
         (
             lambda rows, half_spaces: half_spaces.h.fill(0.0),
             "raised ValueError in rows: assignment destination is read-",

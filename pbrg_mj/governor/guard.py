@@ -81,16 +81,23 @@ def admissible_radii(rows: Rows, states: np.ndarray, centre: np.ndarray) -> np.n
     `states` (n, n, 4) are the (p_j, xi_j) that robot i knows of, `centre` (n, 2) its c_i.
     """
     n = len(states)
-    s2 = np.sum((states[:, :, :2] - centre[:, None]) ** 2, axis=(1, 2)) + np.sum(states[:, :, 2:] ** 2, axis=(1, 2))
+    s2 = _squares(rows, states[:, :, :2] - centre[:, None]) + _squares(rows, states[:, :, 2:])  # (n, 1) or (n, R)
     slack = rows.d - np.einsum("irc,ic->ir", rows.C, centre)
     a, b = rows.a, np.linalg.norm(rows.C, axis=2)
     # a sqrt(n r^2 + s^2) = slack - b r, squared: (a^2 n - b^2) r^2 + 2 b slack r + a^2 s^2 - slack^2 = 0. With n > 1
     # and ball rows (a = b = 1) or input rows (b = 0) the first coefficient is positive, the larger root the one.
-    first, half, last = a**2 * n - b**2, b * slack, a**2 * s2[:, None] - slack**2
+    first, half, last = a**2 * n - b**2, b * slack, a**2 * s2 - slack**2
     with np.errstate(divide="ignore", invalid="ignore"):
         root = np.where(first > 0, (-half + np.sqrt(half**2 - first * last)) / first, -last / (2 * half))
-    radius = np.where(slack >= a * np.sqrt(s2)[:, None], root, -1.0)
+    radius = np.where(slack >= a * np.sqrt(s2), root, -1.0)
     return np.where(rows.active, radius, np.inf).min(axis=1, initial=np.inf)
+
+
+def _squares(rows: Rows, vectors: np.ndarray) -> np.ndarray:
+    """Return sum_j ||v_j||^2 of each robot's vectors (n, n, 2), (n, 1); or (n, R) of their parts along the rows."""
+    if not len(rows.along):
+        return np.sum(vectors**2, axis=(1, 2))[:, None]
+    return np.sum((rows.along @ vectors.transpose(0, 2, 1)) ** 2, axis=2)
 
 
 @kernel

@@ -15,12 +15,13 @@ import numpy as np
 from pbrg_mj.errors import PlugInError
 from pbrg_mj.governor.centralized.optimum import CentralizedSolver, Optimum, OptimumStatus
 from pbrg_mj.governor.problem.interface import Certificate, Governor, Problem, Solution, Status
-from pbrg_mj.governor.problem.rows import Rows
+from pbrg_mj.governor.problem.rows import ALL_MOTION, Rows
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.plugin_calls import Sealer, blaming, chosen, copied, sealed, where_active, within
 
 FARTHEST = 1e9  # [m] of a reference, and of what stands in rows
 LARGEST_MULTIPLIER = 1e12  # [m]
+ROUNDING = 1e-9  # of a unit vector's length
 LONGEST_STATUS = 200  # characters of a solver's own words
 
 
@@ -98,7 +99,7 @@ class PlugInCertificate:
         """Return a copy of its rows.
 
         Raises PlugInError when it fails, for other shapes than those of its first rows, for numbers that are not finite
-        and for negative weights a.
+        for negative weights a, and for directions that are not unit vectors.
         """
         whose, given = f"{self.name}: the certificate", sealed(half_spaces)
         with blaming("certificate", self.name, "rows", self.limit):
@@ -120,7 +121,17 @@ class PlugInCertificate:
             raise PlugInError(f"{whose}'s a has a negative weight; allowed: 0 and more, for else g is not convex")
         for what, array in (("a", a), ("C", C), ("d", d)):
             within(whose, what, array[active], FARTHEST)
-        return Rows(a, C, d, active)
+        return Rows(a, C, d, active, _directions(whose, rows.along, active))
+
+
+def _directions(whose: str, given: Any, active: np.ndarray) -> np.ndarray:
+    """Return a copy of rows' directions, none or one for each row. Raises PlugInError for others."""
+    if np.size(given) == 0:
+        return ALL_MOTION
+    along = where_active(active, copied(whose, "along", given, (*active.shape, 2)))
+    if not np.all(np.abs(np.linalg.norm(along[active], axis=-1) - 1.0) <= ROUNDING):
+        raise PlugInError(f"{whose}'s along has a vector that is not of length 1")
+    return along
 
 
 @dataclass(frozen=True)

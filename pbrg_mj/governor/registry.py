@@ -34,6 +34,7 @@ from pbrg_mj.governor.optimizers.by_name import OPTIMIZERS
 from pbrg_mj.governor.optimizers.synchronizer import Synchronizer
 from pbrg_mj.governor.plug_in import PlugInCertificate, PlugInGovernor, PlugInSolver
 from pbrg_mj.governor.problem.ball import BallCertificate
+from pbrg_mj.governor.problem.directional_ball import DirectionalBallCertificate
 from pbrg_mj.governor.problem.interface import Certificate, Governor, StateCertificate
 from pbrg_mj.governor.velocity_filter.barrier import BarrierFilter
 from pbrg_mj.governor.velocity_filter.interface import VelocityFilter
@@ -46,11 +47,18 @@ from pbrg_mj.world.scene.robot import load_robot_model
 
 CERTIFICATES: dict[str, Callable[[Scenario, Network], Certificate | StateCertificate]] = {
     "ball": BallCertificate.of,
-    "directional_ball": lambda scenario, team: DirectionalBall.of(scenario, margin(scenario)),
+    "directional_ball": lambda scenario, team: _directional_ball(scenario, team),
     "predictive": lambda scenario, team: PredictiveCertificate.of(scenario, margin(scenario)),
 }
 CERTIFICATE_KEY = "governor.certificate"
 DEFAULT_MARGIN = 0.01  # [m] in physics, for what the linear model leaves out: docs/certified.md
+
+
+def _directional_ball(scenario: Scenario, team: Network) -> Certificate | StateCertificate:
+    """Return rows of the norm for the paper's flow, whose robots estimate the state; for all else the intervals."""
+    if scenario.governor.kind == "distributed":
+        return DirectionalBallCertificate.of(scenario, team, margin(scenario))
+    return DirectionalBall.of(scenario, margin(scenario))
 
 
 def _cvxpy() -> CentralizedSolver:

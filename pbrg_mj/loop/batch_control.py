@@ -72,7 +72,7 @@ class BatchState:
     """The state of W worlds' teams. `step` moves it on in place; threads take worlds of their own."""
 
     pose: np.ndarray  # (W, n, 3) as the robots know them
-    rows: tuple[np.ndarray, ...]  # a, C, d, active of Rows, worlds first
+    rows: tuple[np.ndarray, ...]  # a, C, d, active, along of Rows, worlds first
     xi: np.ndarray  # (W, n, 2) [m]
     estimates: tuple[np.ndarray, ...]  # z, zeta, lam, nu of Estimates, worlds first
     m: np.ndarray  # (W, n, 2) [m]
@@ -83,7 +83,7 @@ class BatchState:
     def blank(cls, team: BatchParameters, worlds: int, rows: Rows) -> BatchState:
         """Return the state of W worlds that all know the same rows."""
         n = team.network.robots
-        row_arrays = tuple(np.stack([array] * worlds) for array in (rows.a, rows.C, rows.d, rows.active))
+        row_arrays = tuple(np.stack([array] * worlds) for array in rows)
         widths = (4 * n + 2, 4 * n + 2, rows.d.shape[1], 4)
         return cls(
             pose=np.empty((worlds, n, 3)),
@@ -110,7 +110,7 @@ class BatchState:
 
     def set_rows(self, world: int, rows: Rows) -> None:
         """Set a world's new rows."""
-        for array, value in zip(self.rows, (rows.a, rows.C, rows.d, rows.active), strict=True):
+        for array, value in zip(self.rows, rows, strict=True):
             array[world] = value
 
     def step(self, team: BatchParameters, worlds: range, reference: np.ndarray) -> None:
@@ -132,8 +132,7 @@ class BatchState:
         )
 
     def _rows_of(self, world: int) -> Rows:
-        a, C, d, active = (array[world] for array in self.rows)
-        return Rows(a, C, d, active)
+        return Rows(*(array[world] for array in self.rows))
 
 
 @kernel
@@ -149,7 +148,7 @@ def _step(worlds, states, estimates, rows, team, numbers):
         p -= formation
         write_near_references(p, r, reach, near)
         before = (estimates[0][w], estimates[1][w], estimates[2][w], estimates[3][w])
-        own_rows = (rows[0][w], rows[1][w], rows[2][w], rows[3][w])
+        own_rows = (rows[0][w], rows[1][w], rows[2][w], rows[3][w], rows[4][w])
         after = rounds_in_new_arrays(before, graph, (p, xi[w], near), own_rows, gains, 0 if diverged[w] else rounds)
         estimates[0][w], estimates[1][w], estimates[2][w], estimates[3][w] = after
         diverged[w] = not check_limits(after[0], after[2], beyond, gains[2])[0]

@@ -62,9 +62,10 @@ def _constraints(run: Run) -> Iterator[Binding]:
         yield Binding("cap", f"multipliers of {_listed(robots)} at their cap {cap:.3g}")
     rows, inputs = _by_half_space(run, multipliers)
     weights, ball = rows.sum(axis=2), run.scenario.governor.certificate == "ball"
+    by_robot = _has_rows_of_robots(run)
     least = max(NEGLIGIBLE, SHARE * max(weights.max(initial=0.0), inputs.max(initial=0.0)))
     for line in _lines(run, weights, least)[:MOST]:
-        whom = int(np.sum([rows[one] for one in line], axis=0).argmax()) if ball else None
+        whom = int(np.sum([rows[one] for one in line], axis=0).argmax()) if by_robot else None
         yield Binding("half-space", _half_space(run, line, whom, float(sum(weights[one] for one in line))))
     if ball and weights.max(initial=0.0) >= least:
         yield from _ball(run)
@@ -76,14 +77,21 @@ def _constraints(run: Run) -> Iterator[Binding]:
 def _by_half_space(run: Run, multipliers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return multipliers by owner, slot and row of that half-space, and those of each robot's input rows (n,).
 
-    A ball row is one of the robots held back; a predicted motion has two rows, one for each way along the normal. How
+    A ball's row is one of the robots held back; intervals have two rows, one for each way along the normal. How
     other packages' certificates order theirs is not known: all zeros.
     """
     n, slots = run.ticks.half_space_h.shape[1:]
-    rows = {"ball": n, "directional_ball": 2, "predictive": 2}.get(run.scenario.governor.certificate, 0)
+    intervals = run.scenario.governor.certificate in ("directional_ball", "predictive")
+    rows = n if _has_rows_of_robots(run) else 2 * intervals
     half_spaces = multipliers[:, : slots * rows].reshape(n, slots, rows)
     inputs = multipliers[:, slots * rows :].sum(axis=1)
     return half_spaces, inputs if run.scenario.control.speed_limit is not None else np.zeros(n)
+
+
+def _has_rows_of_robots(run: Run) -> bool:
+    governor = run.scenario.governor
+    directional = governor.certificate == "directional_ball" and governor.kind == "distributed"
+    return directional or governor.certificate == "ball"
 
 
 def _multipliers(run: Run) -> np.ndarray | None:

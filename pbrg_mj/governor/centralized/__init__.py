@@ -2,5 +2,6 @@
 
 - `optimum`: what a solver returns
 - `clarabel_solver`: the small form, four cone dimensions for any number of robots
+- `directional_form`: the form for rows with directions, a cone of three dimensions for each
 - `cvxpy_solver`: the same as one reads it, the oracle
 """

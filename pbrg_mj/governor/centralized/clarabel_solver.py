@@ -2,7 +2,8 @@
 
 All rows share rho, and rho^2 = n ||m - mean p||^2 + s^2 with s^2 = sum ||p_j - mean p||^2 + ||xi||^2. So the problem of
 eqs. 10-13 has the variables (m, t), one cone ||(sqrt(n) (m - mean p), s)|| <= t, and one linear row a t + C m <= d for
-each group of rows that differ in d alone, the one with the smallest d.
+each group of rows that differ in d alone, the one with the smallest d. Rows with directions have a cone each
+(`directional_form`) and the variables m.
 """
 
 # Clarabel ships no type stubs for its compiled module.
@@ -16,6 +17,7 @@ import clarabel
 import numpy as np
 from scipy.sparse import csc_matrix
 
+from pbrg_mj.governor.centralized.directional_form import cone_bounds, cone_matrix, cone_pattern
 from pbrg_mj.governor.centralized.optimum import Optimum, OptimumStatus
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.governor.problem.rows import Rows
@@ -50,11 +52,11 @@ class ClarabelSolver:
     """
 
     def __init__(self) -> None:
-        self._solvers: dict[tuple[int, float], clarabel.DefaultSolver] = {}
+        self._solvers: dict[tuple[int, float, bool], clarabel.DefaultSolver] = {}
         self._rows: Rows | None = None
         self._tightest = (np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64))
         self._places = np.empty(0, dtype=np.int64)  # of these rows among all rows of all robots
-        self._held: tuple[tuple[int, float], tuple[float, float, float]] | None = None  # which solver, and its q
+        self._held: tuple[tuple[int, float, bool], tuple[float, float, float]] | None = None  # which solver, and its q
 
     def solve(self, problem: Problem) -> Optimum:
         """Solve `problem`; infeasible and failed are statuses, not exceptions."""
@@ -68,10 +70,11 @@ class ClarabelSolver:
         if found != "solved":
             nothing = np.full(problem.rows.d.shape, np.nan)
             return Optimum(np.full(2, np.nan), found, np.nan, nothing, words, built - started, solving)
-        (x, y, _), count = solution.x, len(self._places)
+        (x, y), count = solution.x[:2], len(self._places)
         cost = problem.cost((x, y))
         multipliers = np.zeros(problem.rows.d.size)
-        multipliers[self._places] = solution.z[:count]
+        every = 3 if len(problem.rows.along) else 1
+        multipliers[self._places] = solution.z[: every * count : every]
         multipliers = multipliers.reshape(problem.rows.d.shape)
         return Optimum(np.array([x, y]), found, cost, multipliers, words, built - started, solving)
 
@@ -81,33 +84,40 @@ class ClarabelSolver:
         if not same_rows:
             self._rows, self._tightest = problem.rows, tightest_rows(problem.rows)
             self._places = np.ravel_multi_index(self._tightest, problem.rows.d.shape)
-        leaders, b = problem.network.leaders, small_bounds(problem, self._tightest)
+        leaders, directional = problem.network.leaders, len(problem.rows.along) > 0
+        b = cone_bounds(problem, self._tightest) if directional else small_bounds(problem, self._tightest)
         q = (-2.0 * leaders * r_x, -2.0 * leaders * r_y, 0.0)
-        key = (len(self._tightest[0]), leaders)
+        key = (len(self._tightest[0]), leaders, directional)
         solver = self._solvers.get(key)
         if solver is not None and same_rows and self._held == (key, q):
             solver.update(b=b)
             return solver
-        A = small_matrix(problem, self._tightest)
+        A = cone_matrix(problem, self._tightest) if directional else small_matrix(problem, self._tightest)
+        pull = np.array(q[:2]) if directional else np.array(q)
         if solver is None:
-            solver = self._solvers[key] = _solver(leaders, np.array(q), A, b)
+            solver = self._solvers[key] = _solver(leaders, pull, A, b)
         else:
-            solver.update(q=np.array(q), A=A, b=b)
+            solver.update(q=pull, A=A, b=b)
         self._held = key, q
         return solver
 
 
 def _solver(leaders: float, q: np.ndarray, values: np.ndarray, b: np.ndarray) -> clarabel.DefaultSolver:
-    count = len(b) - 4
-    P = csc_matrix((np.full(2, 2.0 * leaders), ([0, 1], [0, 1])), shape=(3, 3))
-    A = csc_matrix((values, *_pattern(count)), shape=(count + 4, 3))
-    cones = [clarabel.NonnegativeConeT(count), clarabel.SecondOrderConeT(4)]
+    """Return a new solver; of the form with a cone for each row where q is of m alone."""
+    size = len(q)
+    P = csc_matrix((np.full(2, 2.0 * leaders), ([0, 1], [0, 1])), shape=(size, size))
+    if size == 2:
+        pattern, cones = cone_pattern(len(b) // 3), [clarabel.SecondOrderConeT(3)] * (len(b) // 3)
+    else:
+        count = len(b) - 4
+        pattern, cones = _pattern(count), [clarabel.NonnegativeConeT(count), clarabel.SecondOrderConeT(4)]
+    A = csc_matrix((values, *pattern), shape=(len(b), size))
     return clarabel.DefaultSolver(P, q, A, b, cones, _settings())
 
 
 def tightest_rows(rows: Rows) -> tuple[np.ndarray, np.ndarray]:
     """Return robot and row of the row with the smallest d in each group."""
-    return _tightest_rows(rows.a, rows.C, rows.d, rows.active)
+    return _tightest_rows(rows.a, rows.along if len(rows.along) else rows.C, rows.C, rows.d, rows.active)
 
 
 def small_matrix(problem: Problem, tightest: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
@@ -127,8 +137,8 @@ def small_bounds(problem: Problem, tightest: tuple[np.ndarray, np.ndarray]) -> n
 
 
 @kernel
-def _tightest_rows(a, C, d, active):
-    """Return robot and row of the active row with the smallest d in each run of active rows equal in a and C."""
+def _tightest_rows(a, along, C, d, active):
+    """Return robot and row of the active row with the smallest d in each run of active rows equal in a, along and C."""
     robot, chosen, count = np.empty(a.size, dtype=np.int64), np.empty(a.size, dtype=np.int64), 0
     for i in range(a.shape[0]):
         last = -1  # row that the next active one is compared with
@@ -136,6 +146,7 @@ def _tightest_rows(a, C, d, active):
             if not active[i, row]:
                 continue
             alike = last >= 0 and a[i, row] == a[i, last]
+            alike = alike and along[i, row, 0] == along[i, last, 0] and along[i, row, 1] == along[i, last, 1]
             if alike and C[i, row, 0] == C[i, last, 0] and C[i, row, 1] == C[i, last, 1]:
                 if d[i, row] < d[i, chosen[count - 1]]:
                     chosen[count - 1] = row

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from time import perf_counter
+from typing import Any
 
 import cvxpy as cp
 import numpy as np
@@ -13,6 +14,7 @@ from cvxpy.error import SolverError
 from pbrg_mj.governor.centralized.clarabel_solver import TOLERANCES
 from pbrg_mj.governor.centralized.optimum import Optimum, OptimumStatus
 from pbrg_mj.governor.problem.interface import Problem
+from pbrg_mj.governor.problem.rows import rho_along
 
 
 @dataclass(frozen=True)
@@ -32,16 +34,18 @@ class CvxpySolver:
     """
 
     def __init__(self) -> None:
-        self._programs: dict[tuple[int, int], _Program] = {}
+        self._programs: dict[tuple[int, int, bool], _Program] = {}
 
     def solve(self, problem: Problem) -> Optimum:
         """Solve `problem`; infeasible and failed are statuses, not exceptions."""
         started = perf_counter()
         rows, leaders = problem.rows, int(problem.network.leader.sum())
         owner, row = np.nonzero(rows.active)
-        key = (len(owner), leaders)
+        directional = len(rows.along) > 0
+        key = (len(owner), leaders, directional)
         if key not in self._programs:
-            self._programs[key] = _program(problem.network.robots, *key)
+            compiled = _directional_program if directional else _program
+            self._programs[key] = compiled(problem.network.robots, *key[:2])
         program = self._programs[key]
         centre = problem.p.mean(axis=0)
         values = {
@@ -52,6 +56,10 @@ class CvxpySolver:
             "C": rows.C[owner, row],
             "d": rows.d[owner, row],
         }
+        if directional:
+            G = rows.along[owner, row]
+            values["aG"], values["aG_centre"] = values["a"][:, None] * G, values["a"] * (G @ centre)
+            values["a_s"] = values["a"] * rho_along(G, centre, problem.p, problem.xi)
         for name, parameter in program.parameters.items():
             parameter.value = values[name]
         words, solving = _solve(program.problem)
@@ -60,7 +68,8 @@ class CvxpySolver:
         if found == "solved":
             multipliers[:] = 0.0
             if program.rows is not None:
-                multipliers[owner, row] = program.rows.dual_value
+                dual: Any = program.rows.dual_value
+                multipliers[owner, row] = dual[0] if directional else dual
         m = np.array(program.m.value) if found == "solved" else np.full(2, np.nan)
         return Optimum(
             m=m,
@@ -110,3 +119,19 @@ def _program(n: int, count: int, leaders: int) -> _Program:
     rows = a * t + C @ m <= d  # eq. 13
     parameters = {"r": r, "centre": centre, "s": s, "a": a, "C": C, "d": d}
     return _Program(cp.Problem(cost, [cone, rows]), m, rows, parameters)
+
+
+def _directional_program(n: int, count: int, leaders: int) -> _Program:
+    """Compile the same for rows with directions: a ||x_G|| <= d - C m, each a cone of dimension 3.
+
+    ||x_G||^2 = n (G.m - G.mean p)^2 + s_G^2 with s_G = ||x_G|| at mean p.
+    """
+    m, r = cp.Variable(2), cp.Parameter(2)
+    cost = cp.Minimize(leaders * cp.sum_squares(m - r))
+    if not count:
+        return _Program(cp.Problem(cost), m, None, {"r": r})
+    aG, aG_centre, a_s = cp.Parameter((count, 2)), cp.Parameter(count), cp.Parameter(count, nonneg=True)
+    C, d = cp.Parameter((count, 2)), cp.Parameter(count)
+    rows = cp.SOC(d - C @ m, cp.vstack([np.sqrt(n) * (aG @ m - aG_centre), a_s]), axis=0)
+    parameters = {"r": r, "aG": aG, "aG_centre": aG_centre, "a_s": a_s, "C": C, "d": d}
+    return _Program(cp.Problem(cost, [rows]), m, rows, parameters)

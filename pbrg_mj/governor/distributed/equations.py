@@ -5,6 +5,7 @@ functions but the last are about one robot, and take only what this robot knows 
 
     minimize f_i(z) = delta_i ||r_i - m||^2                                 (19)
     subject to g_i(z) = a rho(z) + C m - d <= 0,                            (20), rows as of (13)
+               g_i(z) = a ||x_G(z)|| + C m - d <= 0 in its place, where rows have directions G
                h_i(z) = (z_pi - p_i, z_xii - xi_i) = 0                      (21)
 
 `rounds` does the same compiled, for all robots at once; tests hold it to this file.
@@ -31,6 +32,7 @@ class LocalProblem(NamedTuple):
     a: np.ndarray  # (R_i,)
     C: np.ndarray  # (R_i, 2)
     d: np.ndarray  # (R_i,) [m]
+    along: np.ndarray  # (R_i, 2) directions G of the rows; (0, 2) where they have none
 
 
 class Message(NamedTuple):
@@ -61,24 +63,29 @@ def local_problem(problem: Problem, i: int) -> LocalProblem:
         a=rows.a[i, active],
         C=rows.C[i, active],
         d=rows.d[i, active],
+        along=rows.along[i, active] if len(rows.along) else np.empty((0, 2)),
     )
 
 
-def radius(z: np.ndarray) -> float:
-    """Return rho(z) = ||(1 (x) m - z_p, z_xi)|| (eqs. 9, 13)."""
-    return float(np.linalg.norm(_deviation(z)))
+def radius(z: np.ndarray, G: np.ndarray | None = None) -> float:
+    """Return rho(z) = ||(1 (x) m - z_p, z_xi)|| (eqs. 9, 13), or ||x_G(z)||, the same of all components along G."""
+    return float(np.linalg.norm(_deviation(z, G)))
 
 
-def radius_gradient(z: np.ndarray) -> np.ndarray:
-    """Return grad rho(z), (4n + 2,); at rho = 0, the kink, the subgradient 0."""
-    n, rho = len(z) // 4, radius(z)
-    to_p, to_xi = np.split(_deviation(z) / rho if rho > 0.0 else np.zeros(4 * n), 2)
+def radius_gradient(z: np.ndarray, G: np.ndarray | None = None) -> np.ndarray:
+    """Return the radius's gradient, (4n + 2,); at radius 0, the kink, the subgradient 0.
+
+    With G it is (sum_j e_j G, -e_1 G, ..., -e_n G, s_1 G, ..., s_n G) / ||x_G||, e_j = G.(m - z_pj), s_j = G.z_xij.
+    """
+    n, size = len(z) // 4, radius(z, G)
+    to_p, to_xi = np.split(_deviation(z, G) / size if size > 0.0 else np.zeros(4 * n), 2)
     return np.concatenate([to_p.reshape(n, 2).sum(axis=0), -to_p, to_xi])
 
 
-def _deviation(z: np.ndarray) -> np.ndarray:
+def _deviation(z: np.ndarray, G: np.ndarray | None) -> np.ndarray:
     n = len(z) // 4
-    return np.concatenate([np.tile(z[:2], n) - z[2 : 2 + 2 * n], z[2 + 2 * n :]])
+    deviation = np.concatenate([np.tile(z[:2], n) - z[2 : 2 + 2 * n], z[2 + 2 * n :]])
+    return deviation if G is None else np.outer(deviation.reshape(-1, 2) @ G, G).reshape(-1)
 
 
 def cost_gradient(local: LocalProblem, z: np.ndarray) -> np.ndarray:
@@ -90,12 +97,17 @@ def cost_gradient(local: LocalProblem, z: np.ndarray) -> np.ndarray:
 
 def inequalities(local: LocalProblem, z: np.ndarray) -> np.ndarray:
     """Return g_i(z), (R_i,) (eqs. 13, 20)."""
-    return local.a * radius(z) + local.C @ z[:2] - local.d
+    size = np.array([radius(z, G) for G in local.along]) if len(local.along) else radius(z)
+    return local.a * size + local.C @ z[:2] - local.d
 
 
 def inequality_force(local: LocalProblem, z: np.ndarray, lam: np.ndarray) -> np.ndarray:
     """Return grad g_i(z)' lambda_i, robot i's part of Gamma lambda (eq. 26), (4n + 2,)."""
-    force = (local.a @ lam) * radius_gradient(z)
+    if len(local.along):
+        gradients = [radius_gradient(z, G) for G in local.along]
+        force = (local.a * lam) @ np.array(gradients)
+    else:
+        force = (local.a @ lam) * radius_gradient(z)
     force[:2] += local.C.T @ lam
     return force
 

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pbrg_mj.governor.distributed.descent import descend, descend_along
 from pbrg_mj.governor.distributed.estimates import Estimates, Flow
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.governor.problem.rows import Rows
@@ -37,6 +38,7 @@ class Private(NamedTuple):
     a: np.ndarray  # (n, R)
     C: np.ndarray  # (n, R, 2)
     d: np.ndarray  # (n, R) [m]
+    along: np.ndarray  # (n, R, 2), or (0, 0, 2) where rows have no directions
     first: np.ndarray  # (n + 1,) int64
     row: np.ndarray  # int64
 
@@ -69,7 +71,7 @@ def write_rounds(estimates, graph, states, rows, flow, rounds, after):
 
     `estimates` and `after` are z, zeta, lam, nu of `Estimates`, those before are kept, lam of those after is all 0;
     `graph` first, neighbours, leader of `GraphArrays`; `states` p, xi, reference, each (n, 2); `rows` a, C, d,
-    active of `Rows`; `flow` alpha, step, multiplier_cap of `Flow`.
+    active, along of `Rows`; `flow` alpha, step, multiplier_cap of `Flow`.
     """
     net, gains, private = GraphArrays(*graph), Flow(*flow), private_data(graph, states, rows)
     now, last, other = Estimates(*estimates), Estimates(*after), Estimates(*empty_estimates(estimates))
@@ -111,7 +113,7 @@ def private_data(graph, states, rows):
             if own.active[i, row]:
                 existing[first[i + 1]] = row
                 first[i + 1] += 1
-    return Private(GraphArrays(*graph).leader, p, xi, reference, own.a, own.C, own.d, first, existing)
+    return Private(GraphArrays(*graph).leader, p, xi, reference, own.a, own.C, own.d, own.along, first, existing)
 
 
 @kernel
@@ -124,7 +126,10 @@ def update_robots(old, new, heard, private, flow):
     most of a small team's round.
     """
     _consensus(old, new, heard, flow.step)
-    _descend(old, new, private, flow)
+    if len(private.along) > 0:
+        descend_along(old, new, private, flow)
+    else:
+        descend(old, new, private, flow)
     _pin_states(old, new, private, flow)
 
 
@@ -157,42 +162,6 @@ def _consensus(old, new, heard, step):
 
 
 @kernel
-def _descend(old, new, private, flow):
-    """Take step alpha (grad f_i + grad g_i' lambda_i) from new z_i (eq. 25); write new lambda_i (eq. 29)."""
-    z, lam, new_z, new_lam = old.z, old.lam, new.z, new.lam
-    leader, r, first, existing = private.leader, private.reference, private.first, private.row
-    a, C, d = private.a, private.C, private.d
-    alpha, step, cap = flow.alpha, flow.step, flow.multiplier_cap
-    n = len(leader)
-    for i in range(n):
-        rho = off_x = off_y = 0.0  # nobody asks for them where there are no rows
-        if first[i] < first[i + 1]:
-            rho, off_x, off_y = _radius(z, i)
-        pull = 0.0  # sum of a lambda: the weight of grad rho
-        push_x = push_y = 0.0  # sum of C lambda
-        for e in range(first[i], first[i + 1]):
-            row = existing[e]
-            multiplier = lam[i, row]
-            pull += a[i, row] * multiplier
-            push_x += C[i, row, 0] * multiplier
-            push_y += C[i, row, 1] * multiplier
-            g = a[i, row] * rho + C[i, row, 0] * z[i, 0] + C[i, row, 1] * z[i, 1] - d[i, row]  # eq. 13
-            # eq. 29: the switch; the clip ends the last explicit step at lambda = 0, where the flow would stop
-            switched = multiplier > 0.0 or g > 0.0
-            new_lam[i, row] = min(max(multiplier + step * g, 0.0), cap) if switched else 0.0
-        weight = pull / rho if rho > 0.0 else 0.0  # 0 is a subgradient of rho at its kink
-        pulled = step * alpha * weight
-        new_z[i, 0] -= step * alpha * (2.0 * leader[i] * (z[i, 0] - r[i, 0]) + push_x) + pulled * off_x
-        new_z[i, 1] -= step * alpha * (2.0 * leader[i] * (z[i, 1] - r[i, 1]) + push_y) + pulled * off_y
-        if pulled > 0.0:
-            for c in range(2, 2 + 2 * n, 2):
-                new_z[i, c] += pulled * (z[i, 0] - z[i, c])
-                new_z[i, c + 1] += pulled * (z[i, 1] - z[i, c + 1])
-            for c in range(2 + 2 * n, 2 + 4 * n):
-                new_z[i, c] -= pulled * z[i, c]
-
-
-@kernel
 def _pin_states(old, new, private, flow):
     """Take step alpha grad h_i' nu_i from new z_i, of which it moves robot i's own blocks; write new nu_i (eq. 30)."""
     z, nu, new_z, new_nu = old.z, old.nu, new.z, new.nu
@@ -205,24 +174,6 @@ def _pin_states(old, new, private, flow):
             new_z[i, at_xi] -= step * alpha * nu[i, 2 + axis]
             new_nu[i, axis] = nu[i, axis] + step * (z[i, at_p] - p[i, axis])
             new_nu[i, 2 + axis] = nu[i, 2 + axis] + step * (z[i, at_xi] - xi[i, axis])
-
-
-@kernel
-def _radius(z, i):
-    """Return rho(m, z_p, z_xi) of robot i's estimate, and sum_j (m - z_pj)."""
-    n = len(z)
-    square_x = square_y = square_xi = square_eta = 0.0  # four sums that need not wait for each other
-    off_x = off_y = 0.0
-    for c in range(2, 2 + 2 * n, 2):
-        x, y = z[i, 0] - z[i, c], z[i, 1] - z[i, c + 1]
-        square_x += x * x
-        square_y += y * y
-        off_x += x
-        off_y += y
-    for c in range(2 + 2 * n, 2 + 4 * n, 2):
-        square_xi += z[i, c] * z[i, c]
-        square_eta += z[i, c + 1] * z[i, c + 1]
-    return math.sqrt(square_x + square_y + square_xi + square_eta), off_x, off_y
 
 
 @kernel

@@ -2,7 +2,8 @@
 
 Over all m a row a rho + C m - d is least at a s sqrt(1 - ||C||^2 / (n a^2)) + C mean p - d, with s^2 = sum ||p_j - mean
 p||^2 + ||xi||^2. Above 0 no m meets it. At the true states that is a proof; at a robot's estimates, which lag the team
-and which multipliers bend, it is a suspicion. docs/failure-modes.md has how often it is right.
+and which multipliers bend, it is a suspicion. docs/failure-modes.md has how often it is right. Rows
+with directions G have the part of s along G.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ ROUNDING = 1e-9  # [m]
 
 
 @kernel
-def some_row_cannot_be_met(z, a, C, d, active):
+def some_row_cannot_be_met(z, a, C, d, active, along):
     """Return whether some robot has a row that no m meets at its estimates z (n, 4n + 2); the rest are `Rows`."""
     n = len(z)
     for i in range(n):
@@ -23,7 +24,9 @@ def some_row_cannot_be_met(z, a, C, d, active):
         for row in range(a.shape[1]):
             if not active[i, row]:
                 continue
-            if s < 0.0:
+            if len(along) > 0:
+                s, mean_x, mean_y = _spread_along(z, i, along[i, row, 0], along[i, row, 1])
+            elif s < 0.0:
                 s, mean_x, mean_y = _spread(z, i)
             least = a[i, row] ** 2 - (C[i, row, 0] ** 2 + C[i, row, 1] ** 2) / n
             if least >= 0.0:  # else there is no least value
@@ -45,4 +48,19 @@ def _spread(z, i):
         square += (z[i, c] - mean_x) ** 2 + (z[i, c + 1] - mean_y) ** 2
     for c in range(2 + 2 * n, 2 + 4 * n):
         square += z[i, c] ** 2
+    return math.sqrt(square), mean_x, mean_y
+
+
+@kernel
+def _spread_along(z, i, G_x, G_y):
+    """Return s along G, and the mean of z_p, of robot i's estimates."""
+    n = len(z)
+    mean_x = mean_y = square = 0.0
+    for c in range(2, 2 + 2 * n, 2):
+        mean_x += z[i, c] / n
+        mean_y += z[i, c + 1] / n
+    for c in range(2, 2 + 2 * n, 2):
+        square += (G_x * (z[i, c] - mean_x) + G_y * (z[i, c + 1] - mean_y)) ** 2
+    for c in range(2 + 2 * n, 2 + 4 * n, 2):
+        square += (G_x * z[i, c] + G_y * z[i, c + 1]) ** 2
     return math.sqrt(square), mean_x, mean_y

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pbrg_mj.governor.monitor.tick_block import BlockArrays, TickBlock, problem_at
+from pbrg_mj.governor.problem.rows import motion_along
 from pbrg_mj.kernel import kernel
 
 
@@ -48,7 +49,10 @@ def _evaluate_ticks(leader, block_arrays, m, lam, last_m, last_storage, applied,
     for t in range(len(m)):
         problem, mean = problem_at(block, t), _mean_of_leaders(leader, m[t])
         storage = _storage(mean, problem.p, problem.xi)
-        rows = _evaluate_rows(mean, math.sqrt(2.0 * storage), lam[t], problem.rows)
+        if len(problem.rows.along) > 0:
+            rows = _evaluate_rows_along(mean, problem, lam[t])
+        else:
+            rows = _evaluate_rows(mean, math.sqrt(2.0 * storage), lam[t], problem.rows)
         values[t, 0], values[t, 1] = storage, _storage(last_m, problem.p, problem.xi) - last_storage
         values[t, 2], values[t, 3] = rows.worst, _spread(m[t])
         values[t, 4], values[t, 5] = _stationarity(leader, mean, storage, problem, rows), rows.complementarity
@@ -70,8 +74,8 @@ class _RowSums(NamedTuple):
 
     worst: float  # largest g [m]
     complementarity: float  # largest |lambda g| [m^2]
-    pull: float  # sum of a lambda
-    push_x: float  # sum of C lambda
+    pull: float  # sum of a lambda, the weight of grad rho; 0 where rows have directions
+    push_x: float  # sum of C lambda, and of the gradients of ||x_G|| where rows have directions
     push_y: float
 
 
@@ -89,6 +93,29 @@ def _evaluate_rows(m, rho, lam, rows):
                 g = a[i, row] * rho + C[i, row, 0] * m[0] + C[i, row, 1] * m[1] - d[i, row]
                 worst, largest = max(worst, g), max(largest, abs(lam[i, row] * g))
     return _RowSums(worst, largest, pull, push_x, push_y)
+
+
+@kernel
+def _evaluate_rows_along(m, problem, lam):
+    """Return the same of rows that have directions."""
+    rows = problem.rows
+    a, C, d, along = rows.a, rows.C, rows.d, rows.along
+    worst, largest = -np.inf, 0.0
+    push_x = push_y = 0.0
+    for i in range(a.shape[0]):
+        size = total = G_x = G_y = 0.0
+        for row in range(a.shape[1]):
+            if not rows.active[i, row]:
+                continue
+            if along[i, row, 0] != G_x or along[i, row, 1] != G_y:
+                G_x, G_y = along[i, row, 0], along[i, row, 1]
+                size, total = motion_along(m[0], m[1], problem.p, problem.xi, G_x, G_y)
+            g = a[i, row] * size + C[i, row, 0] * m[0] + C[i, row, 1] * m[1] - d[i, row]
+            worst, largest = max(worst, g), max(largest, abs(lam[i, row] * g))
+            weight = a[i, row] * lam[i, row] * total / size if size > 0.0 else 0.0
+            push_x += lam[i, row] * C[i, row, 0] + weight * G_x
+            push_y += lam[i, row] * C[i, row, 1] + weight * G_y
+    return _RowSums(worst, largest, 0.0, push_x, push_y)
 
 
 @kernel

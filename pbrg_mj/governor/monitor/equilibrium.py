@@ -35,6 +35,7 @@ class OptimumArrays(NamedTuple):
     lam: np.ndarray  # (n, R) lambda*
     a: np.ndarray  # (n, R)
     C: np.ndarray  # (n, R, 2)
+    along: np.ndarray  # (n, R, 2), or (0, 0, 2)
     leader: np.ndarray  # (n,) delta
     reference: np.ndarray  # (n, 2) r_i [m]
     laplacian_pinv: np.ndarray  # (n, n)
@@ -45,7 +46,7 @@ def equilibrium_arguments(problem: Problem, optimum: Optimum, alpha: float) -> t
     """Return `OptimumArrays` as a plain tuple."""
     network, rows = problem.network, problem.rows
     states, aims = (optimum.m, problem.p, problem.xi), (network.leader, problem.near_references)
-    return (*states, optimum.multipliers, rows.a, rows.C, *aims, network.laplacian_pinv, alpha)
+    return (*states, optimum.multipliers, rows.a, rows.C, rows.along, *aims, network.laplacian_pinv, alpha)
 
 
 @kernel
@@ -78,7 +79,7 @@ def _primal_and_nu(optimum):
             z[i, axis] = m[axis]
             for j in range(n):
                 z[i, 2 + 2 * j + axis], z[i, 2 + 2 * n + 2 * j + axis] = p[j, axis], xi[j, axis]
-    force = dual_force(z, optimum.lam, nu, optimum.a, optimum.C)
+    force = dual_force(z, optimum.lam, nu, optimum.a, optimum.C, optimum.along)
     for j in range(n):
         for axis in range(2):
             at_p, at_xi = 2 + 2 * j + axis, 2 + 2 * n + 2 * j + axis
@@ -93,11 +94,13 @@ def _primal_and_nu(optimum):
 
 
 @kernel
-def dual_force(z, lam, nu, a, C):
+def dual_force(z, lam, nu, a, C, along):
     """Return Gamma lambda + Psi nu (eqs. 26, 27): grad g_i(z_i)' lambda_i + grad h_i' nu_i of every robot, (n, 4n + 2).
 
-    z (n, 4n + 2), lam (n, R), nu (n, 4), a (n, R), C (n, R, 2).
+    z (n, 4n + 2), lam (n, R), nu (n, 4), a (n, R), C (n, R, 2), along (n, R, 2) or (0, 0, 2).
     """
+    if len(along) > 0:
+        return _dual_force_along(z, lam, nu, a, C, along)
     n, force = len(z), np.empty(z.shape)
     for i in range(n):
         pull = push_x = push_y = square = 0.0
@@ -125,3 +128,41 @@ def dual_force(z, lam, nu, a, C):
             force[i, 2 + 2 * i + axis] += nu[i, axis]
             force[i, 2 + 2 * n + 2 * i + axis] += nu[i, 2 + axis]
     return force
+
+
+@kernel
+def _dual_force_along(z, lam, nu, a, C, along):
+    """Return the same for rows that have directions."""
+    n, force = len(z), np.zeros(z.shape)
+    for i in range(n):
+        for row in range(a.shape[1]):
+            if lam[i, row] == 0.0:
+                continue
+            force[i, 0] += C[i, row, 0] * lam[i, row]
+            force[i, 1] += C[i, row, 1] * lam[i, row]
+            _add_pull_along(z, i, a[i, row] * lam[i, row], along[i, row, 0], along[i, row, 1], force)
+        for axis in range(2):
+            force[i, 2 + 2 * i + axis] += nu[i, axis]
+            force[i, 2 + 2 * n + 2 * i + axis] += nu[i, 2 + axis]
+    return force
+
+
+@kernel
+def _add_pull_along(z, i, pull, G_x, G_y, force):
+    """Add `pull` times grad ||x_G(z_i)|| to the force of robot i."""
+    n, square = len(z), 0.0
+    for c in range(2, 2 + 2 * n, 2):
+        square += (G_x * (z[i, c] - z[i, 0]) + G_y * (z[i, c + 1] - z[i, 1])) ** 2
+    for c in range(2 + 2 * n, 2 + 4 * n, 2):
+        square += (G_x * z[i, c] + G_y * z[i, c + 1]) ** 2
+    weight = pull / math.sqrt(square) if square > 0.0 else 0.0
+    for c in range(2, 2 + 2 * n, 2):
+        e = weight * (G_x * (z[i, c] - z[i, 0]) + G_y * (z[i, c + 1] - z[i, 1]))
+        force[i, c] += e * G_x
+        force[i, c + 1] += e * G_y
+        force[i, 0] -= e * G_x
+        force[i, 1] -= e * G_y
+    for c in range(2 + 2 * n, 2 + 4 * n, 2):
+        s = weight * (G_x * z[i, c] + G_y * z[i, c + 1])
+        force[i, c] += s * G_x
+        force[i, c + 1] += s * G_y

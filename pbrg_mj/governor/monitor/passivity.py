@@ -70,7 +70,8 @@ def balance_about_optimum(optimum_arrays, before, rates):
     """
     optimum, now, rate = OptimumArrays(*optimum_arrays), Estimates(*before), Estimates(*rates)
     z, zeta, nu, force = equilibrium_arrays(optimum_arrays, _mean_row(now.zeta))
-    supply = _supply(z, now.z, force, dual_force(now.z, now.lam, now.nu, optimum.a, optimum.C))
+    pushed = dual_force(now.z, now.lam, now.nu, optimum.a, optimum.C, optimum.along)
+    supply = _supply(z, now.z, force, pushed)
     stored_z, growth_z = _difference(z, now.z, rate.z)
     stored_zeta, growth_zeta = _difference(zeta, now.zeta, rate.zeta)
     stored_lam, growth_lam = _difference(optimum.lam, now.lam, rate.lam)
@@ -117,15 +118,20 @@ def flow_passivity(problem: Problem, flow: Flow, rounds: tuple[Estimates, Estima
     much once. Where the flow is at rest the signs are those of rounding.
     """
     first, second, third = map(tuple, rounds)
-    balance = flow_balance(first, second, third, problem.rows.a, problem.rows.C, flow.alpha, flow.step)
+    rows = problem.rows
+    balance = flow_balance(first, second, third, (rows.a, rows.C, rows.along), flow.alpha, flow.step)
     return Passivity.from_rows(np.array([balance]))[0]
 
 
 @kernel
-def flow_balance(first, second, third, a, C, alpha, step):
-    """Compute what `flow_passivity` returns, of z, zeta, lam, nu of `Estimates` after three rounds in a row."""
+def flow_balance(first, second, third, row_arrays, alpha, step):
+    """Compute what `flow_passivity` returns, of z, zeta, lam, nu of `Estimates` after three rounds in a row.
+
+    `row_arrays` are a, C, along of `Rows`.
+    """
+    a, C, along = row_arrays
     x, y, w = Estimates(*first), Estimates(*second), Estimates(*third)
-    before, after = dual_force(x.z, x.lam, x.nu, a, C), dual_force(y.z, y.lam, y.nu, a, C)
+    before, after = dual_force(x.z, x.lam, x.nu, a, C, along), dual_force(y.z, y.lam, y.nu, a, C, along)
     supply = _supply(x.z, y.z, before, after) / step**2
     speed_z, growth_z = _motion(x.z, y.z, w.z, step)
     speed_zeta, growth_zeta = _motion(x.zeta, y.zeta, w.zeta, step)

@@ -54,7 +54,17 @@ def _one_round_balances(states, graph, block_arrays, flow, m, lam, pinv, limit, 
             _to_rate(rate.lam, now.lam, gains.step)
             _to_rate(rate.nu, now.nu, gains.step)
             states_there, rows = (m[t], problem.p, problem.xi), problem.rows
-            about = (*states_there, lam[t], rows.a, rows.C, net.leader, problem.reference, pinv, gains.alpha)
+            about = (
+                *states_there,
+                lam[t],
+                rows.a,
+                rows.C,
+                rows.along,
+                net.leader,
+                problem.reference,
+                pinv,
+                gains.alpha,
+            )
             _write_balance(balance_about_optimum(about, now, rate), balances, t)
         else:
             _write_balance((np.nan, np.nan, np.nan, np.nan), balances, t)
@@ -69,7 +79,8 @@ def _two_rounds_balances(states, graph, block_arrays, flow, balances):
         private = private_data(graph, (problem.p, problem.xi, problem.reference), problem.rows)
         first = _next_round(now, net, private, gains)
         second = _next_round(first, net, private, gains)
-        balance = flow_balance(now, first, second, problem.rows.a, problem.rows.C, gains.alpha, gains.step)
+        rows = (problem.rows.a, problem.rows.C, problem.rows.along)
+        balance = flow_balance(now, first, second, rows, gains.alpha, gains.step)
         _write_balance(balance, balances, t)
 
 

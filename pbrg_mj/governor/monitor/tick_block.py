@@ -64,6 +64,7 @@ class BlockArrays(NamedTuple):
     C: np.ndarray  # (U, n, R, 2)
     d: np.ndarray  # (U, n, R) [m]
     active: np.ndarray  # (U, n, R) bool
+    along: np.ndarray  # (U, n, R, 2), or (U, 0, 0, 2)
     rows_at: np.ndarray  # (T,) int64
 
 
@@ -80,7 +81,7 @@ class TickArrays(NamedTuple):
 def problem_at(block, t):
     """Return the `TickArrays` of a tick of `BlockArrays`."""
     u = block.rows_at[t]
-    rows = Rows(block.a[u], block.C[u], block.d[u], block.active[u])
+    rows = Rows(block.a[u], block.C[u], block.d[u], block.active[u], block.along[u])
     return TickArrays(block.p[t], block.xi[t], block.reference[t], rows)
 
 

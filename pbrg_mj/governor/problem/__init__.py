@@ -2,6 +2,7 @@
 
 - `rows`: rows a rho + C m - d <= 0 and their values
 - `ball`: the paper's certificate, eqs. 3-8 and 13; another certificate is another file beside it
+- `directional_ball`: the ball of the motion across each half-space alone
 - `near_reference`: how far away the operator's reference may pull
 - `interface`: `Problem`, `Solution`, and the protocols `Certificate` and `Governor`
 """

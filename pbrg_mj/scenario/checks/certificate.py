@@ -18,11 +18,11 @@ def certificate(scenario: Scenario) -> Iterator[Diagnostic]:
         yield from _certified(scenario)
     elif governor.kind == "cbf":
         yield from _barrier(scenario)
-    elif governor.kind == "distributed" and governor.certificate in OF_THE_STATE:
+    elif governor.kind == "distributed" and governor.certificate == "predictive":
         yield Diagnostic(
             ("governor", "certificate"),
-            f"is {governor.certificate} with `kind: distributed`, whose estimates lag the team by more than this "
-            "certificate leaves; allowed: ball, or `kind: certified` or centralized",
+            "is predictive with `kind: distributed`, whose estimates lag the team by more than this certificate "
+            "leaves; allowed: ball, directional_ball, or `kind: certified` or centralized",
         )
 
 

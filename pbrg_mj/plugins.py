@@ -56,7 +56,7 @@ ESTIMATOR = Kind(
     "pbrg_mj.estimators",
     "estimator.source",
     "estimator.options",
-    ("beams", "given"),
+    ("beams", "points", "given"),
     ("init", "step"),
 )
 NOISE_MODEL = Kind(

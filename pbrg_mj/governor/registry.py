@@ -154,7 +154,11 @@ def _advance_limits(scenario: Scenario, model: TeamModel) -> tuple[AdvanceLimit,
     grid = PredictionGrid.of(model)
     if len(facets):
         limits.append(SpeedLimit.of(model, grid, facets, robot.hand_offset))
-    if scenario.governor.sight_rows and scenario.estimator.source == "beams" and scenario.plant == "physics":
+    if (
+        scenario.governor.sight_rows
+        and scenario.estimator.source in ("beams", "points")
+        and scenario.plant == "physics"
+    ):
         limits.append(SightLimit.of(grid, np.array(scenario.beam_robots), _sight(scenario)))
     return tuple(limits)
 

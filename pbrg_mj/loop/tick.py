@@ -16,7 +16,7 @@ from pbrg_mj.governor.problem.interface import Certificate, Governor, Problem, S
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.governor.velocity_filter.interface import VelocityFilter
 from pbrg_mj.kernel import clock
-from pbrg_mj.perception.estimator import Estimator
+from pbrg_mj.perception.estimator import Estimator, GuidedEstimator
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.schema import Scenario, operator_reference
 from pbrg_mj.sensing.noise import SensorNoise
@@ -44,6 +44,11 @@ class ClosedLoop:
     governor: Governor
     drive: Drive
     velocity_filters: tuple[VelocityFilter, ...] = ()  # in the order in which they change u
+
+    @cached_property
+    def guided(self) -> GuidedEstimator | None:
+        """The estimator if its half-spaces depend on where robots are going."""
+        return self.estimator if isinstance(self.estimator, GuidedEstimator) else None
 
     @cached_property
     def of_the_state(self) -> StateCertificate | None:
@@ -99,7 +104,10 @@ def control_tick(loop: ClosedLoop, state: LoopState, index: int) -> tuple[LoopSt
     readings = sense(loop.world.observe(), state.readings, loop.noise)
     sensed = clock()
 
-    half_spaces, estimator = loop.estimator.step(readings, time, state.estimator)
+    if loop.guided is not None:
+        half_spaces, estimator = loop.guided.step_towards(readings, time, state.estimator, state.m)
+    else:
+        half_spaces, estimator = loop.estimator.step(readings, time, state.estimator)
     perceived = clock()
 
     pose = state.pose

@@ -8,5 +8,6 @@ In: `Readings` (ranges and pose estimates with noise). Out: `HalfSpaces` G q <= 
     half_spaces     `HalfSpaces`, the result
     setup           parameters, from a scenario
     perceive        one tick: all of that for all robots
+    points          beside these: points of any shape to half-spaces, `estimator.source: points`
     estimator       `perceive` with its setup, or a plug-in in its place
 """

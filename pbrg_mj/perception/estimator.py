@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -11,6 +11,8 @@ from pbrg_mj import plugins
 from pbrg_mj.errors import PlugInError
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.perception.perceive import PerceptionMemory, initial, perceive
+from pbrg_mj.perception.points.estimator import PointEstimator
+from pbrg_mj.perception.points.parameters import point_parameters
 from pbrg_mj.perception.setup import PerceptionSetup, perception_setup
 from pbrg_mj.plugin_calls import blaming, copied, sealed, where_active, within
 from pbrg_mj.scenario.schema import Scenario
@@ -30,6 +32,17 @@ class Estimator(Protocol):
 
     def step(self, readings: Readings, time: float, memory: Any) -> tuple[HalfSpaces, Any]:
         """Return the half-spaces every robot knows at `time` [s], the same object while they do not change."""
+        ...
+
+
+@runtime_checkable
+class GuidedEstimator(Estimator, Protocol):
+    """One whose half-spaces depend on where robots are going."""
+
+    def step_towards(
+        self, readings: Readings, time: float, memory: Any, m: np.ndarray | None
+    ) -> tuple[HalfSpaces, Any]:
+        """Do what `step` does; robots hold the governed references m (n, 2) [m], None before the first tick."""
         ...
 
 
@@ -53,6 +66,13 @@ def estimator(scenario: Scenario, robot: RobotModel, given: Any = None) -> Estim
 
     Raises InputError for an unknown name and wrong options, PlugInError when a plug-in cannot be built.
     """
+    if given is None and scenario.estimator.source == "points":
+        return PointEstimator(
+            parameters=point_parameters(scenario, robot),
+            robots=np.array(scenario.beam_robots, dtype=np.int64),
+            formation=np.array(scenario.team.formation, dtype=float),
+            slots=scenario.estimator.half_spaces_per_robot,
+        )
     if given is None and scenario.estimator.source in plugins.ESTIMATOR.built_in:
         return LineEstimator(perception_setup(scenario, robot.clearance, robot.hand_offset))
     name, built = plugins.build(plugins.ESTIMATOR, scenario, given, robot=robot)

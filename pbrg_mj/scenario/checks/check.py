@@ -80,13 +80,19 @@ def _sensing(scenario: Scenario) -> Iterator[Diagnostic]:
             ("sensors", "beams"),
             f"has range_min {beams.range_min} m; allowed: less than range_max, {beams.range_max} m",
         )
-    if estimator.source != "beams":
+    if estimator.source not in ("beams", "points"):
         return
     if scenario.plant == "ideal":
         yield Diagnostic(("plant",), "is ideal, which has no beams; allowed: with `estimator.source: given` only")
     elif estimator.given:
         yield Diagnostic(
-            ("estimator", "given"), "is given, but estimator.source is beams; allowed: with `source: given`"
+            ("estimator", "given"),
+            f"is given, but estimator.source is {estimator.source}; allowed: with `source: given`",
+        )
+    if estimator.source == "points" and estimator.scope != "own":
+        yield Diagnostic(
+            ("estimator", "scope"),
+            f"is {estimator.scope}; allowed with `source: points`, which keeps off the way of the robot that sees: own",
         )
 
 

@@ -23,7 +23,9 @@ class Estimator(Section):
     """From scans to half-spaces."""
 
     source: str = Field(
-        default="beams", description="beams: lines are fitted to them; given: `given` as it is; or a plug-in's name"
+        default="beams",
+        description="beams: lines are fitted to them; points: whatever echoes, of any shape, with `scope: own`; given: "
+        "`given` as it is; or a plug-in's name",
     )
     options: dict[str, Any] = Field(default={}, description="of a plug-in's estimator")
     given: tuple[GivenHalfSpace, ...] = Field(

@@ -108,6 +108,7 @@ def check_batchable(scenario: Scenario) -> None:
     """Raise InputError for a scenario whose plant needs more than MuJoCo within a tick, or one model per world."""
     unsupported = {
         "plant": scenario.plant != "physics",
+        "estimator.source": scenario.estimator.source == "points",
         "drive.kind": scenario.drive.kind != "voltage",
         "radio": bool(scenario.radio.delay or scenario.radio.jitter),
         "world.patches": bool(scenario.world.patches),

@@ -1,0 +1,89 @@
+"""One tick of the point estimator for all robots."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.half_spaces import HalfSpaces
+from pbrg_mj.perception.points.detect import add_scan
+from pbrg_mj.perception.points.memory import forget, no_points
+from pbrg_mj.perception.points.parameters import PointParameters
+from pbrg_mj.perception.points.separate import separate
+from pbrg_mj.perception.track.world_frame import ANCHOR, Clock, pose_at_scan
+from pbrg_mj.sensing.readings import Readings
+
+
+class PointMemory(NamedTuple):
+    """Every robot's points, its position at the last scan, and the half-spaces made of them. Never written to."""
+
+    points: np.ndarray  # (n, M) of POINT
+    anchors: np.ndarray  # (n,) of ANCHOR
+    scans: int
+    half_spaces: HalfSpaces
+
+
+@dataclass(frozen=True)
+class PointEstimator:
+    """Scans to points to half-spaces, each for the robot that sees it."""
+
+    parameters: PointParameters
+    robots: np.ndarray  # (R,) robot of each row of the ranges
+    formation: np.ndarray  # (n, 2) b [m]
+    slots: int  # half-spaces a robot
+
+    def init(self) -> PointMemory:
+        """Return a memory of nothing."""
+        n = len(self.formation)
+        nothing = HalfSpaces.empty(n, self.slots)
+        points = no_points(n, len(self.parameters.directions))
+        return PointMemory(points, np.zeros(n, dtype=ANCHOR), 0, nothing)
+
+    def step(self, readings: Readings, time: float, memory: PointMemory) -> tuple[HalfSpaces, PointMemory]:
+        """Do what `step_towards` does for robots that stay where they are."""
+        return self.step_towards(readings, time, memory, None)
+
+    def step_towards(
+        self, readings: Readings, time: float, memory: PointMemory, m: np.ndarray | None
+    ) -> tuple[HalfSpaces, PointMemory]:
+        """Return the half-spaces every robot knows at `time` [s], and the new memory.
+
+        `m` (n, 2) [m] are the governed references that robots hold, None before the first tick. Half-spaces change
+        with a new scan only.
+        """
+        if not readings.new_scan:
+            return memory.half_spaces, memory
+        points, anchors = memory.points.copy(), memory.anchors.copy()
+        before, known = memory.half_spaces, HalfSpaces.empty(len(self.formation), self.slots)
+        known.G[:], known.h[:], known.active[:] = before.G, before.h, before.active
+        targets = np.full(self.formation.shape, np.nan) if m is None else m + self.formation
+        scans = (readings.ranges, readings.body_pose, readings.pose_frame, readings.scan_frame, time, memory.scans + 1)
+        written = (points, anchors, known.G, known.h, known.active)
+        perceive_points(scans, self.parameters, self.robots, targets, written)
+        robots = np.arange(len(known.active))
+        known.binds[robots, :, robots] = known.active
+        return known, PointMemory(points, anchors, memory.scans + 1, known)
+
+
+@kernel
+def perceive_points(scans, parameters, robots, targets, written):
+    """Write points, anchors and half-spaces after the scans of all robots that have beams."""
+    ranges, poses, pose_frame, scan_frame, time, scan = scans
+    points, anchors, G, h, active = written
+    clock = Clock(pose_frame, scan_frame, time)
+    for row in range(len(robots)):
+        robot = robots[row]
+        if math.isnan(poses[robot, 0] + poses[robot, 1] + poses[robot, 2]):  # else it cannot place an echo
+            continue
+        pose = pose_at_scan(poses[robot], clock, anchors[robot], parameters.pose)
+        forget(points[robot], scan, ranges[row], pose, parameters)
+        add_scan(points[robot], scan, ranges[row], pose, poses[:, :2], robot, parameters)
+        q = np.empty(2)
+        q[0] = pose.x + parameters.hand_offset * math.cos(pose.heading)
+        q[1] = pose.y + parameters.hand_offset * math.sin(pose.heading)
+        target = q if math.isnan(targets[robot, 0]) else targets[robot]
+        separate(points[robot], q, target, parameters, G[robot], h[robot], active[robot])

@@ -1,0 +1,72 @@
+"""The gap between the convex hull of points and a segment.
+
+The algorithm of Gilbert, Johnson and Keerthi (IEEE Journal of Robotics and Automation 4(2), 1988), in the plane.
+"""
+
+from __future__ import annotations
+
+import math
+
+from pbrg_mj.kernel import kernel
+
+MOST_STEPS = 50
+EXACT = 1e-9  # [m] of the gap
+
+
+@kernel
+def gap_to_hull(points, chosen, way):
+    """Return the gap [m] between the hull of the `chosen` points and the segment `way` (4,), and the vector across it.
+
+    The vector (x, y) [m] is the shortest from the segment to the hull. The gap is 0 where they meet, and where nothing
+    is chosen.
+    """
+    ax, ay = _farthest(points, chosen, way, 1.0, 0.0)
+    if math.isinf(ax):
+        return 0.0, 0.0, 0.0
+    bx, by, vx, vy = ax, ay, ax, ay
+    for _ in range(MOST_STEPS):
+        length = math.sqrt(vx * vx + vy * vy)
+        if length <= EXACT:
+            return 0.0, 0.0, 0.0
+        wx, wy = _farthest(points, chosen, way, vx, vy)
+        if length - (wx * vx + wy * vy) / length <= EXACT:
+            return length, vx, vy
+        if _holds_origin(ax, ay, bx, by, wx, wy):
+            return 0.0, 0.0, 0.0
+        fx, fy = _nearest_to_origin(ax, ay, wx, wy)
+        gx, gy = _nearest_to_origin(bx, by, wx, wy)
+        if fx * fx + fy * fy <= gx * gx + gy * gy:
+            bx, by, vx, vy = wx, wy, fx, fy
+        else:
+            ax, ay, vx, vy = wx, wy, gx, gy
+    return math.sqrt(vx * vx + vy * vy), vx, vy
+
+
+@kernel
+def _farthest(points, chosen, way, vx, vy):
+    """Return the point of hull minus segment that is farthest against (vx, vy); infinite if nothing is chosen."""
+    least, x, y = math.inf, math.inf, math.inf
+    for i in range(len(points)):
+        if chosen[i]:
+            along = vx * points[i]["x"] + vy * points[i]["y"]
+            if along < least:
+                least, x, y = along, points[i]["x"], points[i]["y"]
+    if vx * way[0] + vy * way[1] > vx * way[2] + vy * way[3]:
+        return x - way[0], y - way[1]
+    return x - way[2], y - way[3]
+
+
+@kernel
+def _holds_origin(ax, ay, bx, by, cx, cy):
+    """Tell whether the origin is inside of a triangle."""
+    ab, bc, ca = ax * by - ay * bx, bx * cy - by * cx, cx * ay - cy * ax
+    return (ab > 0.0 and bc > 0.0 and ca > 0.0) or (ab < 0.0 and bc < 0.0 and ca < 0.0)
+
+
+@kernel
+def _nearest_to_origin(ax, ay, bx, by):
+    """Return the point of a segment that is nearest to the origin."""
+    dx, dy = bx - ax, by - ay
+    squared = dx * dx + dy * dy
+    share = 0.0 if squared == 0.0 else min(max(-(ax * dx + ay * dy) / squared, 0.0), 1.0)
+    return ax + share * dx, ay + share * dy

@@ -1,0 +1,72 @@
+"""Parameters of the point estimator, from a scenario and its robot."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import norm
+
+from pbrg_mj.perception.scan.self_occlusion import blocked_beams
+from pbrg_mj.perception.track.world_frame import PoseModel, pose_model
+from pbrg_mj.scenario.schema import Scenario, beam_angles
+from pbrg_mj.world.scene.robot import RobotModel
+
+JOINING = 2.0  # gaps between beams, on a face met head-on: more apart are two echoes of one thing no longer
+MOST_ECHOES = 16
+LEAST_JOINING = 0.2  # [m] robots are 0.2 m wide: they pass between no two echoes that are nearer than that
+
+
+class PointParameters(NamedTuple):
+    """All parameters of the compiled code."""
+
+    directions: np.ndarray  # (beams, 2) unit vectors in the body frame
+    blocked: np.ndarray  # (beams,) bool: the robot's own wheels are in the way
+    first: float  # angle of the first beam [rad]
+    gap: float  # angle between beams [rad]
+    closed: bool  # the beams go all the way round
+    range_std: float  # [m]
+    noise_ratio: float  # [-]
+    range_min: float  # [m]
+    range_max: float  # [m]
+    pose: PoseModel
+    clearance: float  # of hand points from faces [m]
+    hand_offset: float  # [m]
+    body_radius: float  # of a team-mate [m]
+    sigmas: float  # half-spaces move inward by this many standard deviations of a pose
+    range_sigmas: np.ndarray  # (16,) and of a range where 1, 2, ... echoes tell of the face
+    memory: float  # how long a point out of sight is kept [s]
+
+
+def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
+    """Return the parameters for a scenario; the ideal plant is seen exactly."""
+    beams, exact = scenario.sensors.beams, scenario.plant == "ideal"
+    angles = beam_angles(beams)
+    return PointParameters(
+        directions=np.column_stack([np.cos(angles), np.sin(angles)]),
+        blocked=blocked_beams(beams),
+        first=float(angles[0]),
+        gap=float(angles[1] - angles[0]) if len(angles) > 1 else 2.0 * math.pi,
+        closed=beams.sweep_deg == 360.0,
+        range_std=0.0 if exact else math.hypot(beams.noise_std, beams.quantum / math.sqrt(12.0)),
+        noise_ratio=0.0 if exact else beams.noise_ratio,
+        range_min=beams.range_min,
+        range_max=beams.range_max,
+        pose=pose_model(scenario),
+        clearance=robot.clearance,
+        hand_offset=robot.hand_offset,
+        body_radius=robot.body_radius,
+        sigmas=scenario.estimator.sigmas,
+        range_sigmas=range_sigmas(scenario.estimator.sigmas),
+        memory=scenario.estimator.memory,
+    )
+
+
+def range_sigmas(sigmas: float) -> np.ndarray:
+    """Return how many standard deviations the nearest of N = 1, ..., 16 echoes of a face may lie behind it, (16,).
+
+    As seldom as one echo lies `sigmas` of them behind: (1 - Phi(s))^N = 1 - Phi(sigmas), and no less than 0.
+    """
+    tail = norm.sf(sigmas)
+    return np.maximum(norm.isf(tail ** (1.0 / np.arange(1, MOST_ECHOES + 1))), 0.0)

@@ -1,0 +1,234 @@
+"""Half-spaces from points: seen things of any shape against the ray-caster's truth, and what must not bind."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+from scipy.stats import norm
+
+from pbrg_mj.errors import InputError
+from pbrg_mj.perception.half_spaces import HalfSpaces
+from pbrg_mj.perception.points.estimator import PointEstimator
+from pbrg_mj.perception.points.hull import gap_to_hull
+from pbrg_mj.perception.points.memory import POINT
+from pbrg_mj.perception.points.parameters import point_parameters, range_sigmas
+from pbrg_mj.scenario.load import load_text
+from pbrg_mj.scenario.random_streams import Source, stream
+from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.sensing.beam_model import noisy_scan
+from pbrg_mj.sensing.noise import sensor_noise
+from pbrg_mj.sensing.readings import Readings
+from pbrg_mj.world.scene.robot import load_robot_model
+from tests.perceiving import box, rows, scenario
+from tests.raycast import Scene, cast
+
+ROBOT = load_robot_model()
+PERIOD = 0.1  # [s]
+WALL = Scene(((2.0, -3.0, 2.0, 3.0),))
+L_SHAPE = Scene(
+    (
+        (2.0, -1.0, 2.0, 1.0),
+        (2.0, 1.0, 3.0, 1.0),
+        (3.0, 1.0, 3.0, 0.0),
+        (3.0, 0.0, 4.0, 0.0),
+        (4.0, 0.0, 4.0, -1.0),
+        (4.0, -1.0, 2.0, -1.0),
+    )
+)
+
+
+def estimator(sensors: dict | None = None, formation=((0.0, 0.0),)) -> tuple[PointEstimator, Scenario]:
+    given = scenario(formation, sensors=sensors or {}, estimator={"source": "points", "scope": "own"})
+    robots = np.array(given.beam_robots, dtype=np.int64)
+    made = PointEstimator(point_parameters(given, ROBOT), robots, np.array(formation, dtype=float), 6)
+    return made, given
+
+
+def scan(given, scene: Scene, poses: np.ndarray, frame: int) -> Readings:
+    """What the robots of a scenario read at true poses (n, 3); the camera runs three times as fast as the beams."""
+    noise, beams = sensor_noise(given), given.sensors.beams
+    read, seen = [], []
+    for robot, pose in enumerate(poses):
+        raw = np.nan_to_num(cast(scene, pose, beams.count, beams.range_max), nan=-1.0)
+        raw[raw < beams.range_min] = -1.0
+        read.append(noisy_scan(raw, noise, stream(noise.seed, Source.BEAMS, robot, frame)))
+        draw = stream(noise.seed, Source.CAMERA, robot, frame).standard_normal(3)
+        seen.append(pose + draw * [noise.position_std, noise.position_std, noise.heading_std])
+    return Readings(np.array(seen), np.array(read), True, 3 * frame, frame)
+
+
+def drive(given, made: PointEstimator, scene: Scene, start: float, end: float, target: float, y: float = 0.0):
+    """Drive along x at 0.2 m/s, a scan each `PERIOD`; yield the hand point's x [m] and the half-spaces."""
+    memory, goal = made.init(), np.array([[target, y]])
+    for frame, x in enumerate(np.arange(start, end, 0.2 * PERIOD)):
+        pose = np.array([[x, y, 0.0]])
+        known, memory = made.step_towards(scan(given, scene, pose, frame), frame * PERIOD, memory, goal)
+        yield x + ROBOT.hand_offset, known
+
+
+def warning(given, made: PointEstimator, scene: Scene, contact: float) -> float:
+    """Return how far before the hand point's x of contact a half-space forbids it for good [m]; negative: never."""
+    first = np.inf
+    for hand, known in drive(given, made, scene, contact - 1.5, contact - ROBOT.hand_offset, contact + 2.0):
+        G, h = rows(known)
+        forbidden = np.any(G @ [contact, 0.0] > h)
+        first = min(first, hand) if forbidden else np.inf
+    return contact - first
+
+
+@pytest.mark.parametrize(("preset", "least"), [("default", 12), ("lidar", 12), ("tof_ring", 11)])
+@pytest.mark.parametrize("shape", ["box", "pillar"])
+def test_a_small_thing_ahead_is_known_before_contact(preset: str, least: int, shape: str):
+    """Boxes of 12 to 60 cm at any angle and pillars of 5 cm to 3 m: known 0.2 m before contact, head-on at 0.2 m/s."""
+    found = 0
+    for seed in range(12):
+        rng = np.random.default_rng([seed, 7])
+        extra = {} if preset == "default" else {"beams": {"preset": preset}}
+        made, given = estimator(extra)
+        given = given.model_copy(update={"seed": seed})
+        if shape == "box":
+            width, angle = rng.uniform(0.12, 0.6), rng.uniform(0.0, np.pi)
+            scene = box(0.0, 0.0, width, angle=angle)
+            ahead = -float(np.nanmin(cast(scene, np.array([-2.0, 0.0, 0.0]), 72)) - 2.0)
+        else:
+            radius = float(np.exp(rng.uniform(np.log(0.05), np.log(3.0))))
+            scene = Scene((), ((0.0, 0.0, radius),))
+            ahead = radius
+        contact = -ahead - ROBOT.body_radius + ROBOT.hand_offset
+        found += warning(given, made, scene, contact) >= 0.2
+    assert found >= least
+
+
+@pytest.mark.parametrize("scene", [WALL, L_SHAPE, box(2.3, 0.2, 1.0, 0.3, 0.7)], ids=["wall", "L", "box"])
+def test_no_admitted_point_is_near_what_was_seen(scene: Scene):
+    """Faces seen from where the robot is, exactly: admitted hand points keep the clearance, up to the beams' gaps."""
+    made, given = estimator()
+    allowed = 0.01
+    faces = np.concatenate([np.linspace(s[:2], s[2:], 200) for s in np.array(scene.segments)])
+    crossed, checked = 0, 0
+    for seed in range(6):
+        given = given.model_copy(update={"seed": seed})
+        y = 0.3 * seed - 0.7
+        *_, (hand, known) = drive(given, made, scene, 0.0, 1.0, 1.6, y)
+        G, h = rows(known)
+        corner = np.array([hand, y])
+        grid = corner + np.random.default_rng(seed).uniform(-1.5, 1.5, (2000, 2))
+        admitted = grid[np.all(grid @ G.T <= h, axis=1)]
+        near = faces[np.linalg.norm(faces - corner, axis=1) < 1.2]
+        visible = near[[_sees(scene, corner, face) for face in near]]
+        if len(visible) and len(admitted):
+            gaps = np.linalg.norm(admitted[:, None] - visible[None], axis=2)
+            crossed += int(np.any(gaps < ROBOT.clearance - allowed))
+            checked += 1
+    assert checked >= 3 and crossed == 0
+
+
+def _sees(scene: Scene, origin: np.ndarray, face: np.ndarray) -> bool:
+    way = face - origin
+    pose = np.array([*origin, np.arctan2(way[1], way[0])])
+    return bool(cast(scene, pose, 4)[0] > np.linalg.norm(way) - 1e-6)
+
+
+def test_a_wall_gives_one_half_space_where_a_line_would_be():
+    """Within the noise: no farther off than the clearance, three standard deviations and 1 cm."""
+    made, given = estimator()
+    *_, (_, known) = drive(given, made, WALL, 0.0, 1.2, 3.0)
+    G, h = rows(known)
+    ahead = int(np.argmax(G[:, 0]))
+    assert np.hypot(*(G[ahead] - [1.0, 0.0])) < np.deg2rad(1.5)
+    reach = (h[ahead] - G[ahead, 1] * 0.0) / G[ahead, 0]
+    assert 2.0 - ROBOT.clearance - 3.0 * 0.005 - 0.015 < reach < 2.0 - ROBOT.clearance + 0.003
+
+
+def test_team_mates_bind_nobody():
+    places = np.array([[0.0, 0.0, 0.0], [0.4, 0.1, 0.0], [0.4, -0.3, 1.0]])
+    made, given = estimator(formation=tuple(map(tuple, places[:, :2])))
+    memory = made.init()
+    bodies = Scene((), tuple((x, y, ROBOT.body_radius) for x, y, _ in places))
+    for frame in range(50):
+        one = scan(given, Scene(), places, frame)
+        for robot in range(len(places)):
+            others = Scene((), tuple(d for k, d in enumerate(bodies.discs) if k != robot))
+            one.ranges[robot] = scan(given, others, places[robot : robot + 1], frame).ranges[0]
+            assert np.isfinite(one.ranges[robot]).any()
+        known, memory = made.step_towards(one, frame * PERIOD, memory, np.zeros((3, 2)))
+        assert not known.active.any()
+
+
+def test_a_lone_echo_binds_when_a_second_confirms_it():
+    made, given = estimator()
+    post = Scene((), ((1.0, 0.0, 0.01),))
+    first, memory = made.step_towards(scan(given, post, np.zeros((1, 3)), 0), 0.0, made.init(), np.array([[3.0, 0.0]]))
+    assert not first.active.any()
+    second, _ = made.step_towards(scan(given, post, np.zeros((1, 3)), 1), 0.1, memory, np.array([[3.0, 0.0]]))
+    assert second.active.sum() == 1
+
+
+def test_what_beams_pass_is_gone_and_what_is_silent_stays():
+    made, given = estimator()
+    thing, behind = box(1.0, 0.0, 0.3), Scene(((3.0, -4.0, 3.0, 4.0),))
+    goal = np.array([[1.5, 0.0]])
+    for gone, active in ((behind, False), (Scene(), True)):
+        memory, known = made.init(), HalfSpaces.empty(1, 6)
+        for frame in range(6):
+            seen = thing if frame < 3 else gone
+            one = scan(given, seen, np.zeros((1, 3)), frame)
+            known, memory = made.step_towards(one, frame * PERIOD, memory, goal)
+        G, h = rows(known)
+        assert bool(np.any(h < G @ [1.0, 0.0])) == active
+
+
+def test_nothing_is_kept_beyond_the_memory():
+    made, given = estimator()
+    memory = made.init()
+    _, memory = made.step_towards(scan(given, WALL, np.zeros((1, 3)), 0), 0.0, memory, None)
+    known, _ = made.step_towards(scan(given, Scene(), np.zeros((1, 3)), 200), 20.0, memory, None)
+    assert not known.active.any()
+
+
+def test_the_gap_to_a_hull_is_that_of_an_optimizer():
+    rng = np.random.default_rng(5)
+    for _ in range(40):
+        count = int(rng.integers(1, 9))
+        points, chosen = np.zeros(count + 1, POINT), np.ones(count + 1, bool)
+        points["x"], points["y"] = rng.normal(size=(2, count + 1))
+        points["x"] += rng.uniform(0.0, 3.0)
+        chosen[-1] = False
+        way = rng.normal(size=4)
+        gap, x, y = gap_to_hull(points, chosen, tuple(way))
+        P = np.column_stack([points["x"], points["y"]])[:count]
+
+        def squared(w, P=P, way=way):
+            t = w[-1]
+            return float(np.sum((w[:-1] @ P - (1 - t) * way[:2] - t * way[2:]) ** 2))
+
+        begin = np.append(np.full(count, 1.0 / count), 0.5)
+        sums = {"type": "eq", "fun": lambda w: np.sum(w[:-1]) - 1.0}
+        best = minimize(squared, begin, bounds=[(0, 1)] * (count + 1), constraints=sums, tol=1e-12)
+        assert gap == pytest.approx(np.sqrt(max(best.fun, 0.0)), abs=2e-4)
+        assert np.hypot(x, y) == pytest.approx(gap, abs=1e-12)
+
+
+def test_the_nearest_of_many_echoes_is_behind_as_seldom_as_one():
+    rng, sigmas = np.random.default_rng(6), 2.0
+    left = range_sigmas(sigmas)
+    for count in (1, 2, 5, 9):
+        nearest = rng.normal(size=(200_000, count)).min(axis=1)
+        share = np.mean(nearest > left[count - 1])
+        assert share == pytest.approx(norm.sf(sigmas), rel=0.06) or left[count - 1] == 0.0
+
+
+def test_points_need_the_scope_own():
+    text = "team: {start: [[0, 0]], formation: [[0, 0]], leaders: [1]}\noperator: {reference: [0, 0]}\n"
+    with pytest.raises(InputError, match=r"estimator\.scope.*own"):
+        load_text(text, "a", ["estimator.source=points"], file="a.yaml")
+
+
+def test_memories_are_never_written_to():
+    made, given = estimator()
+    _, memory = made.step_towards(scan(given, WALL, np.zeros((1, 3)), 0), 0.0, made.init(), None)
+    before = memory.points.copy(), memory.anchors.copy(), memory.half_spaces.h.copy()
+    made.step_towards(scan(given, WALL, np.full((1, 3), 0.1), 1), 0.1, memory, np.zeros((1, 2)))
+    for old, now in zip(before, (memory.points, memory.anchors, memory.half_spaces.h), strict=True):
+        np.testing.assert_array_equal(old, now)

@@ -32,7 +32,7 @@ class LocalProblem(NamedTuple):
     a: np.ndarray  # (R_i,)
     C: np.ndarray  # (R_i, 2)
     d: np.ndarray  # (R_i,) [m]
-    along: np.ndarray  # (R_i, 2) directions G of the rows; (0, 2) where they have none
+    along: np.ndarray = np.empty((0, 2))  # (R_i, 2) directions G of the rows, or none
 
 
 class Message(NamedTuple):

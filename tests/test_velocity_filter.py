@@ -9,6 +9,7 @@ import pbrg_mj as pbrg
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.governor.velocity_filter.barrier import BarrierFilter
+from pbrg_mj.governor.velocity_filter.potential_field import PotentialField
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.team.graph import network_of_edges
@@ -82,3 +83,34 @@ def test_a_gain_that_crosses_within_a_tick_is_refused() -> None:
         pbrg.InputError, match=r"governor.barrier_gain: is 101 1/s, .* allowed: at most 1 / timing.tick"
     ):
         pbrg.load("paper/experiment_near", {"governor.kind": "cbf", "governor.barrier_gain": 101.0})
+
+
+def test_the_repulsion_is_the_gradient_of_khatibs_potential() -> None:
+    rng, n, eta, reach = np.random.default_rng(42), 8, 2e-3, 0.6
+    q, velocity = rng.normal(size=(n, 2)), rng.normal(size=(n, 2))
+    spaces = random_spaces(rng, n, 3, q, nearest=0.15)
+    field = PotentialField(eta, reach, 0.01)
+    driven = field.filtered(problem_of(spaces), q, np.zeros((n, 2)), velocity)
+
+    def potential(j: int, at: np.ndarray) -> float:
+        rows = own_rows(spaces, j)
+        d = spaces.h[j, rows] - spaces.G[j, rows] @ at
+        return float((eta / 2 * np.where(d < reach, 1 / d - 1 / reach, 0.0) ** 2).sum())
+
+    for j in range(n):
+        slope = [(potential(j, q[j] + 1e-6 * e) - potential(j, q[j] - 1e-6 * e)) / 2e-6 for e in np.eye(2)]
+        np.testing.assert_allclose(driven[j], velocity[j] - slope, atol=1e-6)
+    assert (driven != velocity).any(axis=1).sum() >= 4
+
+
+def test_a_field_is_nowhere_steeper_than_a_tick_can_follow() -> None:
+    eta, tick = 1e-3, 0.01
+    spaces = HalfSpaces.empty(1, 1)
+    spaces.G[0, 0], spaces.active[0], spaces.binds[0] = [1.0, 0.0], True, True
+    field, x = PotentialField(eta, 0.5, tick), np.linspace(-0.6, 0.3, 2000)
+    nothing = np.zeros((1, 2))
+    u = [field.filtered(problem_of(spaces), np.array([[at, 0.0]]), nothing, nothing)[0, 0] for at in x]
+    slope = np.diff(u) / np.diff(x)
+    assert 0.8 / tick < -slope.min() <= 1 / tick
+    assert (slope <= 1e-9).all()
+    assert u[0] == 0.0

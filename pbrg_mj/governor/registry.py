@@ -38,6 +38,7 @@ from pbrg_mj.governor.problem.directional_ball import DirectionalBallCertificate
 from pbrg_mj.governor.problem.interface import Certificate, Governor, StateCertificate
 from pbrg_mj.governor.velocity_filter.barrier import BarrierFilter
 from pbrg_mj.governor.velocity_filter.interface import VelocityFilter
+from pbrg_mj.governor.velocity_filter.potential_field import PotentialField
 from pbrg_mj.governor.velocity_filter.separation import SeparationFilter, separation
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.channel import channel
@@ -191,7 +192,8 @@ GOVERNORS: dict[str, Callable[[Scenario], Governor]] = {
     "certified": _certified,
     "centralized": lambda scenario: CentralizedGovernor(ClarabelSolver()),
     "none": lambda scenario: NoGovernor(),
-    "cbf": lambda scenario: NoGovernor(),  # its filter does what is done
+    "cbf": lambda scenario: NoGovernor(),  # `velocity_filters` does what is done
+    "potential_field": lambda scenario: NoGovernor(),  # likewise
 }
 
 
@@ -208,9 +210,12 @@ def governor(scenario: Scenario, given: Any = None) -> Governor:
 
 def velocity_filters(scenario: Scenario) -> tuple[VelocityFilter, ...]:
     """Return what changes the velocities of eq. 2 in a scenario, in this order."""
-    settings, filters = scenario.governor, []
+    settings = scenario.governor
+    filters: list[VelocityFilter] = []
     if settings.kind == "cbf":
         filters.append(BarrierFilter(settings.barrier_gain, margin(scenario)))
+    elif settings.kind == "potential_field":
+        filters.append(PotentialField(settings.field_gain, settings.field_range, scenario.timing.tick))
     if separation(scenario) is not None:
         filters.append(SeparationFilter.of(scenario, margin(scenario), speed_facets(scenario, wheels=True)))
     return tuple(filters)

@@ -17,6 +17,7 @@ from pbrg_mj.analysis.metrics.margins import ball_radius
 from pbrg_mj.analysis.metrics.obstacles import footprints, names
 from pbrg_mj.governor.registry import multiplier_cap
 from pbrg_mj.log.read.run import Run
+from pbrg_mj.scenario.schema import WITHOUT_GOVERNOR
 from pbrg_mj.world.scene.footprints import signed_distance
 
 Kind = Literal[
@@ -96,7 +97,7 @@ def _has_rows_of_robots(run: Run) -> bool:
 
 def _multipliers(run: Run) -> np.ndarray | None:
     """Return lambda (n, R) at the last tick: the governor's, else those of the optimum if m is there."""
-    if run.scenario.governor.kind == "none":
+    if run.scenario.governor.kind in WITHOUT_GOVERNOR:
         return None
     own = run.ticks.multipliers[-1]
     if np.isfinite(own).all() and own.any():
@@ -172,7 +173,7 @@ def _ball(run: Run) -> Iterator[Binding]:
 
 def _lag(run: Run) -> Iterator[Binding]:
     gap = _gap_to_optimum(run)
-    if run.scenario.governor.kind != "none" and gap is not None and gap > run.scenario.outcome.tolerance:
+    if run.scenario.governor.kind not in WITHOUT_GOVERNOR and gap is not None and gap > run.scenario.outcome.tolerance:
         yield Binding("network", f"the leaders' m is {gap:.2g} m from the optimum m*")
 
 

@@ -15,7 +15,7 @@ from pbrg_mj.scenario.schema.actuation import Drive, Radio
 from pbrg_mj.scenario.schema.base import Section, Vector
 from pbrg_mj.scenario.schema.disturbances import DeadMotor, Disturbances, Kidnapping, Push
 from pbrg_mj.scenario.schema.estimator import Estimator, GivenHalfSpace
-from pbrg_mj.scenario.schema.governor import Control, Governor, Reference
+from pbrg_mj.scenario.schema.governor import WITHOUT_GOVERNOR, Control, Governor, Reference
 from pbrg_mj.scenario.schema.graph import Edge, Graph, edge_list, unreachable
 from pbrg_mj.scenario.schema.network import Link, Network, Outage
 from pbrg_mj.scenario.schema.operator import Operator, Waypoint, operator_reference
@@ -28,6 +28,7 @@ from pbrg_mj.scenario.schema.world import Box, BoxWaypoint, MovingBox, Patch, Wa
 __all__ = [
     "LONGEST_PHYSICS_STEP",
     "PRESETS",
+    "WITHOUT_GOVERNOR",
     "Beams",
     "Box",
     "BoxWaypoint",

@@ -8,6 +8,8 @@ from pydantic import Field, model_validator
 
 from pbrg_mj.scenario.schema.base import NonNegative, Positive, Section
 
+WITHOUT_GOVERNOR = ("none", "cbf", "potential_field")
+"""Kinds that apply r as it comes; the last two filter velocities instead."""
 MOST_ROUNDS = 10_000  # of a tick; in 10 ms, one message a microsecond, faster than any radio
 
 
@@ -66,7 +68,7 @@ class Governor(Section):
     kind: str = Field(
         default="distributed",
         description="distributed (the paper), certified (recommended: applies what is verified), centralized, none, "
-        "cbf (r as it comes, every robot's velocity filtered), or a plug-in's name",
+        "cbf and potential_field (r as it comes, every robot's velocity filtered), or a plug-in's name",
     )
     options: dict[str, Any] = Field(default={}, description="of a plug-in's governor")
     alpha: Positive = Field(
@@ -106,6 +108,12 @@ class Governor(Section):
     barrier_gain: Positive = Field(
         default=1.0,
         description="`kind: cbf`: hand points approach a half-space at most at this times their distance to it [1/s]",
+    )
+    field_gain: Positive = Field(
+        default=1e-3, description="`kind: potential_field`: eta of the repulsion from half-spaces [m^4/s]"
+    )
+    field_range: Positive = Field(
+        default=0.5, description="`kind: potential_field`: half-spaces farther away do not repel [m]"
     )
     sight_rows: bool = Field(
         default=True,

@@ -40,7 +40,7 @@ GOVERNOR = Kind(
     "pbrg_mj.governors",
     "governor.kind",
     "governor.options",
-    ("distributed", "certified", "centralized", "none", "cbf", "potential_field"),
+    ("distributed", "certified", "rollout", "centralized", "none", "cbf", "potential_field"),
     ("init", "step"),
 )
 CERTIFICATE = Kind(

@@ -8,7 +8,9 @@ import pytest
 import pbrg_mj as pbrg
 
 
-@pytest.mark.parametrize(("kind", "certificate"), [("certified", "predictive"), ("centralized", "ball")])
+@pytest.mark.parametrize(
+    ("kind", "certificate"), [("certified", "predictive"), ("rollout", "predictive"), ("centralized", "ball")]
+)
 def test_a_kind_brings_its_certificate(kind: str, certificate: str) -> None:
     scenario = pbrg.load("paper/experiment_near", {"governor.kind": kind})
     assert scenario.settings.governor.certificate == certificate
@@ -21,6 +23,10 @@ def test_a_kind_brings_its_certificate(kind: str, certificate: str) -> None:
         (
             {"governor.kind": "certified", "governor.certificate": "ball"},
             "governor.certificate: is ball with `kind: certified`; allowed: directional_ball, predictive",
+        ),
+        (
+            {"governor.kind": "rollout", "governor.certificate": "directional_ball"},
+            "governor.certificate: is directional_ball with `kind: rollout`; allowed: predictive",
         ),
         ({"governor.kind": "certified", "governor.guard": True}, "governor.guard: is true with `kind: certified`"),
         (

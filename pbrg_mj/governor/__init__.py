@@ -8,6 +8,7 @@ governed reference m_i, and beside it numbers that are never fed back.
 - `certificate`: which references keep every half-space for ever, from the predicted motion of the whole team
 - `messaging`: distributed governors written for one robot, and what carries their messages
 - `certified`: the recommended governor, which applies only what a certificate has verified
+- `rollout`: the same with messages that do not grow with the team
 - `distributed`: the paper's algorithm, rounds of messages between neighbours
 - `baselines`, `guard`, `plug_in`: other governors, what may stand behind one, governors of other packages
 - `velocity_filter`: what may change the velocities of eq. 2 before they are driven

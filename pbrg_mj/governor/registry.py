@@ -36,6 +36,9 @@ from pbrg_mj.governor.plug_in import PlugInCertificate, PlugInGovernor, PlugInSo
 from pbrg_mj.governor.problem.ball import BallCertificate
 from pbrg_mj.governor.problem.directional_ball import DirectionalBallCertificate
 from pbrg_mj.governor.problem.interface import Certificate, Governor, StateCertificate
+from pbrg_mj.governor.rollout.governor import RolloutGovernor
+from pbrg_mj.governor.rollout.plan import RolloutPlan
+from pbrg_mj.governor.rollout.robot import RolloutProgram
 from pbrg_mj.governor.velocity_filter.barrier import BarrierFilter
 from pbrg_mj.governor.velocity_filter.interface import VelocityFilter
 from pbrg_mj.governor.velocity_filter.potential_field import PotentialField
@@ -164,6 +167,12 @@ def _advance_limits(scenario: Scenario, model: TeamModel) -> tuple[AdvanceLimit,
     return tuple(limits)
 
 
+def _rollout(scenario: Scenario) -> Governor:
+    lines, rounds = channel(scenario), scenario.governor.rounds
+    plan = RolloutPlan.of(scenario, network(scenario), margin(scenario), lines)
+    return RolloutGovernor(plan, rounds) if lines is None else CarriedGovernor(RolloutProgram(plan), rounds, lines)
+
+
 def _sight(scenario: Scenario) -> float:
     """Return how far robots may go before a wall comes into view [m]. Raises InputError where that is nowhere."""
     seen, beams = sight(scenario, load_robot_model()), scenario.sensors.beams
@@ -190,6 +199,7 @@ def speed_facets(scenario: Scenario, wheels: bool) -> np.ndarray:
 GOVERNORS: dict[str, Callable[[Scenario], Governor]] = {
     "distributed": _distributed,
     "certified": _certified,
+    "rollout": _rollout,
     "centralized": lambda scenario: CentralizedGovernor(ClarabelSolver()),
     "none": lambda scenario: NoGovernor(),
     "cbf": lambda scenario: NoGovernor(),  # `velocity_filters` does what is done

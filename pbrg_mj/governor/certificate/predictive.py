@@ -126,16 +126,26 @@ def _interval_of_robot(Gx, Gy, j, moved, rows, c, norm):
     lowest, highest = -np.inf, np.inf
     for r in range(moved.shape[1]):
         rest = c - (Gx * moved[j, r, 0] + Gy * moved[j, r, 1]) - bound[j, r] * norm
-        if rest >= 0.0:
-            if up[j, r] > 0.0 and rest < highest * up[j, r]:
-                highest = rest / up[j, r]
-            if down[j, r] < 0.0 and rest < lowest * down[j, r]:
-                lowest = rest / down[j, r]
-        else:
-            if s[j, r] >= WEAK:
-                highest = min(highest, rest / down[j, r])
-            elif up[j, r] > 0.0:
-                highest = min(highest, 0.0)
-            if down[j, r] < 0.0:
-                lowest = max(lowest, rest / up[j, r] if s[j, r] <= -WEAK else 0.0)
+        lowest, highest = narrowed(lowest, highest, rest, s[j, r], up[j, r], down[j, r])
+    return lowest, highest
+
+
+@kernel
+def narrowed(lowest, highest, rest, s, up, down):
+    """Return the interval of advances within (lowest, highest) that one row allows.
+
+    It asks for up z <= rest where z > 0, and down z <= rest where z < 0; `s` is its step response.
+    """
+    if rest >= 0.0:
+        if up > 0.0 and rest < highest * up:
+            highest = rest / up
+        if down < 0.0 and rest < lowest * down:
+            lowest = rest / down
+    else:
+        if s >= WEAK:
+            highest = min(highest, rest / down)
+        elif up > 0.0:
+            highest = min(highest, 0.0)
+        if down < 0.0:
+            lowest = max(lowest, rest / up if s <= -WEAK else 0.0)
     return lowest, highest

@@ -5,16 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from pbrg_mj.scenario.diagnostics import Diagnostic
-from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.scenario.schema import Governor, Scenario
 
 OF_THE_STATE = ("directional_ball", "predictive")
 """Certificates whose rows are made of the states of the whole team, tick by tick."""
+CERTIFIED = ("certified", "rollout")
+"""Governors that apply what a certificate has verified."""
 
 
 def certificate(scenario: Scenario) -> Iterator[Diagnostic]:
     """Yield what is wrong between governor, certificate and messages."""
     governor = scenario.governor
-    if governor.kind == "certified":
+    if governor.kind in CERTIFIED:
         yield from _certified(scenario)
     elif governor.kind == "cbf":
         yield from _barrier(scenario)
@@ -36,19 +38,26 @@ def _barrier(scenario: Scenario) -> Iterator[Diagnostic]:
         )
 
 
+def _allowed(governor: Governor) -> tuple[str, ...]:
+    if governor.kind == "rollout":
+        return ("predictive",)
+    return OF_THE_STATE if governor.optimizer == "flooding" else (*OF_THE_STATE, "ball")
+
+
 def _certified(scenario: Scenario) -> Iterator[Diagnostic]:
     governor, network = scenario.governor, scenario.network
-    allowed = OF_THE_STATE if governor.optimizer == "flooding" else (*OF_THE_STATE, "ball")
+    allowed = _allowed(governor)
     if governor.certificate not in allowed:
         yield Diagnostic(
             ("governor", "certificate"),
-            f"is {governor.certificate} with `kind: certified`; allowed: {', '.join(allowed)}",
+            f"is {governor.certificate} with `kind: {governor.kind}`; allowed: {', '.join(allowed)}",
         )
     if governor.guard:
-        yield Diagnostic(("governor", "guard"), "is true with `kind: certified`, which needs none; allowed: false")
+        needless = f"is true with `kind: {governor.kind}`, which needs none; allowed: false"
+        yield Diagnostic(("governor", "guard"), needless)
     if len(scenario.team.leaders) > 1 and (network.loss > 0 or network.outages):
         yield Diagnostic(
             ("team", "leaders"),
             "are several while messages are lost or robots silent, so that leaders could move apart; allowed with "
-            "`kind: certified`: one",
+            f"`kind: {governor.kind}`: one",
         )

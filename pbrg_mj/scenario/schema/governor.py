@@ -67,8 +67,9 @@ class Governor(Section):
 
     kind: str = Field(
         default="distributed",
-        description="distributed (the paper), certified (recommended: applies what is verified), centralized, none, "
-        "cbf and potential_field (r as it comes, every robot's velocity filtered), or a plug-in's name",
+        description="distributed (the paper), certified (recommended: applies what is verified), rollout (likewise, "
+        "messages do not grow with the team), centralized, none, cbf and potential_field (r as it comes, every "
+        "robot's velocity filtered), or a plug-in's name",
     )
     options: dict[str, Any] = Field(default={}, description="of a plug-in's governor")
     alpha: Positive = Field(
@@ -92,7 +93,7 @@ class Governor(Section):
     certificate: str = Field(
         default="ball",
         description="how half-spaces and state become constraints: ball (eq. 13), directional_ball, predictive, or a "
-        "plug-in's name; `kind: certified` has predictive where none is named",
+        "plug-in's name; `kind: certified` and `rollout` have predictive where none is named",
     )
     certificate_options: dict[str, Any] = Field(default={}, description="of a plug-in's certificate")
     margin: NonNegative | None = Field(
@@ -104,6 +105,11 @@ class Governor(Section):
         default=True,
         description="`kind: certified` in physics: references advance only as fast as the wheels can follow over the "
         "whole prediction",
+    )
+    rollout_order: Annotated[int, Field(ge=1, le=20)] = Field(
+        default=8,
+        description="`kind: rollout`: rounds of a step of the prediction, the order of its polynomial; 1: Euler's, a "
+        "tick each [-]",
     )
     barrier_gain: Positive = Field(
         default=1.0,
@@ -147,7 +153,7 @@ class Governor(Section):
     @classmethod
     def _certificate(cls, keys: Any) -> Any:
         """Fill in the certificate that goes with the kind where none is named."""
-        certified = isinstance(keys, dict) and keys.get("kind") == "certified"
+        certified = isinstance(keys, dict) and keys.get("kind") in ("certified", "rollout")
         return {"certificate": "predictive", **keys} if certified else keys
 
 

@@ -1,0 +1,217 @@
+"""The rollout governor as the program of one robot.
+
+It knows nothing of the graph but its neighbours, and of others nothing but what `messages` says: half-spaces that bind
+everybody, a box of all p, numbers of its neighbours. A robot that misses a message of a neighbour says nothing more in
+this cycle, so that its neighbours miss one too: after D exchanges everybody does, and D follow the rollout.
+So a leader that hears all its neighbours to the end knows that everybody has heard everything, and that the verdicts
+are everybody's; else it holds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer, RobotFacts
+from pbrg_mj.governor.problem.interface import Status
+from pbrg_mj.governor.rollout.messages import (
+    HEADER,
+    NUMBERS,
+    STATE,
+    Key,
+    Verdict,
+    Wall,
+    own_walls,
+    pack_verdicts,
+    pack_walls,
+    unpack_verdicts,
+    unpack_walls,
+)
+from pbrg_mj.governor.rollout.plan import RolloutPlan
+from pbrg_mj.governor.rollout.prediction import write_change, write_states
+from pbrg_mj.governor.rollout.verdicts import Rollout, Summary, Walls, advance, merged
+
+UNIT = np.array([1.0, 0.0])  # m of the rollout from rest at 0 that gives the step response
+
+
+@dataclass(frozen=True)
+class RolloutMemory:
+    """What one robot remembers."""
+
+    facts: RobotFacts
+    own: OwnData
+    first: np.ndarray  # (2,) p at the start, where a leader stays until the first decision
+    held: np.ndarray  # (2,) m; NaN before the first decision
+    response: np.ndarray | None = None  # s (T + 1, 1); None before it is known
+    status: Status = "holding"
+    cycle: int = -1
+    round: int = 0  # of the network, in this cycle
+    complete: bool = False  # nothing is missing in this cycle so far
+    summary: np.ndarray = field(default_factory=lambda: np.full(7, np.nan))  # of the flood
+    walls: Mapping[Key, Wall] = field(default_factory=dict)
+    verdicts: Mapping[Key, Verdict] = field(default_factory=dict)
+    told: frozenset[tuple] = frozenset()  # what was sent of both
+    v: tuple[np.ndarray, ...] = ()  # (4,) of the rollout's step so far
+    steps: tuple[tuple[np.ndarray, ...], ...] = ()  # of those before
+    message: bytes = b""  # of this exchange
+    heard: Mapping[int, bytes] = field(default_factory=dict)  # in this exchange, by sender
+
+
+@dataclass(frozen=True)
+class RolloutProgram:
+    """What all robots know beforehand."""
+
+    plan: RolloutPlan
+
+    def start(self, facts: RobotFacts, own: OwnData) -> RolloutMemory:
+        """Return the memory before the first tick."""
+        return RolloutMemory(facts, own, own.p, np.full(2, np.nan))
+
+    def begin(self, own: OwnData, memory: RolloutMemory) -> RolloutMemory:
+        """Take the measurements; at a cycle's first tick, begin its flood."""
+        memory = replace(memory, own=own)
+        if own.tick % self.plan.cycle_ticks:
+            return memory
+        held = memory.held if memory.facts.leads else np.full(2, np.nan)
+        summary = np.concatenate([own.p, own.p, [np.hypot(*own.xi)], held])
+        memory = replace(
+            memory,
+            cycle=own.tick // self.plan.cycle_ticks,
+            round=0,
+            complete=True,
+            summary=summary,
+            walls=own_walls(own.half_spaces, 0, memory.facts.robot),
+            verdicts={},
+            told=frozenset(),
+            v=(np.concatenate([own.p, own.xi]),),
+            steps=(),
+            heard={},
+        )
+        return self._ready(memory, 0)
+
+    def send(self, memory: RolloutMemory) -> tuple[Mapping[int, bytes], RolloutMemory]:
+        """Tell all neighbours the same, as often as the plan says."""
+        plan = self.plan
+        exchange, repeat = divmod(memory.round, plan.rounds_of_an_exchange)
+        if not memory.complete or exchange >= plan.exchanges or repeat >= plan.repeats:
+            return {}, memory
+        if repeat == 0:
+            content, memory = self._content(exchange, memory)
+            memory = replace(memory, message=self._header(memory.cycle, exchange) + content)
+        return dict.fromkeys(memory.facts.neighbours, memory.message), memory
+
+    def receive(self, inbox: Sequence[tuple[int, bytes]], memory: RolloutMemory) -> RolloutMemory:
+        """Collect what belongs to this exchange, and conclude it in its last round."""
+        plan = self.plan
+        exchange, repeat = divmod(memory.round, plan.rounds_of_an_exchange)
+        memory = replace(memory, round=memory.round + 1)
+        if not memory.complete or exchange >= plan.exchanges:
+            return memory
+        header = self._header(memory.cycle, exchange)
+        fresh = {sender: content[len(header) :] for sender, content in inbox if content.startswith(header)}
+        memory = replace(memory, heard={**memory.heard, **fresh})
+        if repeat < plan.rounds_of_an_exchange - 1:
+            return memory
+        if len(memory.heard) < len(memory.facts.neighbours):
+            return replace(memory, complete=False)
+        return self._ready(replace(self._concluded(exchange, memory), heard={}), exchange + 1)
+
+    def finish(self, memory: RolloutMemory) -> tuple[RobotAnswer, RolloutMemory]:
+        """Decide in a cycle's last tick, or hold."""
+        if (memory.own.tick + 1) % self.plan.cycle_ticks == 0:
+            memory = self._decided(memory)
+        m = memory.first if np.isnan(memory.held).any() else memory.held
+        return RobotAnswer(m, memory.status), memory
+
+    def _header(self, cycle: int, exchange: int) -> bytes:
+        return HEADER.pack((cycle * self.plan.exchanges + exchange) % NUMBERS)
+
+    def _content(self, exchange: int, memory: RolloutMemory) -> tuple[bytes, RolloutMemory]:
+        plan = self.plan
+        if exchange < plan.diameter:
+            keys = [key for key in sorted(memory.walls) if memory.walls[key].everyone and key not in memory.told]
+            told = memory.told | frozenset(keys)
+            return pack_walls(memory.summary, memory.walls, keys), replace(memory, told=told)
+        if exchange < plan.exchanges - plan.diameter:
+            return STATE.pack(*memory.v[-1]), memory
+        news = [item for item in sorted(memory.verdicts.items()) if item not in memory.told]
+        content = pack_verdicts(memory.verdicts, [key for key, _ in news])
+        return content, replace(memory, told=memory.told | frozenset(news))
+
+    def _concluded(self, exchange: int, memory: RolloutMemory) -> RolloutMemory:
+        """Take in what all neighbours have sent in an exchange."""
+        plan, heard = self.plan, [memory.heard[one] for one in memory.facts.neighbours]
+        if exchange < plan.diameter:
+            summary, walls = memory.summary, dict(memory.walls)
+            for content in heard:
+                numbers, others = unpack_walls(content)
+                summary, walls = merged(summary, numbers), {**others, **walls}
+            return replace(memory, summary=summary, walls=walls)
+        if exchange < plan.exchanges - plan.diameter:
+            return self._with_change(memory, np.array([STATE.unpack(content) for content in heard]).reshape(-1, 4))
+        verdicts = dict(memory.verdicts)
+        for content in heard:
+            for key, other in unpack_verdicts(content).items():
+                known = verdicts.get(key, other)
+                verdicts[key] = known._replace(low=max(known.low, other.low), high=min(known.high, other.high))
+        return replace(memory, verdicts=verdicts)
+
+    def _ready(self, memory: RolloutMemory, exchange: int) -> RolloutMemory:
+        """Do what comes between two phases, before an exchange."""
+        plan = self.plan
+        if exchange == plan.diameter and np.isnan(memory.summary[5]):  # nobody holds an m: find the step response
+            memory = replace(memory, v=(np.zeros(4),))
+        if exchange == plan.exchanges - plan.diameter:
+            memory = self._with_verdicts(memory)
+        return memory
+
+    def _with_change(self, memory: RolloutMemory, others: np.ndarray) -> RolloutMemory:
+        """Add the next v of the rollout, from the last one of the neighbours (k, 4)."""
+        plan, facts = self.plan, memory.facts
+        m, change = np.zeros((1, 2)), np.empty((1, 4))
+        if facts.leads and len(memory.v) == 1:
+            m[0] = UNIT if np.isnan(memory.summary[5]) else memory.held
+        star = np.array([0, len(others)]), np.arange(1, len(others) + 1), np.array([float(facts.leads)])
+        write_change(star, np.vstack([memory.v[-1], others]), m, plan.gains, change)
+        v = (*memory.v, change[0])
+        if len(v) <= plan.order:
+            return replace(memory, v=v)
+        after = np.empty((1, 1, 4))
+        write_states(plan.weights[-1:], np.array(v)[:, None], after)
+        return replace(memory, v=(after[0, 0],), steps=(*memory.steps, v))
+
+    def _with_verdicts(self, memory: RolloutMemory) -> RolloutMemory:
+        """Roll out what was exchanged; add what it allows, or keep the step response if that is what it was."""
+        plan, robot = self.plan, memory.facts.robot
+        walls, robots = memory.walls, np.array([robot])
+        summary = Summary.of(memory.summary)
+        rollout = Rollout(plan, robots, memory.steps[0][0][None], Walls.of(walls), summary)
+        finding, found = bool(np.isnan(memory.summary[5])), [np.zeros((1, 1))]
+        for v in memory.steps:
+            rollout.v[:, 0] = v
+            rollout.finish_step(None if finding else memory.response)
+            found.append(rollout.states[:, :, 0].copy())
+        if finding:
+            return replace(memory, response=np.concatenate(found))
+        rollout.finish()
+        verdicts = {
+            key: Verdict(walls[key].Gx, walls[key].Gy, float(low), float(high))
+            for key, low, high in zip(sorted(walls), rollout.low[:, 0], rollout.high[:, 0], strict=True)
+            if np.isfinite(low) or np.isfinite(high)
+        }
+        return replace(memory, verdicts=verdicts)
+
+    def _decided(self, memory: RolloutMemory) -> RolloutMemory:
+        """Return the memory with the next m, or with the one held and the status `holding`."""
+        done = memory.complete and memory.round >= self.plan.exchanges * self.plan.rounds_of_an_exchange
+        if not done:
+            return replace(memory, status="holding")
+        summary, r = Summary.of(memory.summary), memory.own.reference
+        if np.isnan(summary.held).any():
+            return replace(memory, held=summary.centre, status="ok")
+        if not memory.facts.leads or r is None:
+            return replace(memory, held=summary.held, status="ok")
+        moved, admissible = advance(r - memory.held, memory.verdicts)
+        return replace(memory, held=memory.held + moved, status="ok" if admissible else "infeasible")

@@ -1,0 +1,101 @@
+"""One cycle of all robots at once, where every message arrives within its round: what `robot` does, bit for bit.
+
+Its arrays grow with the robots and their links, so that a team may have ten thousand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from pbrg_mj.governor.rollout.messages import HEADER, STATE, SUMMARY, VERDICT, WALL, Key, Verdict, Wall
+from pbrg_mj.governor.rollout.plan import RolloutPlan
+from pbrg_mj.governor.rollout.prediction import write_change
+from pbrg_mj.governor.rollout.verdicts import Rollout, Summary, Walls
+
+UNIT = np.array([1.0, 0.0])  # m of the rollout from rest at 0 that gives the step response
+
+
+class Cycle(NamedTuple):
+    """What a cycle finds out."""
+
+    summary: Summary
+    response: np.ndarray  # s (T + 1, n)
+    verdicts: Mapping[Key, Verdict] | None  # agreed by all; None in the cycle that finds the step response
+    flood_bytes: np.ndarray  # (D, n) of each exchange
+    rollout_bytes: np.ndarray  # (n,) likewise
+    verdict_bytes: np.ndarray  # (D, n) likewise
+
+
+def run_cycle(
+    plan: RolloutPlan,
+    graph: tuple[np.ndarray, np.ndarray, np.ndarray],
+    state: tuple[np.ndarray, np.ndarray],
+    held: np.ndarray,
+    walls: Mapping[Key, Wall],
+    response: np.ndarray | None,
+) -> Cycle:
+    """Return what comes of a cycle that begins at p, xi (n, 2) [m] with m (2,) [m] held, NaN before the first decision.
+
+    `graph` is first, neighbours, leader of `GraphArrays`; `response` None: it is found.
+    """
+    p, xi = state
+    n, degree = len(p), np.diff(graph[0])
+    numbers = np.concatenate([p.min(axis=0), p.max(axis=0), [np.hypot(xi[:, 0], xi[:, 1]).max()], held])
+    summary, m, half_spaces = Summary.of(numbers), np.zeros((n, 2)), Walls.of(walls)
+    x = np.zeros((n, 4)) if response is None else np.hstack([p, xi])
+    m[graph[2] > 0.0] = UNIT if response is None else held
+    rollout, found, nothing = Rollout(plan, np.arange(n), x, half_spaces, summary), [np.zeros((1, n))], np.zeros((n, 2))
+    for _ in range(plan.steps):
+        for i in range(plan.order):
+            write_change(graph, rollout.v[i], nothing if i else m, plan.gains, rollout.v[i + 1])
+        rollout.finish_step(response)
+        if response is None:
+            found.append(rollout.states[:, :, 0].copy())
+    if response is not None:
+        rollout.finish()
+    low, high, verdict_bytes = _agreed(plan.diameter, graph, rollout.low, rollout.high)
+    verdicts = {
+        key: Verdict(walls[key].Gx, walls[key].Gy, float(down), float(up))
+        for key, down, up in zip(sorted(walls), low, high, strict=True)
+        if np.isfinite(down) or np.isfinite(up)
+    }
+    return Cycle(
+        summary=summary,
+        response=np.concatenate(found) if response is None else response,
+        verdicts=None if response is None else verdicts,
+        flood_bytes=_flood_bytes(plan.diameter, graph, half_spaces),
+        rollout_bytes=degree * (HEADER.size + STATE.size),
+        verdict_bytes=verdict_bytes,
+    )
+
+
+def _flood_bytes(diameter: int, graph: tuple[np.ndarray, ...], walls: Walls) -> np.ndarray:
+    first, neighbours, _ = graph
+    degree, sent = np.diff(first), np.zeros((diameter, len(first) - 1), dtype=np.int64)
+    known = (walls.owner[:, None] == np.arange(len(degree))) & walls.everyone[:, None]
+    told = np.zeros_like(known)
+    for exchange in range(diameter):
+        fresh = known & ~told
+        sent[exchange] = degree * (HEADER.size + SUMMARY.size + WALL.size * fresh.sum(axis=0))
+        told |= fresh
+        known |= np.logical_or.reduceat(fresh[:, neighbours], first[:-1], axis=1)
+    return sent
+
+
+def _agreed(
+    diameter: int, graph: tuple[np.ndarray, ...], low: np.ndarray, high: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return what all robots allow, low and high (W,), and the bytes (D, n) by which they agree."""
+    first, neighbours, _ = graph
+    degree, sent = np.diff(first), np.zeros((diameter, len(first) - 1), dtype=np.int64)
+    told_low, told_high = np.full_like(low, -np.inf), np.full_like(high, np.inf)
+    for exchange in range(diameter):
+        fresh = (low != told_low) | (high != told_high)
+        sent[exchange] = degree * (HEADER.size + VERDICT.size * fresh.sum(axis=0))
+        told_low, told_high = low, high
+        low = np.maximum(low, np.maximum.reduceat(low[:, neighbours], first[:-1], axis=1))
+        high = np.minimum(high, np.minimum.reduceat(high[:, neighbours], first[:-1], axis=1))
+    return low.max(axis=1, initial=-np.inf), high.min(axis=1, initial=np.inf), sent

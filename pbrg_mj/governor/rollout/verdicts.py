@@ -1,0 +1,120 @@
+"""From what robots have rolled out to what they allow, and to what leaders do. The same for one robot and for all."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from pbrg_mj.governor.certificate.projection import least_violating, nearest_allowed
+from pbrg_mj.governor.rollout.messages import Key, Verdict, Wall
+from pbrg_mj.governor.rollout.plan import RolloutPlan
+from pbrg_mj.governor.rollout.prediction import narrow_by_tails, narrow_intervals, write_states
+
+BISECTIONS = 40
+
+
+class Walls(NamedTuple):
+    """Half-spaces as arrays."""
+
+    owner: np.ndarray  # (W,) int64
+    everyone: np.ndarray  # (W,) bool: binds all robots
+    G: np.ndarray  # (W, 2)
+    h: np.ndarray  # (W,) [m]
+
+    @classmethod
+    def of(cls, walls: Mapping[Key, Wall]) -> Walls:
+        """Return them in the order of their keys."""
+        keys = sorted(walls)
+        found = [walls[key] for key in keys]
+        return cls(
+            owner=np.array([owner for owner, _ in keys], dtype=np.int64),
+            everyone=np.array([one.everyone for one in found], dtype=bool),
+            G=np.array([(one.Gx, one.Gy) for one in found]).reshape(-1, 2),
+            h=np.array([one.h for one in found], dtype=float),
+        )
+
+
+class Summary(NamedTuple):
+    """What a flood tells of the team's state."""
+
+    least: np.ndarray  # (2,) of all p [m]
+    largest: np.ndarray  # (2,) [m]
+    xi: float  # largest ||xi_j|| [m]
+    held: np.ndarray  # (2,) m [m]; NaN before the first decision
+
+    @classmethod
+    def of(cls, numbers: np.ndarray) -> Summary:
+        """Return the summary of its numbers (7,) as messages have them."""
+        return cls(numbers[0:2], numbers[2:4], float(numbers[4]), numbers[5:7])
+
+    @property
+    def centre(self) -> np.ndarray:
+        """Centre of the box that holds all p, (2,) [m]."""
+        return 0.5 * (self.least + self.largest)
+
+    def norm(self, G: np.ndarray) -> np.ndarray:
+        """Return ||e|| along directions G (W, 2), (W,) [m]: no |G.(p_j - m)| or |G.xi_j| is larger."""
+        reach = np.abs((self.centre - self.held) @ G.T) + 0.5 * (self.largest - self.least) @ np.abs(G).T
+        return np.maximum(reach, self.xi)
+
+
+def merged(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return the numbers (7,) of two summaries in one; a held m that is known stands for one that is not."""
+    least, largest = np.minimum(one[0:2], other[0:2]), np.maximum(one[2:4], other[2:4])
+    held = other[5:7] if np.isnan(one[5]) else one[5:7]
+    return np.concatenate([least, largest, [max(one[4], other[4])], held])
+
+
+class Rollout:
+    """Predictions of robots, step by step, and what they allow. `robots` (n,) are their numbers; changed in place."""
+
+    def __init__(self, plan: RolloutPlan, robots: np.ndarray, x: np.ndarray, walls: Walls, summary: Summary):
+        """Begin at the states x (n, 4)."""
+        n, half_spaces = len(robots), len(walls.h)
+        self.plan, self.walls, self.summary = plan, walls, summary
+        self.team = robots, np.ascontiguousarray(plan.formation[robots]), plan.margin
+        self.error = np.ascontiguousarray(plan.error[:, robots])
+        self.norm = summary.norm(walls.G)
+        self.v, self.states = np.zeros((plan.order + 1, n, 4)), np.empty((len(plan.weights), n, 4))
+        self.v[0], self.tick = x, 0
+        self.low, self.high = np.full((half_spaces, n), -np.inf), np.full((half_spaces, n), np.inf)
+
+    def finish_step(self, response: np.ndarray | None) -> None:
+        """Take in the ticks of the step whose v is known; `response` s (T + 1, n), None while it is being found."""
+        plan = self.plan
+        write_states(plan.weights, self.v, self.states)
+        if response is not None and len(self.walls.h):
+            rows = plan.hold, response, self.error, self.norm
+            narrow_intervals(self.states, self.tick + 1, tuple(self.walls), self.team, rows, (self.low, self.high))
+        self.tick += len(plan.weights)
+        self.v[0] = self.states[-1]
+
+    def finish(self) -> None:
+        """Take in what comes after the last tick."""
+        robots, plan = self.team[0], self.plan
+        if len(self.walls.h):
+            tails = np.ascontiguousarray(plan.from_start[robots]), np.ascontiguousarray(plan.from_hold[robots])
+            held = self.summary.held
+            narrow_by_tails(held, tuple(self.walls), self.team, (*tails, self.norm), (self.low, self.high))
+
+
+def advance(aim: np.ndarray, verdicts: Mapping[Key, Verdict]) -> tuple[np.ndarray, bool]:
+    """Return the advance of m nearest to `aim` (2,) [m] that all verdicts allow, and whether there is one.
+
+    Where there is none, the least of those that violate the worst verdict least.
+    """
+    both = [
+        side
+        for key in sorted(verdicts)
+        for Gx, Gy, low, high in [verdicts[key]]
+        for side in ((Gx, Gy, high), (-Gx, -Gy, -low))
+        if np.isfinite(side[2])
+    ]
+    rows = np.array(both).reshape(-1, 3)
+    normals, offsets = np.ascontiguousarray(rows[:, :2]), np.ascontiguousarray(rows[:, 2])
+    found, x, y = nearest_allowed(aim[0], aim[1], normals, offsets, 0.0)
+    if not found:
+        x, y = least_violating(normals, offsets, BISECTIONS)
+    return np.array([x, y]), found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import tempfile
 from collections.abc import Callable, Mapping
@@ -34,6 +35,15 @@ def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
         if isinstance(error, OSError):
             raise InputError(f"cannot write: {error.strerror}", file=str(path)) from error
         raise
+
+
+def check_place(path: Path) -> None:
+    """Raise InputError, as `write_atomically` would, unless a file can be made here; before work that takes long."""
+    check_regular(path)
+    folder = path.parent
+    if not os.access(folder, os.W_OK | os.X_OK):
+        error = errno.EACCES if folder.is_dir() else errno.ENOTDIR if folder.exists() else errno.ENOENT
+        raise InputError(f"cannot write here: {os.strerror(error)}", file=str(path))
 
 
 def _umask() -> int:

@@ -20,7 +20,7 @@ from pbrg_mj.analysis.figures.panel import OnePart, draw_panel
 from pbrg_mj.analysis.metrics.log_metrics import log_metrics
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics, metrics
 from pbrg_mj.analysis.metrics.table import short_summary
-from pbrg_mj.analysis.output_file import by_suffix, write_atomically
+from pbrg_mj.analysis.output_file import by_suffix, check_place, write_atomically
 from pbrg_mj.analysis.replay_summary import ReplaySummary, replay_summary
 from pbrg_mj.analysis.report.page import SUFFIXES, write_page
 from pbrg_mj.analysis.report.report_run import report_run
@@ -232,12 +232,14 @@ def metrics_of(log: str | Path) -> RunMetrics:
 def export_log(log: str | Path, path: str | Path) -> None:
     """Write a log's arrays as .npz, .mat or .csv. Raises InputError."""
     by_suffix(Path(path), WRITERS)  # before the log is read, which takes longer
+    check_place(Path(path))
     open(log).export(path)
 
 
 def plot_log(log: str | Path, path: str | Path, panels: str) -> None:
     """Write a log's panels, names with commas between them or `all`, as .pdf, .png or .svg. Raises InputError."""
     by_suffix(Path(path), METADATA)  # likewise
+    check_place(Path(path))
     check_panels(wanted_panels(panels))
     open(log).figure(panels, path)
 
@@ -246,6 +248,7 @@ def report(runs: Sequence[Run | str | Path], path: str | Path) -> Path:
     """Write one self-contained page (.html) of runs, or logs, side by side; return its path. Raises InputError."""
     path = Path(path)
     by_suffix(path, SUFFIXES)  # before the logs are read, which takes longer
+    check_place(path)
     # A log at a time: only what the page shows is kept.
     write_page([report_run(as_run(run)._recorded, len(runs)) for run in runs], path)
     return path

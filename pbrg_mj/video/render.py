@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pbrg_mj.analysis.output_file import write_atomically
+from pbrg_mj.analysis.output_file import check_place, write_atomically
 from pbrg_mj.errors import InputError
 from pbrg_mj.log.read.run import Run
 from pbrg_mj.log.read.scans import read_scans
@@ -38,13 +38,14 @@ def render_still(run: Run, path: Path, view: ViewSettings, at: float | None) -> 
 
 
 def check_output(path: Path, size: tuple[int, int]) -> None:
-    """Raise InputError unless the file's name and the picture's size go together."""
+    """Raise InputError unless the file's name and the picture's size go together, and it can be written there."""
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise InputError(f"the name ends in {suffix or 'nothing'!r}; allowed: {', '.join(SUFFIXES)}", file=str(path))
     check_size(size)
     if suffix != STILL and FORMATS[suffix].even and (size[0] % 2 or size[1] % 2):
         raise InputError(f"the size is {size[0]}x{size[1]}; {suffix} needs even numbers", file=str(path))
+    check_place(path)
 
 
 def _task(run: Run, path: Path, view: ViewSettings, times: np.ndarray) -> RenderTask:

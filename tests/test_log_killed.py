@@ -21,7 +21,7 @@ from pbrg_mj.log.verify.replay import verify
 from pbrg_mj.log.write.log_file import partial_path
 
 ROOT = Path(__file__).parents[1]
-PARTS, KILLS = 10, 5  # fifty in all
+PARTS, KILLS = 4, 4  # `python -m scripts.fuzz kills` has more, in forks, which need not import everything each
 SIZES = 100e3, 300e3  # [bytes] of the log at which runs are killed, from and to
 
 

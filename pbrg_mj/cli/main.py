@@ -10,7 +10,8 @@ from __future__ import annotations
 import logging
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cache
 from typing import Annotated
 
 import typer
@@ -78,13 +79,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     with one_line_each(debug=debug) as failed:
         try:
             with stoppable():
-                code = app(given, prog_name="pbrg", standalone_mode=False)
+                code = _command()(given, prog_name="pbrg", standalone_mode=False)
         except BaseException as error:
             if isinstance(error, SystemExit) and COMPLETING in os.environ:
                 raise
             return explain(error, debug=debug)
     code = code if isinstance(code, int) else 0
     return DEFECT if failed and code == 0 else code
+
+
+@cache
+def _command() -> Callable[..., object]:
+    """Return the command line as a function; made anew for each call it would take a third of a short command."""
+    return typer.main.get_command(app)
 
 
 def _without_debug(arguments: Sequence[str]) -> tuple[list[str], bool]:

@@ -7,11 +7,9 @@ import re
 import shlex
 from collections import Counter
 from collections.abc import Iterator
-from functools import cache
 from pathlib import Path
 
 import numpy as np
-import typer
 
 from pbrg_mj.cli.main import main
 from scripts.fuzz.mutants import Mutant, mutant
@@ -25,7 +23,6 @@ WARM = ("paper/experiment_near", "paper/simulation_near", "network/lossy", "team
 
 def warm_up() -> None:
     """Import all, and compile or load the kernels that most runs need, before the processes part."""
-    typer.main.get_command = cache(typer.main.get_command)  # made anew for each command line, it takes a third of it
     for name in WARM:
         main(["run", name, "--duration", "0.3", "--quiet", "-o", LOG])
         Path(LOG).unlink()

@@ -107,10 +107,11 @@ def test_a_batch_tells_walls_and_robots_apart():
     for name in ("wall_contact", "robot_contact", "diverged"):
         getattr(histories, name)[:] = False
     histories.wall_contact[0, 5, 1] = histories.robot_contact[1, 6] = histories.robot_contact[2, 7] = True
-    found = batch_metrics(histories, Contacts())
+    found = batch_metrics(histories, plan)
     assert (found["worlds_touching"], found["worlds_touching_robots"], found["worlds_violated"]) == (1, 2, 3)
-    assert batch_metrics(histories, Contacts(robots="allowed"))["worlds_violated"] == 1
-    assert batch_metrics(histories, Contacts(walls="allowed"))["worlds_violated"] == 2
+    for kind, violated in (("robots", 1), ("walls", 2)):
+        rules = plan.outcome.model_copy(update={"contacts": Contacts(**{kind: "allowed"})})
+        assert batch_metrics(histories, plan.model_copy(update={"outcome": rules}))["worlds_violated"] == violated
 
 
 TEAM = {

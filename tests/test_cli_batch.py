@@ -48,6 +48,6 @@ def test_seeds_that_are_none_are_refused_in_one_line(text, capsys):
 def test_a_hopeless_file_is_refused_before_the_run(tmp_path, capsys):
     assert main([*NEAR, "-o", str(tmp_path / "worlds.csv")]) == 2
     assert main([*NEAR, "-o", str(tmp_path / "none" / "worlds.npz")]) == 2
-    assert main(["batch", "paper/simulation_near"]) == 2
+    assert main(["batch", "paper/simulation_nea"]) == 2
     assert capsys.readouterr().err.count("\n") == 3
     assert list(tmp_path.iterdir()) == []

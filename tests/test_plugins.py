@@ -11,6 +11,7 @@ import pytest
 import pbrg_mj as pbrg
 from pbrg_mj.cli.main import main
 from pbrg_mj.errors import InputError, PlugInError
+from pbrg_mj.loop.batch import BatchSimulation
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_text, parse_scenario
 
@@ -391,4 +392,4 @@ def test_answers_of_another_kind_are_named(part, answer, message):
 def test_worlds_side_by_side_refuse_plug_ins():
     plan = pbrg.load("paper/experiment_near", ["governor.certificate=shrunk"], duration=0.1)
     with pytest.raises(InputError, match=r"governor.certificate: worlds side by side have no certificate of a plug-in"):
-        pbrg.batch(plan, (1, 2))
+        BatchSimulation(plan.settings, (1, 2))

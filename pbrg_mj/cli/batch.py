@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
 from typing import Annotated, Any
@@ -24,14 +25,16 @@ def batch(
     force: Force = False,
     duration: Duration = None,
     overrides: Overrides = None,
-    threads: Annotated[int | None, typer.Option(min=1, help="One for each core if not given.")] = None,
+    threads: Annotated[
+        int | None, typer.Option(min=1, help="Or processes, where worlds differ; one for each core if not given.")
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
 ) -> int:
-    """Run many seeds of a scenario side by side, without logs. Exit code 1 when a world was violated or diverged."""
+    """Run seeds of a scenario, or worlds of a family, without logs. Exit code 1 when one was violated or diverged."""
     without_drawing()
     loaded = pbrg.load(scenario, overrides or (), duration=duration)
     with compiling_noted():
-        made = pbrg.batch(loaded, seeds_of(seeds), path=output, force=force, threads=threads)
+        made = pbrg.batch(loaded, seeds_of(seeds), path=output, force=force, threads=threads or os.cpu_count())
     if json:
         emit_json(made.summary())
     else:
@@ -53,8 +56,12 @@ def seeds_of(text: str) -> tuple[int, ...]:
 
 
 def _text(numbers: dict[str, Any]) -> str:
-    flat = {}
+    rates, flat = numbers.pop("rates"), {}
     for name, value in numbers.items():
         flat |= {f"{name}.{k}": v for k, v in value.items()} if isinstance(value, dict) else {name: value}
     shown = {name: f"{value:.4g}" if isinstance(value, float) else str(value) for name, value in flat.items()}
-    return "\n".join(f"{name:<28}{value}" for name, value in shown.items())
+    lines = [f"{name:<28}{value}" for name, value in shown.items()]
+    lines += [
+        f"{f'share_{name}':<28}{one['share']:.3g} [{one['low']:.3g}, {one['high']:.3g}]" for name, one in rates.items()
+    ]
+    return "\n".join(lines)

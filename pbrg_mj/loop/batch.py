@@ -38,13 +38,15 @@ class BatchHistories:
     hand_world: np.ndarray  # (W, T, n, 2) q, truth [m]
     m: np.ndarray  # (W, T, n, 2) governed references as each robot knows them [m]
     wall_margin: np.ndarray  # (W, T, n) truth: hand point to nearest wall's face, less the clearance [m]
+    moving_margin: np.ndarray  # (W, T, n) the same to the nearest moving box where it is [m]
     wall_contact: np.ndarray  # (W, T, n) bool, truth
+    moving_contact: np.ndarray  # (W, T, n) bool, truth: with a moving box
     robot_contact: np.ndarray  # (W, T, n) bool, truth: with another robot
     diverged: np.ndarray  # (W, T) bool: the governor's estimates have left all bounds
 
     @classmethod
     def blank(cls, scenario: Scenario, seeds: tuple[int, ...]) -> BatchHistories:
-        """Return empty arrays for a whole run."""
+        """Return empty arrays for a whole run, in which there are no moving boxes."""
         ticks = whole_number(scenario.timing.duration, scenario.timing.tick) + 1
         shape = (len(seeds), ticks, scenario.robots)
         return cls(
@@ -53,7 +55,9 @@ class BatchHistories:
             hand_world=np.empty((*shape, 2)),
             m=np.empty((*shape, 2)),
             wall_margin=np.empty(shape),
+            moving_margin=np.full(shape, np.inf),
             wall_contact=np.empty(shape, dtype=bool),
+            moving_contact=np.zeros(shape, dtype=bool),
             robot_contact=np.empty(shape, dtype=bool),
             diverged=np.empty(shape[:2], dtype=bool),
         )

@@ -54,7 +54,7 @@ def run_bytes(scenario: Scenario) -> float:
 def batch_bytes(scenario: Scenario, worlds: int) -> float:
     """Return about how much memory a batch takes [bytes]: histories, twice where they are evaluated, and the worlds."""
     ticks, n = whole_number(scenario.timing.duration, scenario.timing.tick) + 1, scenario.robots
-    histories = 2.0 * ticks * (48 * n + 8)
+    histories = 2.0 * ticks * (51 * n + 9)
     state = 3 * _estimates(scenario) + 2 * _rows(scenario) + SHARE * _world(scenario)
     return BASE + _world(scenario) + worlds * (histories + state)
 

@@ -1,0 +1,63 @@
+"""Worlds run one after the other, each as `pbrg run` runs it but without log and optimum: any scenario at all."""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+
+from pbrg_mj.errors import InputError
+from pbrg_mj.loop.batch import BatchHistories
+from pbrg_mj.loop.batch_control import BatchParameters
+from pbrg_mj.loop.simulation import Simulation
+from pbrg_mj.scenario.schema import Reference, Scenario
+from pbrg_mj.world.plant.batch import check_batchable
+
+
+def side_by_side(scenario: Scenario) -> bool:
+    """Whether worlds of this scenario can be stepped side by side, by `BatchSimulation`."""
+    try:
+        check_batchable(scenario)
+        BatchParameters.of(scenario)
+    except InputError:
+        return False
+    return True
+
+
+def run_worlds(scenarios: Sequence[Scenario], processes: int = 1) -> Iterator[BatchHistories]:
+    """Yield what happened in every world, in their order, from so many processes.
+
+    Raises what a run raises. Processes are started afresh: a script that asks for several must keep what it does under
+    `if __name__ == "__main__"`.
+    """
+    if min(processes, len(scenarios)) <= 1:
+        yield from map(run_world, scenarios)
+        return
+    start = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(processes, mp_context=start, initializer=_leave_ctrl_c_to_the_parent)
+    try:
+        yield from pool.map(run_world, scenarios)
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def run_world(scenario: Scenario) -> BatchHistories:
+    """Return what happened in one world. Raises what `Simulation.build` raises."""
+    histories = BatchHistories.blank(scenario, (scenario.seed,))
+    simulation = Simulation.build(scenario.model_copy(update={"reference": _no_optimum(scenario)}))
+    for tick in simulation.control_ticks():
+        truth, k = simulation.loop.world.truth(), tick.index
+        for name in ("hand_world", "wall_margin", "moving_margin", "wall_contact", "moving_contact", "robot_contact"):
+            getattr(histories, name)[0, k] = getattr(truth, name)
+        histories.m[0, k] = tick.solution.m
+        histories.diverged[0, k] = tick.solution.status == "diverged"
+    return histories
+
+
+def _no_optimum(scenario: Scenario) -> Reference:
+    return scenario.reference.model_copy(update={"solver": "none"})
+
+
+def _leave_ctrl_c_to_the_parent() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

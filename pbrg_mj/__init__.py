@@ -10,7 +10,8 @@
 Scenarios   `load`, `draw`, `list_scenarios`, `validate`, `schema`, `template`; `Scenario`
 Runs        `run`, `simulate`, `serve`, `batch`, `reproduce`; `Run`, `Batch`, `TickRecord`, `Interrupted`
 Logs        `open`, `compare`, `report`, `render`, `verify`, `repair`; `Comparison`, `Verification`, `Repair`
-Governors   `Governor`, `Problem`, `Solution`, `Status`: what a governor of one's own takes and gives; `check_governor`
+Governors   `RobotProgram`, `RobotFacts`, `TeamConstants`, `OwnData`, `RobotAnswer`: a distributed governor, written for
+            one robot; `Governor`, `Problem`, `Solution`, `Status`: one that sees the whole team; `check_governor`
 Besides     `doctor`; `InputError`, `PlugInError`, `PbrgError`; `__version__`
 
 Stable from one minor version to the next are the names in `__all__` with their documented arguments, the names of
@@ -33,14 +34,19 @@ __all__ = [
     "Governor",
     "InputError",
     "Interrupted",
+    "OwnData",
     "PbrgError",
     "PlugInError",
     "Problem",
     "Repair",
+    "RobotAnswer",
+    "RobotFacts",
+    "RobotProgram",
     "Run",
     "Scenario",
     "Solution",
     "Status",
+    "TeamConstants",
     "TickRecord",
     "Verification",
     "__version__",
@@ -78,6 +84,7 @@ if TYPE_CHECKING:
     from pbrg_mj.api.simulate import run, serve, simulate
     from pbrg_mj.api.video import render
     from pbrg_mj.errors import InputError, PbrgError, PlugInError
+    from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer, RobotFacts, RobotProgram, TeamConstants
     from pbrg_mj.governor.problem.interface import Governor, Problem, Solution, Status
     from pbrg_mj.loop.record import TickRecord
 
@@ -94,6 +101,7 @@ _MODULES = {
     "api.scenario": ("Scenario", "draw", "list_scenarios", "load", "schema", "template", "validate"),
     "api.simulate": ("run", "serve", "simulate"),
     "errors": ("InputError", "PbrgError", "PlugInError"),
+    "governor.messaging.program": ("OwnData", "RobotAnswer", "RobotFacts", "RobotProgram", "TeamConstants"),
     "governor.problem.interface": ("Governor", "Problem", "Solution", "Status"),
     "loop.record": ("TickRecord",),
 }

@@ -8,7 +8,7 @@ from __future__ import annotations
 import dataclasses
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from typing import Any, NoReturn
 
@@ -48,6 +48,16 @@ def blaming(noun: str, name: str, where: str, limit: float | None = None) -> Ite
     except BaseException as error:
         if isinstance(error, InputError) and where == "build":
             raise
+        raise PlugInError(f"{name}: the {noun} raised {type(error).__name__} in {where}: {_text(error)}") from error
+
+
+def blamed_call(noun: str, name: str, where: str, function: Callable[..., Any], *arguments: Any) -> Any:
+    """Call a function of a part as `blaming` does, but for a limit: that is shared by many calls inside `blaming`."""
+    try:
+        return function(*arguments)
+    except (PlugInError, KeyboardInterrupt, _TimeUp):
+        raise
+    except BaseException as error:
         raise PlugInError(f"{name}: the {noun} raised {type(error).__name__} in {where}: {_text(error)}") from error
 
 

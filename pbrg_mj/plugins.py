@@ -33,8 +33,17 @@ class Kind(NamedTuple):
     options: str  # where a scenario gives its options
     built_in: tuple[str, ...]  # names of our own
     methods: tuple[str, ...]  # what the built object must have
+    other: Kind | None = None  # another kind whose names may stand there too
 
 
+ROBOT_PROGRAM = Kind(
+    "robot program",
+    "pbrg_mj.robot_programs",
+    "governor.kind",
+    "governor.options",
+    (),
+    ("start", "begin", "send", "receive", "finish"),
+)
 GOVERNOR = Kind(
     "governor",
     "pbrg_mj.governors",
@@ -42,6 +51,7 @@ GOVERNOR = Kind(
     "governor.options",
     ("distributed", "certified", "rollout", "centralized", "none", "cbf", "potential_field"),
     ("init", "step"),
+    ROBOT_PROGRAM,
 )
 CERTIFICATE = Kind(
     "certificate",
@@ -101,8 +111,9 @@ def object_overrides(objects: Objects) -> dict[str, str]:
     """
     given = [(kind, part) for kind, part in zip(IN_SCENARIOS, objects, strict=True) if part is not None]
     for kind, part in given:
-        if isinstance(part, type) or _missing(kind, part):
+        if isinstance(part, type) or _missing(kind_of_object(kind, part), part):
             methods = " and ".join(kind.methods)
+            methods += f", or {', '.join(kind.other.methods)}" if kind.other else ""
             raise InputError(f"{part!r} is no {kind.noun}; allowed: an object with the methods {methods}")
     return {kind.key: object_name(part) for kind, part in given}
 
@@ -116,7 +127,29 @@ def value_at(scenario: Any, key: str) -> Any:
 
 def installed(kind: Kind) -> dict[str, EntryPoint]:
     """Return the entry points that installed packages offer for a kind of part, by name."""
-    return {entry.name: entry for entry in sorted(entry_points(group=kind.group), key=lambda entry: entry.name)}
+    offered = [entry for entry in entry_points(group=kind.group) if entry.group == kind.group]
+    return {entry.name: entry for entry in sorted(offered, key=lambda entry: entry.name)}
+
+
+def kind_of_name(kind: Kind, name: str) -> Kind:
+    """Return the kind whose entry points have the name: `kind`, or the other that may stand there."""
+    other = kind.other if name not in kind.built_in else None
+    return other if other and name in installed(other) else kind
+
+
+def kind_of_object(kind: Kind, part: Any) -> Kind:
+    """Return the kind whose methods the object has: `kind`, or the other that may stand there."""
+    return kind.other if kind.other and not _missing(kind.other, part) else kind
+
+
+def is_centralized(name: str, given: Any = None) -> bool:
+    """Return whether a governor, by its name or the object `given` in its place, sees the whole team.
+
+    So are those of other packages but robot programs: nobody counts what they tell each other.
+    """
+    if given is not None:
+        return kind_of_object(GOVERNOR, given) is GOVERNOR
+    return name == "centralized" or (name not in GOVERNOR.built_in and kind_of_name(GOVERNOR, name) is GOVERNOR)
 
 
 def find(kind: Kind, name: str) -> Callable[..., Any]:
@@ -139,7 +172,8 @@ def find(kind: Kind, name: str) -> Callable[..., Any]:
 
 def unknown(kind: Kind, name: str, offered: Mapping[str, Any]) -> str:
     """Return what is wrong with a name that nobody offers."""
-    names = ", ".join([*kind.built_in, *offered])
+    others = installed(kind.other) if kind.other else {}
+    names = ", ".join([*kind.built_in, *offered, *others])
     return f"no {kind.noun} is called {name!r}; allowed: {names or f'what entry points of {kind.group} offer'}"
 
 
@@ -148,7 +182,7 @@ def options_model(build: Callable[..., Any]) -> type[BaseModel] | None:
 
     Raises PlugInError when that parameter is not annotated with a model.
     """
-    if "options" not in _parameters(build):
+    if "options" not in parameters(build):
         return None
     function = build.__init__ if isinstance(build, type) else build
     try:
@@ -200,7 +234,7 @@ def make(
     kind: Kind, name: str, build: Callable[..., Any], first: Any, options: Mapping[str, Any], **context: Any
 ) -> Any:
     """Return what a build function makes of its first argument, of options and of what else it has parameters for."""
-    arguments = {key: sealed(value) for key, value in context.items() if key in _parameters(build)}
+    arguments = {key: sealed(value) for key, value in context.items() if key in parameters(build)}
     model = options_model(build)
     if model is not None:
         for key in unknown_options(model, options):
@@ -227,7 +261,8 @@ def _missing(kind: Kind, part: Any) -> list[str]:
     return [name for name in kind.methods if not callable(getattr(part, name, None))]
 
 
-def _parameters(build: Callable[..., Any]) -> Mapping[str, inspect.Parameter]:
+def parameters(build: Callable[..., Any]) -> Mapping[str, inspect.Parameter]:
+    """Return a function's parameters by name, none where they cannot be told."""
     try:
         return inspect.signature(build).parameters
     except (TypeError, ValueError):  # some compiled functions have none

@@ -263,7 +263,19 @@ def test_an_empty_log_is_refused():
 
 
 def test_names_carry_units():
-    bare = {"log", "scenario", "plant", "governor", "seed", "robots", "damage", "ticks", "outcome", "reason"}
+    bare = {
+        "log",
+        "scenario",
+        "plant",
+        "governor",
+        "centralized",
+        "seed",
+        "robots",
+        "damage",
+        "ticks",
+        "outcome",
+        "reason",
+    }
     bare |= {"binding", "violation_robot", "violation_kind", "wall_contacts", "moving_contacts", "robot_contacts"}
     bare |= {"ended", "reference_ticks", "rounds_per_tick", "real_time_factor"}
     units = ("_m", "_m2", "_s", "_ms", "_bytes", "_share")

@@ -13,6 +13,7 @@ from pbrg_mj.analysis.output_file import by_suffix, write_atomically
 from pbrg_mj.api.run import LOG, Run
 from pbrg_mj.errors import InputError
 from pbrg_mj.governor.centralized.optimum import CentralizedSolver
+from pbrg_mj.governor.messaging.program import RobotProgram
 from pbrg_mj.governor.problem.interface import Certificate, Governor
 from pbrg_mj.log import repair as repairing
 from pbrg_mj.log.read.ticks import read_header
@@ -126,7 +127,7 @@ class Repair:
 
 def verify(
     log: Run | str | Path,
-    governor: Governor | None = None,
+    governor: Governor | RobotProgram | None = None,
     *,
     certificate: Certificate | None = None,
     estimator: Estimator | None = None,

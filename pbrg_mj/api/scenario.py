@@ -11,8 +11,10 @@ from typing import Any
 
 from pbrg_mj.analysis.output_file import write_atomically
 from pbrg_mj.errors import InputError
+from pbrg_mj.loop.network_warnings import network_warnings
 from pbrg_mj.loop.resources import resource_warnings
 from pbrg_mj.loop.stability_warnings import stability_warnings
+from pbrg_mj.plugins import is_centralized
 from pbrg_mj.scenario.bundled import bundled_families, bundled_scenarios
 from pbrg_mj.scenario.families.json_schema import family_json_schema
 from pbrg_mj.scenario.load import Loaded, load_scenario, load_text
@@ -63,7 +65,8 @@ class Scenario:
 
     def warnings(self) -> list[str]:
         """Return one line for everything that makes a run likely to fail; empty when no risk is known."""
-        return [*resource_warnings(self.settings), *stability_warnings(self.settings)]
+        one = self.settings
+        return [*resource_warnings(one), *network_warnings(one), *stability_warnings(one)]
 
     def __repr__(self) -> str:
         """Name the scenario."""
@@ -81,6 +84,8 @@ class BundledScenario:
     plant: str
     duration_s: float
     family: bool = False  # of worlds: every seed draws one
+    governor: str = ""
+    centralized: bool = False  # whether that governor sees the whole team
 
 
 def list_scenarios() -> list[BundledScenario]:
@@ -88,9 +93,10 @@ def list_scenarios() -> list[BundledScenario]:
     listed = []
     for name, file in sorted((bundled_scenarios() | bundled_families()).items()):
         loaded = load_scenario(file)
-        one, family = loaded.scenario, loaded.family is not None
+        one, family, kind = loaded.scenario, loaded.family is not None, loaded.scenario.governor.kind
         description, robots = " ".join(one.description.split()), None if family else one.robots
-        listed.append(BundledScenario(name, description, robots, one.plant, one.timing.duration, family))
+        facts = one.timing.duration, family, kind, is_centralized(kind)
+        listed.append(BundledScenario(name, description, robots, one.plant, *facts))
     return listed
 
 

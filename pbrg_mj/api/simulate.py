@@ -12,17 +12,19 @@ from pbrg_mj.analysis.metrics.run_metrics import RunMetrics
 from pbrg_mj.api.garbage_collection import collecting_rarely
 from pbrg_mj.api.interrupt import Interrupted, interruptible
 from pbrg_mj.api.profile import Profile
-from pbrg_mj.api.run import IN_MEMORY, Run, metrics_of
+from pbrg_mj.api.run import IN_MEMORY, LOG, Run, metrics_of
 from pbrg_mj.api.run import open as open_log
 from pbrg_mj.api.scenario import Scenario, as_scenario
 from pbrg_mj.errors import InputError
 from pbrg_mj.governor.centralized.optimum import CentralizedSolver
+from pbrg_mj.governor.messaging.program import RobotProgram
 from pbrg_mj.governor.problem.interface import Certificate, Governor
 from pbrg_mj.kernel import clock as clock  # for the command line
 from pbrg_mj.kernel import watching_compilation as watching_compilation
 from pbrg_mj.log.read.run import open_run
 from pbrg_mj.log.write.log_file import check_writable
 from pbrg_mj.log.write.writer import LogWriter
+from pbrg_mj.loop.network_warnings import network_warnings
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.perception.estimator import Estimator
@@ -37,7 +39,7 @@ Sink = Callable[[TickRecord], object]
 
 def run(
     scenario: Scenario | str | Path,
-    governor: Governor | None = None,
+    governor: Governor | RobotProgram | None = None,
     log: str | Path | None = None,
     *,
     force: bool = False,
@@ -50,11 +52,13 @@ def run(
 ) -> Run:
     """Simulate a scenario to its end and return the run.
 
-    `governor`, any object with `init(problem)` and `step(problem, memory)`, takes the place of the scenario's own;
-    the log then names its class. So do `certificate`, `estimator`, `noise_model`, `reference_solver` (docs/governor.md
-    says what each must offer). `log` is the file (.mcap) to write, and `force` allows to replace one that exists; None
-    keeps the run in memory. Every function in `watch` is called with each tick's record once that is in the log, and
-    `profile` last, which adds up where the time goes.
+    `governor` takes the place of the scenario's own; the log then names its class. A `RobotProgram` is run on every
+    robot, each with a copy of its own, and its messages are carried; an object with `init(problem)` and
+    `step(problem, memory)` sees the whole team and counts as centralized. `certificate`, `estimator`, `noise_model` and
+    `reference_solver` take the scenario's place likewise (docs/governor.md says what each must offer). `log` is the
+    file (.mcap) to write, and `force` allows to replace one that exists; None keeps the run in memory. Every function
+    in `watch` is called with each tick's record once that is in the log, and `profile` last, which adds up where the
+    time goes.
 
     Ctrl-C, SIGTERM and SIGHUP end the run between two ticks, with a log that is whole so far, and raise Interrupted.
     Raises InputError when the scenario or the governor cannot be run, or the log cannot be written; PlugInError when a
@@ -62,6 +66,7 @@ def run(
     """
     objects = Objects(governor, certificate, estimator, noise_model, reference_solver)
     scenario = with_objects(as_scenario(scenario), objects)
+    _warn(scenario, governor)
     path = None if log is None else log_path(log, force=force)
     simulation = Simulation.build(scenario.settings, objects)
     with collecting_rarely():
@@ -94,7 +99,7 @@ def record(
 
 def simulate(
     scenario: Scenario | str | Path,
-    governor: Governor | None = None,
+    governor: Governor | RobotProgram | None = None,
     *,
     certificate: Certificate | None = None,
     estimator: Estimator | None = None,
@@ -107,6 +112,7 @@ def simulate(
     """
     objects = Objects(governor, certificate, estimator, noise_model, reference_solver)
     scenario = with_objects(as_scenario(scenario), objects)
+    _warn(scenario, governor)
     return Simulation.build(scenario.settings, objects).records()
 
 
@@ -138,11 +144,17 @@ def with_objects(scenario: Scenario, objects: Objects) -> Scenario:
     return scenario.override(overrides) if overrides else scenario
 
 
+def _warn(scenario: Scenario, governor: Governor | RobotProgram | None) -> None:
+    """Warn of settings of the network that do nothing with this governor."""
+    for line in network_warnings(scenario.settings, governor):
+        LOG.warning("%s: %s", scenario.name, line)
+
+
 def _record(
     simulation: Simulation, scenario: Scenario, path: Path, force: bool, watch: Iterable[Sink], profile: Profile | None
 ) -> None:
     """Simulate into a log, which is closed and whole so far when this raises Interrupted."""
-    writer = LogWriter(path, scenario.loaded, simulation.model_xml, force=force)
+    writer = LogWriter(path, scenario.loaded, simulation.model_xml, force=force, centralized=simulation.centralized)
     with interruptible() as came, writer as write:
         sinks = (profile.timed("log", write) if profile else write, *watch, *([profile] if profile else []))
         for record in simulation.records():

@@ -25,7 +25,8 @@ def list_scenarios(
         return
     width = max((len(one.name) for one in listed), default=0)
     for one in listed:
-        emit(f"{one.name:<{width}}  {one.description}".rstrip())
+        note = " (governor: centralized)" if one.centralized else ""
+        emit(f"{one.name:<{width}}  {one.description}{note}".rstrip())
 
 
 def show(name: BundledName) -> None:

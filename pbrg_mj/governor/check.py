@@ -11,7 +11,11 @@ import numpy as np
 
 from pbrg_mj import plugins
 from pbrg_mj.errors import PlugInError
+from pbrg_mj.governor.check_messages import reactions_without_messages
+from pbrg_mj.governor.messaging.carrier import CarriedGovernor
+from pbrg_mj.governor.messaging.program import RobotFacts, RobotProgram
 from pbrg_mj.governor.plug_in import PlugInGovernor
+from pbrg_mj.governor.plug_in_program import plug_in_program
 from pbrg_mj.governor.problem.ball import ball_rows
 from pbrg_mj.governor.problem.interface import Governor, Problem, Solution
 from pbrg_mj.perception.half_spaces import HalfSpaces
@@ -21,6 +25,17 @@ from pbrg_mj.team.graph import network
 
 TICKS = 5  # of each problem
 SLOTS = 3  # half-spaces of a robot
+OF_GOVERNORS = {
+    "answers": "init and step answer every problem: shapes, finite numbers, a known status, bytes and counts >= 0",
+    "writes": "init and step leave problem and memory as they were given",
+    "repeats": "the same problem and memory give the same answer, bit for bit",
+}
+OF_ROBOT_PROGRAMS = {
+    "answers": "programs answer every problem: bytes to neighbours, a finite m, a known status",
+    "writes": "programs leave data and memory as they were given",
+    "repeats": "the same data, messages and memory give the same answer, bit for bit",
+    "alone": "no robot knows of another's data while no message arrives",
+}
 
 
 class GovernorCheck(NamedTuple):
@@ -57,41 +72,55 @@ class GovernorReport:
 
 
 def check_governor(
-    build: Callable[..., Governor] | Governor, scenario: Scenario, options: Mapping[str, Any] | None = None
+    build: Callable[..., Any] | Governor | RobotProgram, scenario: Scenario, options: Mapping[str, Any] | None = None
 ) -> GovernorReport:
     """Test a governor on made problems of a scenario's team and return the report.
 
-    `build` is a build function, as an entry point names it, or a governor itself.
+    `build` is a build function, as an entry point names it, or a governor itself; that of a robot program has a first
+    parameter called `facts`. A robot program's messages all arrive, but for one check, in which none does.
 
     Raises InputError for options that do not fit the governor's own model, PlugInError whose text is the report when a
     check fails or the governor cannot be built.
     """
-    name, building = getattr(build, "__name__", type(build).__name__), _build_function(build)
-
-    def made() -> PlugInGovernor:
-        part = plugins.make(plugins.GOVERNOR, name, building, scenario, options or {}, network=network(scenario))
-        return PlugInGovernor(part, name, scenario.timing.plug_in_limit)
-
-    made()  # what keeps it from being built is no check
-    failures = {"answers": [], "writes": [], "repeats": []}
+    made, program = _maker(build, scenario, options or {})
+    name = made().name  # what keeps it from being built is no check
+    whats = OF_ROBOT_PROGRAMS if program else OF_GOVERNORS
+    failures: dict[str, list[str]] = {key: [] for key in whats}
     for title, problems in _courses(scenario):
         try:
             _follow(title, made, problems, failures)
+            if program:
+                failures["alone"] += reactions_without_messages(title, made, problems)
         except PlugInError as error:
             failures["answers"].append(f"{title}: {error}")
-    whats = {
-        "answers": "init and step answer every problem: shapes, finite numbers, a known status, bytes and counts >= 0",
-        "writes": "init and step leave problem and memory as they were given",
-        "repeats": "the same problem and memory give the same answer, bit for bit",
-    }
     report = GovernorReport(name, tuple(GovernorCheck(whats[key], tuple(found)) for key, found in failures.items()))
     if not report.passed:
         raise PlugInError(str(report))
     return report
 
 
-def _build_function(build: Callable[..., Governor] | Governor) -> Callable[..., Governor]:
-    return build if callable(build) else lambda scenario: copy.deepcopy(build)
+def _maker(build: Any, scenario: Scenario, options: Mapping[str, Any]) -> tuple[Callable[[], PlugInGovernor], bool]:
+    """Return what makes a governor, given itself or by its build function, anew, and whether it is a robot program."""
+    given = not callable(build)
+    name = type(build).__name__ if given else getattr(build, "__name__", type(build).__name__)
+
+    def made_program() -> PlugInGovernor:
+        def make(facts: RobotFacts) -> Any:
+            return build if given else plugins.make(plugins.ROBOT_PROGRAM, name, build, facts, options)
+
+        return PlugInGovernor(CarriedGovernor.of(scenario, plug_in_program(scenario, name, make)), name)
+
+    def made_governor() -> PlugInGovernor:
+        building = (lambda scenario: copy.deepcopy(build)) if given else build
+        part = plugins.make(plugins.GOVERNOR, name, building, scenario, options, network=network(scenario))
+        return PlugInGovernor(part, name, scenario.timing.plug_in_limit)
+
+    program = not plugins.is_centralized(name, build) if given else _first_parameter(build) == "facts"
+    return (made_program if program else made_governor), program
+
+
+def _first_parameter(build: Any) -> str:
+    return next(iter(plugins.parameters(build)), "")
 
 
 def _follow(
@@ -145,7 +174,15 @@ def _courses(scenario: Scenario) -> Iterator[tuple[str, list[Problem]]]:
     def course(half_spaces: HalfSpaces, spread: float, reference: np.ndarray) -> list[Problem]:
         rows = ball_rows(half_spaces, formation)
         return [
-            Problem(graph, start + spread * rng.normal(size=(n, 2)), spread * rng.normal(size=(n, 2)), rows, reference)
+            Problem(
+                network=graph,
+                p=start + spread * rng.normal(size=(n, 2)),
+                xi=spread * rng.normal(size=(n, 2)),
+                rows=rows,
+                reference=reference,
+                half_spaces=half_spaces,
+                heading=np.zeros(n),
+            )
             for _ in range(TICKS)
         ]
 

@@ -42,12 +42,15 @@ class PlugInGovernor:
     def step(self, problem: Problem, memory: Any) -> tuple[Solution, Any]:
         """Return a copy of its answer, and its memory as it is.
 
+        It sees the whole team, and nobody carries messages for it: rounds and bytes that it reports are set to 0.
+
         Raises PlugInError when it fails or takes too long, and for an answer that `checked_solution` refuses.
         """
         given = self.sealed_problem(problem)
         with blaming("governor", self.name, "step", self.limit):
             answer = self.inner.step(given, memory)
-        return self.checked(problem, answer)
+        solution, memory = self.checked(problem, answer)
+        return replace(solution, rounds=0, bytes_sent=np.zeros_like(solution.bytes_sent)), memory
 
     def checked(self, problem: Problem, answer: Any) -> tuple[Solution, Any]:
         """Return what a step answered, checked."""
@@ -61,7 +64,8 @@ class PlugInGovernor:
         """Return a copy of the problem that cannot be written into."""
         given = {name: sealed(getattr(problem, name)) for name in ("p", "xi", "reference", "heading")}
         team, rows = self.seal("network", problem.network), self.seal("rows", problem.rows)
-        return replace(problem, network=team, rows=rows, **given)
+        half_spaces = self.seal("half_spaces", problem.half_spaces)
+        return replace(problem, network=team, rows=rows, half_spaces=half_spaces, **given)
 
 
 def checked_solution(whose: str, problem: Problem, answer: Any) -> Solution:

@@ -33,6 +33,7 @@ from pbrg_mj.governor.messaging.carrier import CarriedGovernor
 from pbrg_mj.governor.optimizers.by_name import OPTIMIZERS
 from pbrg_mj.governor.optimizers.synchronizer import Synchronizer
 from pbrg_mj.governor.plug_in import PlugInCertificate, PlugInGovernor, PlugInSolver
+from pbrg_mj.governor.plug_in_program import robots_of_scenario
 from pbrg_mj.governor.problem.ball import BallCertificate
 from pbrg_mj.governor.problem.directional_ball import DirectionalBallCertificate
 from pbrg_mj.governor.problem.interface import Certificate, Governor, StateCertificate
@@ -214,6 +215,8 @@ def governor(scenario: Scenario, given: Any = None) -> Governor:
     """
     if given is None and scenario.governor.kind in GOVERNORS:
         return GOVERNORS[scenario.governor.kind](scenario)
+    if not plugins.is_centralized(scenario.governor.kind, given):
+        return robots_of_scenario(scenario, given)
     name, built = plugins.build(plugins.GOVERNOR, scenario, given, network=network(scenario))
     return PlugInGovernor(built, name, scenario.timing.plug_in_limit)
 

@@ -8,5 +8,6 @@ batch               many seeds of one scenario at once
 one_by_one          worlds that cannot be stepped so, or differ: one after the other
 batch_control       governor, control and drive of a batch, compiled
 resources           what a scenario asks of the machine, before it runs
+network_warnings    what of the network its governor does not feel
 stability_warnings  what makes a scenario likely to fail, before it runs
 """

@@ -22,7 +22,7 @@ from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.loop.resources import check_memory
 from pbrg_mj.loop.tick import ClosedLoop, ControlTick, LoopState, control_tick
 from pbrg_mj.perception.estimator import estimator
-from pbrg_mj.plugins import Objects
+from pbrg_mj.plugins import Objects, is_centralized
 from pbrg_mj.scenario.schema import Scenario, whole_number
 from pbrg_mj.sensing.noise import sensor_noise
 from pbrg_mj.team.graph import network
@@ -43,6 +43,7 @@ class Simulation:
     monitor: Monitor
     ticks: int  # steps of the clock; the records are one more, the last at t = duration
     block_ticks: int  # ticks that pass before they are evaluated
+    centralized: bool  # whether the governor sees the whole team
 
     @classmethod
     def build(cls, scenario: Scenario, objects: Objects = Objects()) -> Simulation:  # noqa: B008 - a frozen tuple
@@ -77,7 +78,8 @@ class Simulation:
         )
         # A plug-in may write into its memory, so it is evaluated before its next step.
         block_ticks = 1 if isinstance(chosen, PlugInGovernor) else BLOCK_TICKS
-        return cls(loop, monitor, whole_number(timing.duration, timing.tick), block_ticks)
+        centralized = is_centralized(scenario.governor.kind, objects.governor)
+        return cls(loop, monitor, whole_number(timing.duration, timing.tick), block_ticks, centralized)
 
     @property
     def model_xml(self) -> str:

@@ -57,6 +57,7 @@ class RunMetrics:
     scenario: str
     plant: str
     governor: str
+    centralized: bool
     seed: int
     robots: int
     damage: str | None
@@ -169,6 +170,7 @@ def _identity(run: Run) -> dict[str, Any]:
         "scenario": run.name,
         "plant": scenario.plant,
         "governor": scenario.governor.kind,
+        "centralized": run.centralized,
         "seed": scenario.seed,
         "robots": scenario.robots,
         "damage": run.damage,
@@ -258,6 +260,8 @@ def _sensing_gap(run: Run, solved: np.ndarray) -> np.ndarray:
 
 def _network(run: Run) -> dict[str, Any]:
     per_robot = per_tick(run, sent_per_robot)
+    if run.centralized:  # what it says of messages nobody has counted
+        per_robot = np.full_like(per_robot, np.nan)
     return {
         "rounds_per_tick": float(run.ticks.rounds.mean()),
         "sent_per_robot_per_tick_bytes": float(per_robot.mean()),

@@ -96,6 +96,7 @@ LAYOUT: dict[str, tuple[tuple[str, str], ...]] = {
         ("simulated per wall second", "real_time_factor"),
     ),
 }
+CENTRALIZED = "centralized"
 BYTES = {"B": 1.0, "kB": 1e3, "MB": 1e6, "GB": 1e9, "TB": 1e12}
 SHORT = (
     "scenario",
@@ -151,9 +152,16 @@ def look_up(data: dict[str, Any], key: str) -> Any:
 
 
 def shown(data: dict[str, Any], key: str) -> Any:
-    """Return the value at a key as it stands in a table: numbers of bytes with the unit a person reads."""
+    """Return the value at a key as it stands in a table: numbers of bytes with the unit a person reads.
+
+    Of a governor that sees the whole team its name says so, and so does what stands in place of bytes.
+    """
     value = look_up(data, key)
-    return amount(value) if key.endswith("_bytes") and value is not None else value
+    if data["centralized"] and key.endswith("_bytes"):
+        return CENTRALIZED
+    if data["centralized"] and key == "governor" and value != CENTRALIZED:
+        return f"{value} ({CENTRALIZED})"
+    return amount(value) if key.endswith("_bytes") and isinstance(value, float) else value
 
 
 def amount(count: float) -> str:

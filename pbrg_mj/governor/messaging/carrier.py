@@ -17,7 +17,10 @@ from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer, RobotFacts,
 from pbrg_mj.governor.problem.interface import Problem, Solution, Status
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.perception.half_spaces import HalfSpaces
-from pbrg_mj.team.channel import Channel
+from pbrg_mj.scenario.checks.certificate import OF_THE_STATE
+from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.team.channel import Channel, channel
+from pbrg_mj.team.graph import network
 from pbrg_mj.team.network import Network
 
 SEVERITY: tuple[Status, ...] = get_args(Status)
@@ -54,31 +57,43 @@ class CarriedGovernor:
     tells_start: bool = False  # every robot is told everybody's first p
     tells_rows: bool = False  # every robot is given its own rows; never with rows that are made of the team's states
 
+    @classmethod
+    def of(cls, scenario: Scenario, program: RobotProgram) -> CarriedGovernor:
+        """Return a program on all robots of a scenario, with messages on the scenario's network."""
+        return cls(
+            program=program,
+            rounds=scenario.governor.rounds,
+            channel=channel(scenario),
+            constants=TeamConstants.of(scenario, network(scenario)),
+            tells_start=scenario.governor.initial == "start",
+            tells_rows=scenario.governor.certificate not in OF_THE_STATE,
+        )
+
     def init(self, problem: Problem) -> CarriedMemory:
         """Return the memories before the first tick."""
-        network = problem.network
-        links = len(network.neighbours)
+        team = problem.network
+        links = len(team.neighbours)
         start = problem.p if self.tells_start else None
         robots = tuple(
-            self.program.start(_facts(network, i, self.constants, start), self._own(problem, i, 0))
-            for i in range(network.robots)
+            self.program.start(RobotFacts.of(team, i, self.constants, start), self._own(problem, i, 0))
+            for i in range(team.robots)
         )
         never = np.full(links, np.iinfo(np.int64).min)
         return CarriedMemory(robots, (), never, np.zeros(links, dtype=bool), 0)
 
     def step(self, problem: Problem, memory: CarriedMemory) -> tuple[Solution, CarriedMemory]:
         """Run one tick's rounds; the status is the worst of the robots'."""
-        network, program = problem.network, self.program
-        n = network.robots
+        team, program = problem.network, self.program
+        n = team.robots
         robots = [program.begin(self._own(problem, i, memory.tick), memory.robots[i]) for i in range(n)]
         first = memory.tick * self.rounds
-        links_now = self._conditions(network, memory, first)
+        links_now = self._conditions(team, memory, first)
         sent, packets = np.zeros(n, dtype=np.int64), list(memory.packets)
         for k in range(self.rounds):
             now = first + k
             for i in range(n):
                 outbox, robots[i] = program.send(robots[i])
-                for content, link in _addressed(network, i, outbox):
+                for content, link in _addressed(team, i, outbox):
                     if not links_now.silent[k, i]:
                         sent[i] += len(content)
                         if not links_now.lost[k, link]:
@@ -87,9 +102,9 @@ class CarriedGovernor:
             packets = [one for one in packets if one.arrives > now]
             for i in range(n):
                 inbox = [
-                    (int(network.neighbours[one.link]), one.content)
+                    (int(team.neighbours[one.link]), one.content)
                     for one in due
-                    if network.receiver[one.link] == i and not links_now.silent[k, i]
+                    if team.receiver[one.link] == i and not links_now.silent[k, i]
                 ]
                 robots[i] = program.receive(inbox, robots[i])
         answers: list[RobotAnswer] = []
@@ -102,8 +117,8 @@ class CarriedGovernor:
     def _own(self, problem: Problem, i: int, tick: int) -> OwnData:
         return own_data(problem, i, tick, rows=self.tells_rows)
 
-    def _conditions(self, network: Network, memory: CarriedMemory, first: int) -> _LinkConditions:
-        rounds, links, n = self.rounds, len(network.neighbours), network.robots
+    def _conditions(self, team: Network, memory: CarriedMemory, first: int) -> _LinkConditions:
+        rounds, links, n = self.rounds, len(team.neighbours), team.robots
         if self.channel is None:
             arrives = np.repeat(np.arange(first, first + rounds)[:, None], links, axis=1)
             nothing = np.zeros((rounds, links), dtype=bool)
@@ -122,11 +137,11 @@ class _LinkConditions(NamedTuple):
     bad: np.ndarray  # (E,) bool after the last round
 
 
-def _addressed(network: Network, sender: int, outbox: Any) -> list[tuple[bytes, int]]:
+def _addressed(team: Network, sender: int, outbox: Any) -> list[tuple[bytes, int]]:
     """Return the messages with the directed links they take. Raises ValueError for one to no neighbour."""
     found = []
     for receiver, content in outbox.items():
-        links = [link for link in network.links_to(receiver) if network.neighbours[link] == sender]
+        links = [link for link in team.links_to(receiver) if team.neighbours[link] == sender]
         if not links:
             raise ValueError(f"robot {sender + 1} sends to robot {receiver + 1}, which is no neighbour")
         if content:
@@ -148,12 +163,6 @@ def _team_answer(problem: Problem, answers: Sequence[RobotAnswer], rounds: int, 
         bytes_sent=sent,
         lost=np.array([answer.lost for answer in answers], dtype=np.int64),
     )
-
-
-def _facts(network: Network, i: int, constants: TeamConstants | None, start: np.ndarray | None) -> RobotFacts:
-    neighbours = network.neighbours[network.first[i] : network.first[i + 1]]
-    first = None if start is None else start.copy()
-    return RobotFacts(i, network.robots, tuple(neighbours.tolist()), bool(network.leader[i]), constants, first)
 
 
 def own_data(problem: Problem, i: int, tick: int, *, rows: bool = False) -> OwnData:

@@ -52,6 +52,15 @@ class RobotFacts(NamedTuple):
     constants: TeamConstants | None = None  # None: a carrier of no scenario
     start: np.ndarray | None = None  # (n, 2) everybody's first p [m], where `governor.initial: start` gives it; or None
 
+    @classmethod
+    def of(
+        cls, network: Network, robot: int, constants: TeamConstants | None = None, start: np.ndarray | None = None
+    ) -> RobotFacts:
+        """Return those of one robot of a network; `start` (n, 2) is copied."""
+        neighbours = network.neighbours[network.first[robot] : network.first[robot + 1]]
+        first = None if start is None else start.copy()
+        return cls(robot, network.robots, tuple(neighbours.tolist()), bool(network.leader[robot]), constants, first)
+
 
 class OwnData(NamedTuple):
     """What one robot measures at a tick."""

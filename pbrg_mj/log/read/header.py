@@ -16,6 +16,8 @@ from pbrg_mj.log.schema import channels
 from pbrg_mj.log.schema.ending import Ending
 from pbrg_mj.log.schema.fields import SCHEMA_VERSION, Dims
 from pbrg_mj.log.write.log_file import partial_path
+from pbrg_mj.log.write.provenance import CENTRALIZED
+from pbrg_mj.plugins import is_centralized
 from pbrg_mj.scenario.load import parse_scenario
 from pbrg_mj.scenario.schema import Scenario
 
@@ -33,6 +35,7 @@ class LogHeader:
     model_xml: str  # MJCF as run; empty for the ideal plant
     versions: dict[str, str]
     dims: Dims
+    centralized: bool  # whether the governor sees the whole team
 
 
 def most_messages(dims: Dims) -> int:
@@ -95,7 +98,13 @@ class Embedded:
             model_xml=self._text(channels.MODEL_ATTACHMENT),
             versions=self.metadata.get(channels.VERSIONS_METADATA, {}),
             dims=dims,
+            centralized=self._centralized(scenario),
         )
+
+    def _centralized(self, scenario: Scenario) -> bool:
+        """Return what the log says; earlier ones say nothing, and had no robot programs of other packages."""
+        said = self.metadata[channels.RUN_METADATA].get(CENTRALIZED, "")
+        return {"true": True, "false": False}.get(said, is_centralized(scenario.governor.kind))
 
     def _text(self, name: str) -> str:
         try:

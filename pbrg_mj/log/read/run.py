@@ -132,6 +132,7 @@ class Run:
     absent: frozenset[str] = frozenset()  # fields of `ticks` that the log is too old to have: NaN or false here
     reduced: dict[str, np.ndarray] = field(default_factory=dict)  # what `reduce` made of the columns, (T, ...)
     ending: Ending | None = None  # what the log says about its end; None when it says nothing, as after a kill
+    centralized: bool = False  # whether its governor sees the whole team
 
     @property
     def how_it_ended(self) -> str:
@@ -232,5 +233,6 @@ def _assemble(contents: _Contents, path: str) -> Run:
         damage=contents.damage,
         absent=absent,
         ending=contents.embedded.ending(),
+        centralized=header.centralized,
         reduced={name: values for name, values in ticks.items() if name not in own},
     )

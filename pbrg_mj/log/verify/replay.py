@@ -19,7 +19,7 @@ from pbrg_mj.log.schema.message import NANOSECONDS, LogMessage
 from pbrg_mj.log.schema.protobuf import absent_fields
 from pbrg_mj.log.verify.difference import Difference, differences
 from pbrg_mj.log.write.messages import MessageStream, dims_of
-from pbrg_mj.log.write.provenance import run_metadata, versions
+from pbrg_mj.log.write.provenance import CENTRALIZED, run_metadata, versions
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.plugins import Objects
@@ -132,7 +132,7 @@ def _compare_ticks(
             return
         if stream is None:
             stream = MessageStream(logged.header.scenario, record)
-            _compare_run_metadata(found, logged, record)
+            _compare_run_metadata(found, logged, record, simulation.centralized)
             absent = _absent_fields(group)
             if absent:  # there were fewer kinds of events, which repeat what the ticks say
                 left_out.add(channels.EVENTS)
@@ -149,10 +149,11 @@ def _compare_ticks(
         found.add(Mismatch(beyond[0].topic, beyond[0].log_time / NANOSECONDS, UNEXPECTED))
 
 
-def _compare_run_metadata(found: Verification, logged: LoggedTicks, first: TickRecord) -> None:
-    replayed = run_metadata(logged.header.name, logged.header.scenario.seed, dims_of(first))
+def _compare_run_metadata(found: Verification, logged: LoggedTicks, first: TickRecord, centralized: bool) -> None:
+    replayed = run_metadata(logged.header.name, logged.header.scenario.seed, dims_of(first), centralized)
     for name, value in replayed.items():
-        if logged.run_metadata.get(name) != value:
+        earlier = name == CENTRALIZED and name not in logged.run_metadata
+        if not earlier and logged.run_metadata.get(name) != value:
             difference = Difference(name, str(logged.run_metadata.get(name)), value, float("inf"))
             found.add(Mismatch(channels.RUN_METADATA, 0.0, difference))
 

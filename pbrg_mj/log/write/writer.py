@@ -14,6 +14,7 @@ from pbrg_mj.log.write.mcap_writer import McapWriter
 from pbrg_mj.log.write.messages import MessageStream, dims_of, time_of
 from pbrg_mj.log.write.provenance import add_channels, embed_provenance
 from pbrg_mj.loop.record import TickRecord
+from pbrg_mj.plugins import is_centralized
 from pbrg_mj.scenario.load import Loaded
 
 # A killed run loses its open chunk, so a chunk should last less than a second of WALL time. Its ends must not
@@ -30,10 +31,22 @@ class LogWriter:
     The log gets its own name when it is finished, until then it is at `partial_path` and locked. A run that fails
     before the first record leaves nothing behind. Messages carry simulated time. `force` allows to replace a log.
 
+    `centralized` says whether the governor sees the whole team; None: as its name in the scenario says.
+
     Raises InputError when the path cannot be written or another run writes it, PbrgError when the disk fails later.
     """
 
-    def __init__(self, path: str | Path, loaded: Loaded, model_xml: str, *, force: bool = False):
+    def __init__(
+        self,
+        path: str | Path,
+        loaded: Loaded,
+        model_xml: str,
+        *,
+        force: bool = False,
+        centralized: bool | None = None,
+    ):
+        kind = loaded.scenario.governor.kind
+        self._centralized = is_centralized(kind) if centralized is None else centralized
         self.path, self._loaded, self._model_xml = Path(path), loaded, model_xml
         self._log_file = LogFile(self.path, force=force)
         self._ticks_per_chunk = max(1, round(CHUNK_SECONDS / loaded.scenario.timing.tick))
@@ -90,7 +103,7 @@ class LogWriter:
     def _start(self, first: TickRecord) -> McapWriter:
         writer = McapWriter(self._file)
         try:
-            embed_provenance(writer, self._loaded, self._model_xml, dims_of(first))
+            embed_provenance(writer, self._loaded, self._model_xml, dims_of(first), self._centralized)
             self._stream = MessageStream(self._loaded.scenario, first)
             self._channels = add_channels(writer, self._stream.types)
             writer.flush()

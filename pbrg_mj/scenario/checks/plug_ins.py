@@ -15,6 +15,7 @@ from pbrg_mj.plugins import (
     Kind,
     find,
     installed,
+    kind_of_name,
     option_keys,
     options_model,
     unknown,
@@ -31,6 +32,7 @@ def plug_ins(scenario: Scenario) -> Iterator[Diagnostic]:
     """Yield all that is wrong with names of parts and with their options."""
     for kind in IN_SCENARIOS:
         name, options = value_at(scenario, kind.key), value_at(scenario, kind.options)
+        kind = kind_of_name(kind, name)
         if name in kind.built_in:
             model = None
         elif name.startswith(OBJECT):

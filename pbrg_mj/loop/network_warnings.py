@@ -10,7 +10,7 @@ from pbrg_mj.scenario.schema.network import Network
 
 OF_THE_PAPERS_ROUNDS = ("exchange", "impedance", "reserve_rounds", "neighbour_timeout")
 """Keys that say how the paper's algorithm bears delay and loss; every other governor has ways of its own."""
-WITHOUT_MESSAGES = ("none", "cbf")
+WITHOUT_MESSAGES = ("none", "cbf", "potential_field")
 NOT_THE_GOVERNORS = ("pre_stabiliser",)
 
 

@@ -21,6 +21,7 @@ from pbrg_mj.governor.certificate.predictive import PredictiveCertificate
 from pbrg_mj.governor.certificate.sight import SightLimit, sight
 from pbrg_mj.governor.certificate.speed import SpeedLimit, disc_facets, wheel_facets
 from pbrg_mj.governor.certificate.team_model import TeamModel
+from pbrg_mj.governor.certified.at_once import LayerGovernor, Schedule
 from pbrg_mj.governor.certified.decide import AdvanceLimit
 from pbrg_mj.governor.certified.governor import CertifiedGovernor
 from pbrg_mj.governor.certified.layer import LayerProgram
@@ -32,6 +33,7 @@ from pbrg_mj.governor.guard import GuardedGovernor
 from pbrg_mj.governor.messaging.carrier import CarriedGovernor
 from pbrg_mj.governor.optimizers.by_name import OPTIMIZERS
 from pbrg_mj.governor.optimizers.synchronizer import Synchronizer
+from pbrg_mj.governor.optimizers.team import CompiledPaperFlow, EveryRobot
 from pbrg_mj.governor.plug_in import PlugInCertificate, PlugInGovernor, PlugInSolver
 from pbrg_mj.governor.plug_in_program import robots_of_scenario
 from pbrg_mj.governor.problem.ball import BallCertificate
@@ -45,7 +47,7 @@ from pbrg_mj.governor.velocity_filter.interface import VelocityFilter
 from pbrg_mj.governor.velocity_filter.potential_field import PotentialField
 from pbrg_mj.governor.velocity_filter.separation import SeparationFilter, separation
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.team.channel import channel
+from pbrg_mj.team.channel import Channel, channel
 from pbrg_mj.team.graph import network
 from pbrg_mj.team.network import Network
 from pbrg_mj.world.scene.robot import load_robot_model
@@ -101,17 +103,21 @@ def _flow(scenario: Scenario) -> Flow:
     return Flow(scenario.governor.alpha, round_step(scenario), multiplier_cap(scenario))
 
 
-def _distributed(scenario: Scenario) -> Governor:
+def _paper_flow(scenario: Scenario, lines: Channel | None) -> DistributedGovernor:
     settings = scenario.governor
-    optimizer = DistributedGovernor(
+    return DistributedGovernor(
         flow=_flow(scenario),
         rounds=settings.rounds,
         initial=settings.initial,
-        channel=channel(scenario),
+        channel=lines,
         diverged_beyond=scenario.outcome.diverged_beyond,
         backend=settings.backend,
     )
-    return GuardedGovernor(optimizer) if settings.guard else optimizer
+
+
+def _distributed(scenario: Scenario) -> Governor:
+    optimizer = _paper_flow(scenario, channel(scenario))
+    return GuardedGovernor(optimizer) if scenario.governor.guard else optimizer
 
 
 def _certified(scenario: Scenario) -> Governor:
@@ -127,6 +133,9 @@ def _certified(scenario: Scenario) -> Governor:
         program = CertifiedProgram(team, _verified(scenario, team), model, limits, cycle_ticks, repeats)
         return CarriedGovernor(program, settings.rounds, lines)
     optimizer = OPTIMIZERS[settings.optimizer](scenario, team, _flow(scenario))
+    at_once = EveryRobot(optimizer, team)
+    if settings.optimizer == "paper_flow":
+        at_once = CompiledPaperFlow(_paper_flow(scenario, None), BallCertificate.of(scenario, team))
     layer = LayerProgram(
         network=team,
         certificate=_verified(scenario, team),
@@ -137,6 +146,8 @@ def _certified(scenario: Scenario) -> Governor:
         cycle_ticks=cycle_ticks,
         repeats=repeats,
     )
+    if lines is None and cycle_ticks == 1:
+        return LayerGovernor(layer, at_once, settings.rounds, Schedule.of(team, settings.rounds))
     return CarriedGovernor(layer, settings.rounds, lines, tells_start=settings.initial == "start")
 
 

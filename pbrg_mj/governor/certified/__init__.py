@@ -6,4 +6,5 @@
 - `governor`: that exchange within a tick, computed at once
 - `consensus`: the smallest of the robots' shares, and whether all have told theirs
 - `layer`: the program of one robot behind any optimizer: of its candidate what all owners of half-spaces have verified
+- `at_once`: the layer within a tick, for all robots at once
 """

@@ -36,6 +36,7 @@ AIM = struct.Struct("<2d")  # the first leader's candidate
 ROW = struct.Struct("<4d")  # a, C, d
 OF_STATE, OF_AIM, OF_ROWS = 0, 1, 2
 SIZES = {OF_STATE: Size(STATE.size), OF_AIM: Size(AIM.size), OF_ROWS: Size(0, ROW.size)}
+FREE = no_rows()
 PARTS = struct.Struct("<IB")  # lengths of a message's floods and verdict; the optimizer's message follows
 
 
@@ -151,7 +152,8 @@ class LayerProgram:
         held = team[self._first_leader, 4:6].copy()
         if np.isnan(held).any():
             held = p.mean(axis=0)
-        p, xi = self.model.predicted(p, xi, held, self.cycle_ticks - 1)
+        if self.cycle_ticks > 1:
+            p, xi = self.model.predicted(p, xi, held, self.cycle_ticks - 1)
         candidate = np.array(AIM.unpack(aim))
         if not np.isfinite(candidate).all():  # an optimizer that has diverged
             candidate = held
@@ -181,20 +183,28 @@ class LayerProgram:
         first = np.isnan(memory.held).any() and self.cycle_ticks > 1  # until now leaders stayed, and held no m
         if first or not memory.facts.leads:
             return replace(memory, held=ahead.held, status="ok")
-        if verdict.forbidden:
-            return self._retreated(memory, ahead)
-        advance = verdict.share * (ahead.candidate - ahead.held)
-        error = np.vstack([ahead.p - ahead.held, ahead.xi])
-        share = min((limit.share(error, ahead.heading, advance) for limit in self.limits), default=1.0)
-        return replace(memory, held=ahead.held + share * advance, status="ok")
-
-    def _retreated(self, memory: LayerMemory, ahead: Ahead) -> LayerMemory:
-        """Return the memory with the nearest m that all rows allow; while rows are still to come, with the one held."""
         floods = memory.flood.contents(OF_ROWS, memory.facts.robots)
-        if floods is None:
-            return replace(memory, held=ahead.held, status="inadmissible")
-        m, found = nearest_admissible(_unpacked(floods), Spread.of(ahead.p, ahead.xi), ahead.held)
-        return replace(memory, held=m, status="ok" if found else "infeasible")
+        rows = None if floods is None else _unpacked(floods)
+        held, status = decision(ahead, verdict.share, rows if verdict.forbidden else FREE, self.limits)
+        return replace(memory, held=held, status=status)
+
+
+def decision(
+    ahead: Ahead, share: float, rows: Rows | None, limits: tuple[AdvanceLimit, ...]
+) -> tuple[np.ndarray, Status]:
+    """Return the next m (2,) [m], and how it came about.
+
+    `rows` are those of all robots where somebody's forbid the held m, None while they are still to come, and without
+    one, `FREE`, where nobody's do.
+    """
+    if rows is None:
+        return ahead.held, "inadmissible"
+    if rows.d.size:
+        m, found = nearest_admissible(rows, Spread.of(ahead.p, ahead.xi), ahead.held)
+        return m, "ok" if found else "infeasible"
+    advance, error = share * (ahead.candidate - ahead.held), np.vstack([ahead.p - ahead.held, ahead.xi])
+    allowed = min((limit.share(error, ahead.heading, advance) for limit in limits), default=1.0)
+    return ahead.held + allowed * advance, "ok"
 
 
 def _parts(content: bytes) -> tuple[bytes, bytes, bytes]:

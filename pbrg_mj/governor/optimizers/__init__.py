@@ -13,5 +13,6 @@ verifies.
 - `flow_in_m`: primal-dual flow with PI consensus and augmented multipliers
 - `paper_flow`: the paper's flow in R^(4n + 2), by itself
 - `scalar`: no messages: straight to r
+- `team`: an optimizer on all robots at once
 - `by_name`: all of them by the names a scenario calls them
 """

@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
 
+from pbrg_mj.governor.certificate.directional_ball import DirectionalBall
+from pbrg_mj.governor.certificate.predictive import PredictiveCertificate
+from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.certified.at_once import LayerGovernor
+from pbrg_mj.governor.certified.consensus import Verdict
+from pbrg_mj.governor.certified.layer import LayerProgram
 from pbrg_mj.governor.messaging.carrier import CarriedGovernor
-from pbrg_mj.governor.registry import governor
+from pbrg_mj.governor.problem.ball import BallCertificate, ball_rows
+from pbrg_mj.governor.problem.interface import Problem
+from pbrg_mj.governor.problem.rows import row_values
+from pbrg_mj.governor.registry import CERTIFICATES, governor
 from pbrg_mj.loop.simulation import Simulation
+from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.load import load_scenario
 from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.team.channel import Channel, Loss
+from pbrg_mj.team.graph import network
 
 
 def layered(name: str, *overrides: str) -> Scenario:
@@ -45,3 +55,141 @@ def test_the_layer_at_once_is_the_robots_program(name: str, keys: list[str]) -> 
         np.testing.assert_allclose(one.m[leaders], other.m[leaders], rtol=0.0, atol=0.0 if exact else 1e-9)
         np.testing.assert_array_equal(one.bytes_sent, other.bytes_sent)
         assert one.status == other.status
+
+
+class Course:
+    """The paper's team in the ideal plant, driven by the layer towards references that change, some very far away."""
+
+    def __init__(self, certificate: str, *overrides: str) -> None:
+        keys = [f"governor.certificate={certificate}", "governor.rounds=2", "estimator.given.0.robot=2", *overrides]
+        self.scenario = layered("paper/simulation_inadmissible", *keys)
+        self.team, self.model = network(self.scenario), TeamModel.of_scenario(self.scenario)
+        self.formation = np.array(self.scenario.team.formation)
+        self.spaces = HalfSpaces.empty(5, 1)
+        self.spaces.G[1, 0], self.spaces.h[1, 0] = np.full(2, np.sqrt(0.5)), 3.0 * np.sqrt(0.5)
+        self.spaces.active[1, 0] = self.spaces.binds[1, 0] = True
+        self.judge = CERTIFICATES[certificate](self.scenario, self.team)
+
+    def violation(self, p: np.ndarray, xi: np.ndarray, m: np.ndarray) -> float:
+        """By how much the scenario's own certificate is violated; negative: what it leaves."""
+        if isinstance(self.judge, PredictiveCertificate):
+            return self.judge.worst(self.spaces, p, xi, m)
+        if isinstance(self.judge, BallCertificate):
+            return float(row_values(self.judge.rows(self.spaces), m, p, xi).max())
+        assert isinstance(self.judge, DirectionalBall)
+        G = self.spaces.G[1, 0]
+        size = np.linalg.norm(np.concatenate([(p - m) @ G, xi @ G]))
+        return float(self.judge.growth * size + G @ m + (self.formation @ G).max() - self.spaces.h[1, 0])
+
+    def drive(self, carried: CarriedGovernor, ticks: int, seed: int) -> tuple[float, float]:
+        """Return the worst violation at any tick, and how far m went."""
+        rng, p, xi = np.random.default_rng(seed), np.tile([-0.2, 0.1], (5, 1)), np.zeros((5, 2))
+        p = p + 0.02 * rng.normal(size=(5, 2))
+        worst, memory, rows, path, before = -np.inf, None, ball_rows(self.spaces, self.formation), 0.0, None
+        reference = np.ones(2)
+        for tick in range(ticks):
+            if tick % 40 == 0:
+                reference = 10.0 ** rng.uniform(0, 6) * (np.ones(2) + 0.5 * rng.normal(size=2))
+            now = Problem(self.team, p, xi, rows, reference, self.spaces, np.zeros(5), 5.0)
+            memory = carried.init(now) if memory is None else memory
+            solution, memory = carried.step(now, memory)
+            m = solution.m[4]
+            worst = max(worst, self.violation(p, xi, m))
+            path, before = path + (0.0 if before is None else float(np.linalg.norm(m - before))), m
+            p, xi = self.model.predicted(p, xi, m, 1)
+        return worst, path
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("certificate", ["ball", "directional_ball", "predictive"])
+@pytest.mark.parametrize(
+    "keys",
+    [
+        ["network.delay_rounds=20"],  # 0.1 s
+        ["network.delay_rounds=100"],  # 0.5 s
+        ["network.delay_rounds=4", "network.jitter_rounds=20"],
+        ["network.loss=0.9"],
+    ],
+)
+def test_the_certificate_holds_at_every_tick_however_late_or_lost_messages_are(
+    certificate: str, keys: list[str]
+) -> None:
+    course = Course(certificate, "governor.optimizer=nids", *keys)
+    carried = governor(course.scenario)
+    assert isinstance(carried, CarriedGovernor)
+    worst, path = course.drive(carried, 900, seed=61)
+    assert worst <= 1e-8
+    assert path > 0.05
+
+
+@dataclass(frozen=True)
+class Adversary(Channel):
+    """Loses and delays as a schedule says: (rounds, E) extra rounds, negative for lost."""
+
+    schedule: np.ndarray = field(default_factory=lambda: np.zeros((1, 1), dtype=np.int64))
+
+    def lost(self, was_bad: np.ndarray, first: int, rounds: int) -> np.ndarray:
+        return self.schedule[first : first + rounds] < 0
+
+    def arrivals(self, last: np.ndarray, first: int, rounds: int) -> np.ndarray:
+        now = np.arange(first, first + rounds)[:, None]
+        return now + np.maximum(self.schedule[first : first + rounds], 0)
+
+
+def scheduled(course: Course, schedule: np.ndarray) -> CarriedGovernor:
+    """The layer with cycles of two ticks, as if all messages were in time, while this is what happens to them."""
+    carried = governor(course.scenario)
+    assert isinstance(carried, CarriedGovernor)
+    assert isinstance(carried.program, LayerProgram)
+    program = replace(carried.program, cycle_ticks=2, repeats=1)
+    lines = Adversary(
+        np.zeros(10, dtype=np.int64), 0.0, Loss(), 1, np.zeros((0, 3), np.int64), 10**9, schedule=schedule
+    )
+    return replace(carried, program=program, channel=lines)
+
+
+def worst_found(course: Course, ticks: int, tries: int, seed: int) -> float:
+    """Search for a schedule that makes the layer break its certificate: change stretches of the worst one."""
+    rng = np.random.default_rng(seed)
+    best, worst = np.zeros((2 * ticks, 10), dtype=np.int64), -np.inf
+    for _ in range(tries):
+        schedule = best.copy()
+        for _ in range(8):
+            start, length, link = rng.integers(2 * ticks), rng.integers(1, 12), rng.integers(10)
+            schedule[start : start + length, link] = rng.choice([-1, -1, 1, 3, 9])
+        found, _ = course.drive(scheduled(course, schedule), ticks, seed)
+        if found >= worst:
+            best, worst = schedule, found
+    return worst
+
+
+@pytest.mark.parametrize("certificate", ["ball", "directional_ball", "predictive"])
+def test_no_schedule_of_losses_and_delays_makes_the_layer_commit_wrongly(certificate: str) -> None:
+    course = Course(certificate, "governor.optimizer=scalar", "network.loss=0.5")
+    assert worst_found(course, 80, 6, seed=62) <= 1e-8
+
+
+def test_the_search_finds_what_a_layer_commits_that_does_not_wait(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Verdict, "complete", lambda self, robots: self.robots != 0)
+    course = Course("predictive", "governor.optimizer=scalar", "network.loss=0.5")
+    assert worst_found(course, 80, 6, seed=62) > 0.01
+
+
+@pytest.mark.parametrize(("certificate", "back"), [("ball", 0.005), ("predictive", 1.99)])
+@pytest.mark.parametrize("distance", [-0.005, 0.001])
+def test_a_team_at_or_beyond_its_line_comes_back(certificate: str, back: float, distance: float) -> None:
+    """At rest 5 mm beyond the line or 1 mm before it, called 2 m back: no deadlock, no farther across. Balls creep."""
+    course = Course(certificate, "governor.optimizer=scalar", "governor.rounds=4")
+    at_once, G = governor(course.scenario), np.full(2, np.sqrt(0.5))
+    start = G * (3.0 * np.sqrt(0.5) - distance)
+    p, xi, memory, worst = np.tile(start, (5, 1)), np.zeros((5, 2)), None, -np.inf
+    rows, aim, m = ball_rows(course.spaces, course.formation), start - 2.0 * G, start
+    for _ in range(1200):
+        now = Problem(course.team, p, xi, rows, aim, course.spaces, np.zeros(5))
+        memory = at_once.init(now) if memory is None else memory
+        solution, memory = at_once.step(now, memory)
+        m = solution.m[4]
+        p, xi = course.model.predicted(p, xi, m, 1)
+        worst = max(worst, float((p @ G).max() - 3.0 * np.sqrt(0.5)))
+    assert worst <= max(-distance, 0.0) + 1e-9
+    assert (start - m) @ G > back

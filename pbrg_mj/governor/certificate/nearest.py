@@ -24,7 +24,9 @@ BISECTIONS = 40
 def nearest_admissible(rows: Rows, spread: Spread, target: np.ndarray) -> tuple[np.ndarray, bool]:
     """Return m (2,) [m], and whether some reference is admissible.
 
-    Where none is, m is the nearest to the target of those that violate the worst half-plane or tangent least.
+    Where none is, and rows have rho in them, m is the nearest that all would allow in formation, rho = 0, by as much as
+    the worst of them is violated at the mean of p: a team that comes there has something to spare, and rests nowhere
+    else. Of half-planes alone m is the nearest of those that violate the worst one least.
     """
     active = rows.active
     x, y, found = _nearest((rows.a[active], rows.C[active], rows.d[active]), tuple(spread), target)
@@ -60,11 +62,32 @@ def _nearest(rows, spread, target):
         gx, gy = along * dx + C[which, 0], along * dy + C[which, 1]
         length = math.sqrt(gx * gx + gy * gy)
         if length < CLOSE:
-            return x + target[0], y + target[1], False  # the least value of this row, and still positive
+            break  # the least value of this row, and still positive
         normals[count, 0], normals[count, 1] = gx / length, gy / length
         offsets[count] = (gx * x + gy * y - worst) / length
         count += 1
     else:
         return x + target[0], y + target[1], True  # all tangents used: as near as they come
-    x, y = least_violating(normals[:count], offsets[:count], BISECTIONS)
-    return x + target[0], y + target[1], False
+    x, y = _in_formation(rows, mean, square, target)
+    return x, y, False
+
+
+@kernel
+def _in_formation(rows, mean, square, target):
+    """Return the nearest m where nothing is admissible."""
+    a, C, d = rows
+    worst, cones = 0.0, False
+    for r in range(len(d)):
+        worst = max(worst, a[r] * math.sqrt(square) + C[r, 0] * mean[0] + C[r, 1] * mean[1] - d[r])
+        cones |= a[r] > 0.0
+    normals, offsets = np.zeros((len(d), 2)), np.zeros(len(d))
+    count = 0
+    for r in range(len(d)):
+        if C[r, 0] != 0.0 or C[r, 1] != 0.0:
+            normals[count] = C[r]
+            offsets[count] = d[r] - (C[r, 0] * target[0] + C[r, 1] * target[1]) - (worst if a[r] > 0.0 else 0.0)
+            count += 1
+    found, x, y = nearest_allowed(0.0, 0.0, normals[:count], offsets[:count], 0.0)
+    if not found or not cones:
+        x, y = least_violating(normals[:count], offsets[:count], BISECTIONS)
+    return x + target[0], y + target[1]

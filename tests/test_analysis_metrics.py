@@ -3,9 +3,10 @@ import json
 import numpy as np
 import pytest
 
-from pbrg_mj.analysis.metrics.margins import ball_radius, sensed_margin, true_margin, worst_row
+from pbrg_mj.analysis.metrics.margins import ball_radius, sensed_margin, true_margin
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics, Statistics, metrics, statistics
 from pbrg_mj.errors import InputError
+from pbrg_mj.governor.certificate.evaluate import worst_rows
 from pbrg_mj.governor.problem.ball import ball_rows
 from pbrg_mj.governor.problem.rows import rho, row_values
 from pbrg_mj.perception.half_spaces import HalfSpaces
@@ -39,16 +40,15 @@ def random_ticks(seed, steps=7, n=3, slots=2):
 def test_certificate_rows_are_the_governor_s_own(seed):
     ticks, formation = random_ticks(seed)
     leaders = np.array([0, 2])
+    arrays = ticks.half_space_G, ticks.half_space_h, ticks.half_space_active, ticks.half_space_binds
     expected = []
     for t in range(7):
-        rows = ball_rows(
-            HalfSpaces(
-                ticks.half_space_G[t], ticks.half_space_h[t], ticks.half_space_active[t], ticks.half_space_binds[t]
-            ),
-            formation,
-        )
+        rows = ball_rows(HalfSpaces(*(array[t] for array in arrays)), formation)
         expected.append(max(row_values(rows, ticks.m[t, i], ticks.p[t], ticks.xi[t]).max() for i in leaders))
-    np.testing.assert_allclose(worst_row(ticks, formation, leaders), expected, rtol=1e-12)
+    states = ticks.p, ticks.xi, ticks.m[:, leaders]
+    found = worst_rows(HalfSpaces(*arrays), states, formation, np.empty((3, 0, 6)))
+    np.testing.assert_allclose(found[:, 0], expected, rtol=1e-12)
+    assert np.isnan(found[:, 2]).all()  # no prediction to look at
     radius = [rho(m, p, xi) for m, p, xi in zip(ticks.m[:, 0], ticks.p, ticks.xi, strict=True)]
     np.testing.assert_allclose(ball_radius(ticks.m[:, 0], ticks.p, ticks.xi), radius, rtol=1e-12)
 

@@ -8,6 +8,7 @@ import pytest
 from pbrg_mj.governor.baselines import CentralizedGovernor
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.certificate.directional_ball import DirectionalBall, interval
+from pbrg_mj.governor.certificate.evaluate import rows_of_model, worst_rows
 from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid
 from pbrg_mj.governor.certificate.predictive import PredictiveCertificate
 from pbrg_mj.governor.certificate.projection import least_violating, nearest_allowed
@@ -138,7 +139,9 @@ def test_every_reference_within_the_rows_keeps_every_predicted_tick(name: str) -
             worst = max(worst, crossing(spaces, ahead_p + formation))
             ahead_p, ahead_xi = model.predicted(ahead_p, ahead_xi, m, 1)
         assert worst <= 1e-9
-        assert certificate.worst(spaces, p, xi, m) == pytest.approx(worst, abs=2e-3)
+        at_once = HalfSpaces(*(array[None] for array in (spaces.G, spaces.h, spaces.active, spaces.binds)))
+        _, _, found = worst_rows(at_once, (p[None], xi[None], m[None, None]), formation, rows_of_model(model))[0]
+        assert found == pytest.approx(worst, abs=2e-3)
         tight += worst > -5e-3
     assert tight >= 10  # the nearest point to a far target lies on a row, and most rows are as good as exact
 

@@ -32,7 +32,7 @@ def test_the_page_names_channels_and_what_is_embedded() -> None:
     embedded = PAGE.split("## Embedded\n")[1].split("\n## ")[0]
     for name in (channels.SCENARIO_ATTACHMENT, channels.MODEL_ATTACHMENT):
         assert f"| attachment | `{name}` |" in embedded
-    for name in (channels.RUN_METADATA, channels.VERSIONS_METADATA):
+    for name in (channels.RUN_METADATA, channels.VERSIONS_METADATA, channels.CERTIFICATE_METADATA):
         assert f"| metadata | `{name}` |" in embedded
     assert f"now {SCHEMA_VERSION}" in embedded
     assert f"at most {CHUNK_SECONDS} simulated seconds" in PAGE

@@ -56,7 +56,7 @@ def test_the_table_holds_the_numbers(folders):
     numbers = json.loads((folders[0] / "numbers.json").read_text())
     assert table["simulated [s]"] == ["0.2"] * 4
     assert table["plant"] == ["ideal", "ideal", "physics", "physics"]
-    for label, key in (("terminal gap [m]", "terminal_gap_m"), ("certificate row, largest [m]", "certificate_worst_m")):
+    for label, key in (("terminal gap [m]", "terminal_gap_m"), ("ball row, largest [m]", "certificate_worst_m")):
         assert [float(text) for text in table[label]] == pytest.approx([one[key] for one in numbers], rel=1e-3)
 
 

@@ -8,6 +8,8 @@ from itertools import product
 
 import numpy as np
 
+from pbrg_mj.analysis.metrics.per_tick import certificate_rows, per_tick
+from pbrg_mj.governor.certificate.evaluate import NAMES
 from pbrg_mj.log.read.run import Run
 
 XY = ("x", "y")
@@ -43,7 +45,7 @@ class Series:
 
 def series(run: Run) -> list[Series]:
     """Return all time series of a run, in a fixed order."""
-    return [*_tick_series(run), *_optimum_series(run), *_timing_series(run)]
+    return [*_tick_series(run), *_certificate_series(run), *_optimum_series(run), *_timing_series(run)]
 
 
 def _tick_series(run: Run) -> list[Series]:
@@ -94,6 +96,12 @@ def _tick_series(run: Run) -> list[Series]:
     )
     known = [row for row in layout if row[0] not in run.absent]
     return [Series(name, unit, t.index, values, axes) for name, unit, values, axes in known]
+
+
+def _certificate_series(run: Run) -> list[Series]:
+    """Return what each certificate says of what the leaders apply, evaluated from the logged states."""
+    rows = per_tick(run, certificate_rows)
+    return [Series(f"{name}_row", "m", run.ticks.index, rows[:, k]) for k, name in enumerate(NAMES)]
 
 
 def _command(run: Run) -> tuple[str, np.ndarray, tuple[tuple[str, ...] | None, ...]]:

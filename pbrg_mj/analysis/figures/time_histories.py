@@ -17,12 +17,15 @@ from pbrg_mj.analysis.figures.style import (
     legend_above,
     marked_style,
 )
-from pbrg_mj.analysis.metrics.margins import sensed_margin, true_margin, worst_row
+from pbrg_mj.analysis.metrics.margins import sensed_margin, true_margin
+from pbrg_mj.analysis.metrics.per_tick import certificate_rows, per_tick
+from pbrg_mj.governor.certificate.evaluate import NAMES
 from pbrg_mj.log.read.run import Run
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+BALL = NAMES.index("ball")
 MOST = 1e3  # [m] what is more has diverged
 LEAST = 1e-12  # [m] what is less is rounding, and has no place on a logarithmic axis
 
@@ -40,11 +43,10 @@ def references(component: int, axes: Axes, run: Run) -> None:
 
 def margin(axes: Axes, run: Run) -> None:
     """Draw the least distance to a line: true, as sensed, and what the certificate's ball leaves (-g, eq. 13)."""
-    leaders = np.array(run.scenario.team.leaders) - 1
     curves = {
         "true": true_margin(run).min(axis=1),
         "sensed": sensed_margin(run.ticks),
-        "certified": -worst_row(run.ticks, np.array(run.scenario.team.formation), leaders),
+        "certified": -per_tick(run, certificate_rows)[:, BALL],
     }
     for (name, values), line, colour in zip(curves.items(), LINES, COLOURS, strict=False):
         if np.isfinite(values).any():

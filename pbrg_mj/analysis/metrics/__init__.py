@@ -3,7 +3,7 @@
 obstacles         walls and boxes as rectangles with faces
 best_formation    the point where the team should come to rest
 contacts          which contacts there were, and which of them violate the run
-margins           certificate rows and distances to true and sensed lines
+margins           distances to true and sensed lines, the ball's radius
 trend             where a team is going, by its distance over the last seconds
 outcome           how the run ended, in one word
 binding           what binds at the end, in words

@@ -1,4 +1,4 @@
-"""Safety of the recorded states and references: certificate rows and margins, vectorised over time."""
+"""Safety of the recorded states: margins, vectorised over time."""
 
 from __future__ import annotations
 
@@ -12,24 +12,6 @@ from pbrg_mj.scenario.schema import Scenario
 def ball_radius(m: np.ndarray, p: np.ndarray, xi: np.ndarray) -> np.ndarray:
     """Return rho (T,) [m] at references m (T, 2) and states p, xi (T, n, 2)."""
     return np.sqrt(np.sum((m[:, None, :] - p) ** 2, axis=(1, 2)) + np.sum(xi**2, axis=(1, 2)))
-
-
-def worst_row(ticks: TickSeries, formation: np.ndarray, leaders: np.ndarray) -> np.ndarray:
-    """Return the largest ball row g (T,) [m] (eq. 13) over leaders' m, everyone's half-spaces and the robots j bound.
-
-    `formation` is b (n, 2) [m], `leaders` the indices of the leaders. -inf where no robot senses anything.
-    """
-    worst = np.full(len(ticks.time), -np.inf)
-    for leader in leaders:
-        m = ticks.m[:, leader]
-        radius = ball_radius(m, ticks.p, ticks.xi)
-        # One owner of half-spaces at a time: all (T, n, K, n) at once would fill the memory for large teams.
-        for owner in range(ticks.m.shape[1]):
-            G, h = ticks.half_space_G[:, owner], ticks.half_space_h[:, owner]
-            support = _largest(G @ formation.T, ticks.half_space_binds[:, owner])
-            rows = radius[:, None] + (G @ m[:, :, None])[..., 0] + support - h
-            worst = np.maximum(worst, rows.max(axis=-1, initial=-np.inf))
-    return worst
 
 
 def sensed_margin(ticks: TickSeries) -> np.ndarray:

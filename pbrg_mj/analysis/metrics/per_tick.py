@@ -1,4 +1,4 @@
-"""What metrics take from a run's large columns: a number per tick. A run read for its metrics has only these."""
+"""What metrics take from a run's large columns: a few numbers per tick. A run read for its metrics has only these."""
 
 from __future__ import annotations
 
@@ -6,16 +6,20 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pbrg_mj.analysis.metrics.margins import sensed_margin, worst_row
+from pbrg_mj.analysis.metrics.margins import sensed_margin
+from pbrg_mj.governor.certificate.evaluate import predicted_rows, worst_rows
 from pbrg_mj.log.read.run import Run, TickSeries
+from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.schema import Scenario
 
 PerTick = Callable[[TickSeries, Scenario], np.ndarray]
 
 
-def certificate_row(ticks: TickSeries, scenario: Scenario) -> np.ndarray:
-    """Return the largest ball row (T,) [m] over the leaders' m."""
-    return worst_row(ticks, np.array(scenario.team.formation), np.array(scenario.team.leaders) - 1)
+def certificate_rows(ticks: TickSeries, scenario: Scenario) -> np.ndarray:
+    """Return the worst value (T, 3) [m] of each certificate in `evaluate.NAMES`, over the leaders' m."""
+    spaces = HalfSpaces(ticks.half_space_G, ticks.half_space_h, ticks.half_space_active, ticks.half_space_binds)
+    states = ticks.p, ticks.xi, ticks.m[:, np.array(scenario.team.leaders) - 1]
+    return worst_rows(spaces, states, np.array(scenario.team.formation, dtype=float), predicted_rows(scenario))
 
 
 def least_sensed_margin(ticks: TickSeries, scenario: Scenario) -> np.ndarray:
@@ -52,7 +56,7 @@ def sent_per_robot(ticks: TickSeries, scenario: Scenario) -> np.ndarray:
 
 
 ALL: tuple[PerTick, ...] = (
-    certificate_row,
+    certificate_rows,
     least_sensed_margin,
     sensing,
     robot_distance,

@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike
 from pbrg_mj.analysis.metrics.binding import bindings
 from pbrg_mj.analysis.metrics.contacts import FIELDS, count_contacts
 from pbrg_mj.analysis.metrics.margins import true_margin
-from pbrg_mj.analysis.metrics.outcome import ROUNDING, final_target, formation_error, last_change, outcome
+from pbrg_mj.analysis.metrics.outcome import final_target, formation_error, last_change, outcome
 from pbrg_mj.analysis.metrics.per_tick import (
-    certificate_row,
+    certificate_rows,
     integral_state,
     least_sensed_margin,
     per_tick,
@@ -24,6 +24,8 @@ from pbrg_mj.analysis.metrics.per_tick import (
 )
 from pbrg_mj.analysis.metrics.sensing_gap import true_optima
 from pbrg_mj.errors import InputError
+from pbrg_mj.governor.certificate.described import described
+from pbrg_mj.governor.certificate.evaluate import NAMES, VIOLATED
 from pbrg_mj.governor.problem.near_reference import near_references
 from pbrg_mj.log.read.run import Run
 from pbrg_mj.scenario.checks.world import BODY_RADIUS
@@ -91,6 +93,13 @@ class RunMetrics:
     sensed_margin_min_m: float
     certificate_worst_m: float
     certificate_violated_share: float
+    directional_ball_worst_m: float
+    directional_ball_violated_share: float
+    predictive_worst_m: float
+    predictive_violated_share: float
+    own_certificate: str | None
+    own_certificate_violated_share: float
+    own_certificate_horizon_s: float
     first_half_space_s: float
     xi_max_m: float
     winding_up_s: float
@@ -202,7 +211,7 @@ def _end(run: Run) -> dict[str, Any]:
 
 
 def _safety(run: Run) -> dict[str, Any]:
-    rows, margin, sensed = per_tick(run, certificate_row), true_margin(run), np.flatnonzero(per_tick(run, sensing))
+    margin, sensed = true_margin(run), np.flatnonzero(per_tick(run, sensing))
     return {
         "true_margin_min_m": float(margin.min()),
         "rest_margin_m": float(margin[-1].min()) if outcome(run).word in AT_REST else math.nan,
@@ -210,11 +219,26 @@ def _safety(run: Run) -> dict[str, Any]:
         "robot_gap_min_m": least_robot_gap(run),
         **_contacts(run),
         "sensed_margin_min_m": float(per_tick(run, least_sensed_margin).min()),
-        "certificate_worst_m": float(rows.max()),
-        "certificate_violated_share": float(np.mean(rows > ROUNDING)),
+        **_certificates(run),
         "first_half_space_s": float(run.ticks.time[sensed[0]]) if len(sensed) else math.nan,
         "xi_max_m": float(per_tick(run, integral_state).max()),
         "winding_up_s": float(run.ticks.winding_up.any(axis=1).sum() * run.scenario.timing.tick),
+    }
+
+
+def _certificates(run: Run) -> dict[str, Any]:
+    """Return the worst value and the violated share of each certificate; keys of the ball are plain `certificate`."""
+    rows, own = per_tick(run, certificate_rows), described(run.scenario)
+    worst = dict(zip(NAMES, map(float, rows.max(axis=0)), strict=True))
+    known = np.where(np.isnan(rows).any(axis=0), np.nan, np.mean(rows > VIOLATED, axis=0))
+    shares = dict(zip(NAMES, map(float, known), strict=True))
+    prefixes = {name: "certificate" if name == "ball" else name for name in NAMES}
+    found = {f"{prefix}_worst_m": worst[name] for name, prefix in prefixes.items()}
+    found |= {f"{prefix}_violated_share": shares[name] for name, prefix in prefixes.items()}
+    return found | {
+        "own_certificate": own.name,
+        "own_certificate_violated_share": shares.get(own.name or "", math.nan),
+        "own_certificate_horizon_s": own.horizon_s,
     }
 
 

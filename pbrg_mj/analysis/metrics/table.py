@@ -53,8 +53,14 @@ LAYOUT: dict[str, tuple[tuple[str, str], ...]] = {
         ("  contact with moving boxes [s]", "moving_contact_s"),
         ("  contact with robots [s]", "robot_contact_s"),
         ("sensed margin, least [m]", "sensed_margin_min_m"),
-        ("certificate row, largest [m]", "certificate_worst_m"),
-        ("certificate violated, share of time", "certificate_violated_share"),
+        ("own certificate", "own_certificate"),
+        ("  its horizon [s]", "own_certificate_horizon_s"),
+        ("ball row, largest [m]", "certificate_worst_m"),
+        ("  violated, share of time", "certificate_violated_share"),
+        ("directional ball row, largest [m]", "directional_ball_worst_m"),
+        ("  violated, share of time", "directional_ball_violated_share"),
+        ("predictive row, largest [m]", "predictive_worst_m"),
+        ("  violated, share of time", "predictive_violated_share"),
         ("first half-space at [s]", "first_half_space_s"),
         ("integral state, largest [m]", "xi_max_m"),
         ("integrator wind-up [s]", "winding_up_s"),
@@ -97,6 +103,11 @@ LAYOUT: dict[str, tuple[tuple[str, str], ...]] = {
     ),
 }
 CENTRALIZED = "centralized"
+OWN = {
+    "certificate_violated_share": "ball",
+    "directional_ball_violated_share": "directional_ball",
+    "predictive_violated_share": "predictive",
+}
 BYTES = {"B": 1.0, "kB": 1e3, "MB": 1e6, "GB": 1e9, "TB": 1e12}
 SHORT = (
     "scenario",
@@ -154,13 +165,16 @@ def look_up(data: dict[str, Any], key: str) -> Any:
 def shown(data: dict[str, Any], key: str) -> Any:
     """Return the value at a key as it stands in a table: numbers of bytes with the unit a person reads.
 
-    Of a governor that sees the whole team its name says so, and so does what stands in place of bytes.
+    Of a governor that sees the whole team its name says so, and so does what stands in place of bytes. The violated
+    share of the run's own certificate is marked.
     """
     value = look_up(data, key)
     if data["centralized"] and key.endswith("_bytes"):
         return CENTRALIZED
     if data["centralized"] and key == "governor" and value != CENTRALIZED:
         return f"{value} ({CENTRALIZED})"
+    if key in OWN and OWN[key] == data["own_certificate"] and value is not None:
+        return f"{text(value)} (own)"
     return amount(value) if key.endswith("_bytes") and isinstance(value, float) else value
 
 

@@ -13,5 +13,6 @@ With constant m the team follows a linear model, so a certificate is a statement
 - `share`: how large a share of the way to a candidate all rows allow, by closed form
 - `projection`: the nearest point to r that all half-spaces allow
 - `nearest`: the same where rows are cones in m, by tangents
-- `evaluate`: by how much a reference violates each certificate, exactly, at every predicted tick
+- `evaluate`: by how much an applied reference violates each certificate, tick by tick
+- `described`: a scenario's certificate in a few words for its log and its numbers
 """

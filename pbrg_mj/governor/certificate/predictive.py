@@ -57,36 +57,9 @@ class PredictiveCertificate:
         _write_advances(spaces, state, self._rows, (self.formation, self.margin), tuple(allowed))
         return interval_rows(half_spaces, held, allowed)
 
-    def worst(self, half_spaces: HalfSpaces, p: np.ndarray, xi: np.ndarray, m: np.ndarray) -> float:
-        """Return by how much the worst position at a grid point crosses, or the margin it keeps (negative) [m].
-
-        With m (2,) held from now on; -inf without half-spaces. Between grid points it may be worse by their bound.
-        """
-        moved = self._moved(np.vstack([p - m, xi]))
-        spaces = half_spaces.G, half_spaces.h, half_spaces.active, half_spaces.binds
-        return _worst(spaces, (moved, m), self.formation)
-
     def _moved(self, error: np.ndarray) -> np.ndarray:
         """Return E e of both coordinates, (n, K, 2)."""
         return (self.grid.E @ error).reshape(*self.grid.s.shape, 2)
-
-
-@kernel
-def _worst(half_spaces, state, formation):
-    G, h, active, binds = half_spaces
-    moved, m = state
-    worst = -np.inf
-    for i in range(h.shape[0]):
-        for k in range(h.shape[1]):
-            if not active[i, k]:
-                continue
-            Gx, Gy = G[i, k, 0], G[i, k, 1]
-            for j in range(len(formation)):
-                if binds[i, k, j]:
-                    at = Gx * (m[0] + formation[j, 0]) + Gy * (m[1] + formation[j, 1]) - h[i, k]
-                    for r in range(moved.shape[1]):
-                        worst = max(worst, at + Gx * moved[j, r, 0] + Gy * moved[j, r, 1])
-    return worst
 
 
 @kernel
@@ -142,8 +115,10 @@ def narrowed(lowest, highest, rest, s, up, down):
         if down < 0.0 and rest < lowest * down:
             lowest = rest / down
     else:
-        if s >= WEAK:
+        if s >= WEAK and down > 0.0:
             highest = min(highest, rest / down)
+        elif s >= WEAK:  # its bound grows faster than a retreat helps: none is allowed
+            lowest, highest = max(lowest, 0.0), min(highest, rest)
         elif up > 0.0:
             highest = min(highest, 0.0)
         if down < 0.0:

@@ -14,6 +14,7 @@ EVENTS = "/events"
 
 RUN_METADATA = "pbrg"
 VERSIONS_METADATA = "pbrg.versions"
+CERTIFICATE_METADATA = "pbrg.certificate"
 ENDING_METADATA = "pbrg.ending"
 SCENARIO_ATTACHMENT = "scenario.yaml"
 MODEL_ATTACHMENT = "model.xml"

@@ -1,0 +1,46 @@
+"""What a scenario's certificate is: its name, how far ahead it looks and in which steps."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid
+from pbrg_mj.governor.certificate.team_model import TeamModel
+from pbrg_mj.scenario.schema import Scenario
+
+WITHOUT = ("none", "cbf", "potential_field")  # kinds of governors that ask no certificate
+
+
+class Described(NamedTuple):
+    """A certificate in a few words. The balls look at the present alone, and so have no steps."""
+
+    name: str | None  # None: the governor asks none
+    horizon_s: float  # 0 for the balls, NaN where it is not known
+    horizon_ticks: int
+    step_s: float  # of the model; NaN without one
+    grid_points: int  # at which the prediction is looked at, the tail not counted
+
+    def as_metadata(self) -> dict[str, str]:
+        """Return texts by name, those that mean something."""
+        if self.name is None:
+            return {"name": "none"}
+        found = {"name": self.name}
+        if not math.isnan(self.horizon_s):
+            found |= {"horizon_s": f"{self.horizon_s:.9g}", "horizon_ticks": str(self.horizon_ticks)}
+        if self.grid_points:
+            found |= {"step_s": f"{self.step_s:.9g}", "grid_points": str(self.grid_points)}
+        return found
+
+
+def described(scenario: Scenario) -> Described:
+    """Return what a scenario's certificate is; of another package's only the name is known."""
+    name = scenario.governor.certificate
+    if scenario.governor.kind in WITHOUT:
+        return Described(None, math.nan, 0, math.nan, 0)
+    if name in ("ball", "directional_ball"):
+        return Described(name, 0.0, 0, math.nan, 0)
+    if name != "predictive":
+        return Described(name, math.nan, 0, math.nan, 0)
+    grid, tick = PredictionGrid.of(TeamModel.of_scenario(scenario)), scenario.timing.tick
+    return Described(name, grid.horizon * tick, grid.horizon, tick, len(grid.tick) - 1)

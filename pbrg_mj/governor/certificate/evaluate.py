@@ -1,0 +1,126 @@
+"""By how much an applied reference violates each certificate, from states and half-spaces alone, tick by tick.
+
+With m held from now on, y = G.m, x_G = (G.p - y 1, G.xi), the worst over all half-spaces and robots j that they bind of
+
+    ball              rho   + y + G.b_j - h      (eq. 13)
+    directional_ball  ||x_G|| + y + G.b_j - h
+    predictive        max_t E_j(t) x_G + y + G.b_j - h, t = 0, the ticks of the prediction grid, and infinity
+
+without margins and factors: above 0, the certificate does not hold. Each is at most the one before it, the last two
+where no ||E_j(t)|| is above 1. At ticks between those of the grid the prediction may be worse by their bound.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+
+from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid
+from pbrg_mj.governor.certificate.team_model import TeamModel
+from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.half_spaces import HalfSpaces
+from pbrg_mj.scenario.schema import Scenario
+
+NAMES = ("ball", "directional_ball", "predictive")
+VIOLATED = 1e-6  # [m] a row above this does not hold; what is less is rounding
+MOST_ROBOTS = 200  # of whom the prediction is evaluated: a second or two, and it grows with the cube
+
+
+def predicted_rows(scenario: Scenario) -> np.ndarray:
+    """Return E_j(t) at the grid's ticks, (n, K, 2n); K is 0 for more than 200 robots, and teams that do not settle."""
+    n = scenario.robots
+    return rows_of_model(TeamModel.of_scenario(scenario)) if n <= MOST_ROBOTS else np.empty((n, 0, 2 * n))
+
+
+@lru_cache(maxsize=2)
+def rows_of_model(model: TeamModel) -> np.ndarray:
+    """Return the same for any number of robots."""
+    n = model.robots
+    try:
+        return PredictionGrid.of(model).E.reshape(n, -1, 2 * n)
+    except ValueError:
+        return np.empty((n, 0, 2 * n))
+
+
+def worst_rows(
+    half_spaces: HalfSpaces, states: tuple[np.ndarray, np.ndarray, np.ndarray], formation: np.ndarray, E: np.ndarray
+) -> np.ndarray:
+    """Return the worst value of the three certificates at T ticks, (T, 3) [m], in the order of `NAMES`.
+
+    The arrays of `half_spaces` have T as their first axis; `states` are p and xi (T, n, 2) and what l leaders apply,
+    m (T, l, 2), of which the worst counts; `formation` is b (n, 2), `E` that of `predicted_rows`. -inf where nothing is
+    bound; the prediction NaN without E.
+    """
+    p, xi, m = states
+    worst = np.full((len(m), 3), -np.inf)
+    spaces, reach = _contiguous((half_spaces.G, half_spaces.h, half_spaces.binds)), _reach(E)
+    for leader in range(m.shape[1]):
+        _raise_worst(spaces, _contiguous((p, xi, m[:, leader])), formation, E, reach, worst)
+    if not E.shape[1]:
+        worst[:, 2] = np.nan
+    return worst
+
+
+def _contiguous(arrays: tuple[np.ndarray, ...]) -> tuple[np.ndarray, ...]:
+    return tuple(map(np.ascontiguousarray, arrays))
+
+
+def _reach(E: np.ndarray) -> float:
+    """Return the largest ||E_j(t)||, by which ||x_G|| bounds what is predicted; 1 but for long ticks."""
+    return math.sqrt(float(np.einsum("jkc,jkc->jk", E, E).max(initial=1.0)))
+
+
+@kernel
+def _raise_worst(half_spaces, states, formation, E, reach, worst):
+    G, h, binds = half_spaces
+    p, xi, m = states
+    n = len(formation)
+    x = np.empty(2 * n)
+    for t in range(len(m)):
+        ball = directional = predicted = -np.inf
+        square = 0.0
+        for j in range(n):
+            for axis in range(2):
+                square += (p[t, j, axis] - m[t, axis]) ** 2 + xi[t, j, axis] ** 2
+        rho = math.sqrt(square)
+        for i in range(h.shape[1]):
+            for k in range(h.shape[2]):
+                G_x, G_y, rest = G[t, i, k, 0], G[t, i, k, 1], -np.inf
+                y = G_x * m[t, 0] + G_y * m[t, 1]
+                for j in range(n):
+                    if binds[t, i, k, j]:
+                        rest = max(rest, y + G_x * formation[j, 0] + G_y * formation[j, 1] - h[t, i, k])
+                if rest == -np.inf:
+                    continue
+                square = 0.0
+                for j in range(n):
+                    x[j] = G_x * p[t, j, 0] + G_y * p[t, j, 1] - y
+                    x[n + j] = G_x * xi[t, j, 0] + G_y * xi[t, j, 1]
+                    square += x[j] * x[j] + x[n + j] * x[n + j]
+                size = math.sqrt(square)
+                ball, directional, predicted = (
+                    max(ball, rest + rho),
+                    max(directional, rest + size),
+                    max(predicted, rest),
+                )
+                for j in range(n):
+                    if binds[t, i, k, j]:
+                        at = y + G_x * formation[j, 0] + G_y * formation[j, 1] - h[t, i, k]
+                        if at + reach * size > predicted:  # else no tick can be worse
+                            predicted = max(predicted, at + _highest(E, j, x))
+        worst[t, 0], worst[t, 1] = max(worst[t, 0], ball), max(worst[t, 1], directional)
+        worst[t, 2] = max(worst[t, 2], predicted)
+
+
+@kernel
+def _highest(E, j, x):
+    """Return the largest E_j(t) x."""
+    highest = -np.inf
+    for r in range(E.shape[1]):
+        value = 0.0
+        for c in range(len(x)):
+            value += E[j, r, c] * x[c]
+        highest = max(highest, value)
+    return highest

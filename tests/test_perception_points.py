@@ -11,7 +11,6 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.perception.points.estimator import PointEstimator
 from pbrg_mj.perception.points.hull import gap_to_hull
-from pbrg_mj.perception.points.memory import POINT
 from pbrg_mj.perception.points.parameters import point_parameters, range_sigmas
 from pbrg_mj.scenario.load import load_text
 from pbrg_mj.scenario.random_streams import Source, stream
@@ -191,13 +190,10 @@ def test_the_gap_to_a_hull_is_that_of_an_optimizer():
     rng = np.random.default_rng(5)
     for _ in range(40):
         count = int(rng.integers(1, 9))
-        points, chosen = np.zeros(count + 1, POINT), np.ones(count + 1, bool)
-        points["x"], points["y"] = rng.normal(size=(2, count + 1))
-        points["x"] += rng.uniform(0.0, 3.0)
-        chosen[-1] = False
+        P = rng.normal(size=(count, 2))
+        P[:, 0] += rng.uniform(0.0, 3.0)
         way = rng.normal(size=4)
-        gap, x, y = gap_to_hull(points, chosen, tuple(way))
-        P = np.column_stack([points["x"], points["y"]])[:count]
+        gap, x, y = gap_to_hull(P[:, 0].copy(), P[:, 1].copy(), count, tuple(way))
 
         def squared(w, P=P, way=way):
             t = w[-1]

@@ -3,12 +3,25 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
+
+import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.points.memory import RECENT, place_for
+from pbrg_mj.perception.points.memory import place_for
 from pbrg_mj.perception.points.parameters import JOINING, LEAST_JOINING
 
 MOST_LOST = 1  # beams without an echo between two of one thing
+
+
+class Echoes(NamedTuple):
+    """One scan in the world, an entry a beam."""
+
+    heard: np.ndarray  # (beams,) bool: an echo of neither the robot itself nor a team-mate
+    x: np.ndarray  # (beams,) [m]
+    y: np.ndarray  # (beams,) [m]
+    variance: np.ndarray  # (beams,) of the range [m^2]
+    pose_std: np.ndarray  # (beams,) [m]
 
 
 @kernel
@@ -19,79 +32,74 @@ def add_scan(points, scan, ranges, pose, mates, own, parameters):
     radius and three standard deviations of a team-mate are the team-mate's. An echo with a neighbour, nearer than
     `JOINING` gaps between beams or `LEAST_JOINING`, binds at once; a lone one when it lies where one was before.
     """
-    beams = len(ranges)
-    for k in range(beams):
-        if not _is_echo(ranges, k, pose, mates, own, parameters):
+    echoes = _echoes(ranges, pose, mates, own, parameters)
+    place = -1
+    for k in range(len(ranges)):
+        if not echoes.heard[k]:
             continue
-        after = _neighbour(ranges, k, 1, pose, mates, own, parameters)
-        joined = after >= 0 or _neighbour(ranges, k, -1, pose, mates, own, parameters) >= 0
-        x, y = _place(ranges, k, pose, parameters)
-        std, pose_std = _stds(ranges[k], pose, parameters)
-        confirmed = joined or _confirmed(points, scan, x, y, std + pose_std)
-        point = points[place_for(points)]
-        point["x"], point["y"], point["next_x"], point["next_y"] = x, y, x, y
-        if after >= 0:
-            point["next_x"], point["next_y"] = _place(ranges, after, pose, parameters)
-        point["std"], point["pose_std"], point["time"], point["scan"] = std, pose_std, pose.time, scan
+        std = math.sqrt(echoes.variance[k])
+        joined = _has_neighbour(echoes, ranges, k, 1, parameters) or _has_neighbour(echoes, ranges, k, -1, parameters)
+        confirmed = joined or _confirmed(points, scan, echoes.x[k], echoes.y[k], std + echoes.pose_std[k], parameters)
+        place = place_for(points, place + 1)
+        point = points[place]
+        point["x"], point["y"], point["std"], point["pose_std"] = echoes.x[k], echoes.y[k], std, echoes.pose_std[k]
+        point["time"], point["scan"] = pose.time, scan
         point["live"], point["passed"], point["binds"] = 1, 0, 1 if confirmed else 0
 
 
 @kernel
-def _place(ranges, k, pose, parameters):
-    """Return where the echo of beam k is in the world [m]."""
-    cos, sin = math.cos(pose.heading), math.sin(pose.heading)
-    dx, dy = parameters.directions[k, 0], parameters.directions[k, 1]
-    return pose.x + ranges[k] * (cos * dx - sin * dy), pose.y + ranges[k] * (sin * dx + cos * dy)
-
-
-@kernel
-def _stds(r, pose, parameters):
-    """Return the standard deviations of an echo's range and of what the robot's pose adds to its place [m]."""
-    noise = parameters.noise_ratio * r
-    return math.sqrt(parameters.range_std**2 + noise * noise), math.sqrt(pose.position_var + r * r * pose.heading_var)
-
-
-@kernel
-def _is_echo(ranges, k, pose, mates, own, parameters):
-    """Tell whether beam k has met something that is neither its own robot nor a team-mate."""
-    if parameters.blocked[k] or math.isnan(ranges[k]):
-        return False
-    x, y = _place(ranges, k, pose, parameters)
-    std, pose_std = _stds(ranges[k], pose, parameters)
-    reach = parameters.body_radius + 3.0 * (std + pose_std)
-    for j in range(len(mates)):
-        if j != own and (x - mates[j, 0]) ** 2 + (y - mates[j, 1]) ** 2 < reach * reach:
-            return False
-    return True
-
-
-@kernel
-def _neighbour(ranges, k, step, pose, mates, own, parameters):
-    """Return the next beam in a direction whose echo is of the same thing as that of beam k, or -1."""
+def _echoes(ranges, pose, mates, own, parameters):
+    """Return where the echoes of a scan are in the world, and how well that is known."""
     beams = len(ranges)
-    x, y = _place(ranges, k, pose, parameters)
+    echoes = Echoes(np.zeros(beams, np.bool_), np.empty(beams), np.empty(beams), np.empty(beams), np.empty(beams))
+    cos, sin = math.cos(pose.heading), math.sin(pose.heading)
+    for k in range(beams):
+        r = ranges[k]
+        if parameters.blocked[k] or math.isnan(r):
+            continue
+        dx, dy = parameters.directions[k, 0], parameters.directions[k, 1]
+        x, y = pose.x + r * (cos * dx - sin * dy), pose.y + r * (sin * dx + cos * dy)
+        variance = parameters.range_std**2 + (parameters.noise_ratio * r) ** 2
+        pose_std = math.sqrt(pose.position_var + r * r * pose.heading_var)
+        reach = parameters.body_radius + 3.0 * (math.sqrt(variance) + pose_std)
+        echoes.heard[k] = not _at_a_mate(x, y, reach, mates, own)
+        echoes.x[k], echoes.y[k], echoes.variance[k], echoes.pose_std[k] = x, y, variance, pose_std
+    return echoes
+
+
+@kernel
+def _at_a_mate(x, y, reach, mates, own):
+    found = False
+    for j in range(len(mates)):
+        found = found or (j != own and (x - mates[j, 0]) ** 2 + (y - mates[j, 1]) ** 2 < reach * reach)
+    return found
+
+
+@kernel
+def _has_neighbour(echoes, ranges, k, step, parameters):
+    """Tell whether the next echo in a direction is of the same thing as that of beam k."""
+    beams = len(ranges)
     for lost in range(1, 2 + MOST_LOST):
         other = k + step * lost
         if parameters.closed:
             other %= beams
         elif other < 0 or other >= beams:
-            return -1
-        if other != k and _is_echo(ranges, other, pose, mates, own, parameters):
-            ox, oy = _place(ranges, other, pose, parameters)
-            variance = 2.0 * parameters.range_std**2 + parameters.noise_ratio**2 * (ranges[k] ** 2 + ranges[other] ** 2)
+            return False
+        if other != k and echoes.heard[other]:
+            x, y = echoes.x[k] - echoes.x[other], echoes.y[k] - echoes.y[other]
             limit = max(JOINING * lost * parameters.gap * max(ranges[k], ranges[other]), LEAST_JOINING)
-            limit += 3.0 * math.sqrt(variance)
-            return other if (x - ox) ** 2 + (y - oy) ** 2 <= limit * limit else -1
-    return -1
+            limit += 3.0 * math.sqrt(echoes.variance[k] + echoes.variance[other])
+            return x * x + y * y <= limit * limit
+    return False
 
 
 @kernel
-def _confirmed(points, scan, x, y, std):
-    """Tell whether an earlier scan had an echo at the same place; then that one binds, too."""
+def _confirmed(points, scan, x, y, std, parameters):
+    """Tell whether a recent scan had an echo at the same place; then that one binds, too."""
     found = False
     for i in range(len(points)):
         other = points[i]
-        if other["live"] == 1 and 0 < scan - other["scan"] <= RECENT:
+        if other["live"] == 1 and 0 < scan - other["scan"] <= parameters.recent:
             near = 3.0 * (std + other["std"] + other["pose_std"]) + 0.02
             if (x - other["x"]) ** 2 + (y - other["y"]) ** 2 <= near * near:
                 other["binds"] = 1

@@ -40,7 +40,7 @@ class PointEstimator:
         """Return a memory of nothing."""
         n = len(self.formation)
         nothing = HalfSpaces.empty(n, self.slots)
-        points = no_points(n, len(self.parameters.directions))
+        points = no_points(n, len(self.parameters.directions), self.parameters.recent)
         return PointMemory(points, np.zeros(n, dtype=ANCHOR), 0, nothing)
 
     def step(self, readings: Readings, time: float, memory: PointMemory) -> tuple[HalfSpaces, PointMemory]:

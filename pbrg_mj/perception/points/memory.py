@@ -9,26 +9,24 @@ import numpy as np
 from pbrg_mj.kernel import kernel
 
 POINT = np.dtype(
-    [(name, np.float64) for name in ("x", "y", "next_x", "next_y", "std", "pose_std", "time")]
+    [(name, np.float64) for name in ("x", "y", "std", "pose_std", "time")]
     + [(name, np.int64) for name in ("live", "scan", "binds", "passed")]
 )
 """One echo.
 
-- x, y [m]; next_x, next_y [m]: the echo of the same scan and the same thing that follows it counter-clockwise, itself
-  if none does
+- x, y [m]
 - std [m]: standard deviation of its range; pose_std [m]: what the robot's position and heading add
 - time [s] and scan: when it was seen, by the clock and by the number of the scan
 - binds: it is no outlier; passed: scans in which a beam went past it to something behind
 """
 
-RECENT = 6  # scans whose points are all kept: what a noisy sensor misses in one is in another
 PASSES = 2  # scans in which a beam must pass a point before it is gone
-CAPACITY = RECENT + 2  # scans' worth of points
+HIDDEN = 2  # scans' worth of points that are remembered besides the recent scans'
 
 
-def no_points(robots: int, beams: int) -> np.ndarray:
+def no_points(robots: int, beams: int, recent: int) -> np.ndarray:
     """Return the empty memory (robots, M) of POINT."""
-    return np.zeros((robots, CAPACITY * beams), dtype=POINT)
+    return np.zeros((robots, (recent + HIDDEN) * beams), dtype=POINT)
 
 
 @kernel
@@ -37,7 +35,7 @@ def forget(points, scan, ranges, pose, parameters):
 
     - A point nearer than the echo of a beam that meets its place is passed; at the second time it is gone. A beam
       without an echo passes nothing: silence is unknown, not free.
-    - A point older than `RECENT` scans at a place where there is an echo again is taken over by that echo.
+    - A point older than the recent scans at a place where there is an echo again is taken over by that echo.
     - A point that is hidden, or outside of what the beams reach, stays until `memory` is over.
     """
     for i in range(len(points)):
@@ -63,7 +61,7 @@ def forget(points, scan, ranges, pose, parameters):
                 point["live"] = 0
         elif abs(ranges[beam] - distance) <= noise + 2.0 * across + 0.02:
             point["passed"] = 0
-            if scan - point["scan"] >= RECENT:
+            if scan - point["scan"] >= parameters.recent:
                 point["live"] = 0
 
 
@@ -83,12 +81,13 @@ def _nearest_beam(angle, parameters):
 
 
 @kernel
-def place_for(points):
-    """Return a free place in the memory, or that of the oldest point."""
-    oldest = 0
-    for i in range(len(points)):
+def place_for(points, start):
+    """Return a free place in the memory from `start` on; without one, that of the oldest point."""
+    for i in range(start, len(points)):
         if points[i]["live"] == 0:
             return i
+    oldest = 0
+    for i in range(len(points)):
         if points[i]["time"] < points[oldest]["time"]:
             oldest = i
     return oldest

@@ -15,6 +15,7 @@ from pbrg_mj.world.scene.robot import RobotModel
 
 JOINING = 2.0  # gaps between beams, on a face met head-on: more apart are two echoes of one thing no longer
 MOST_ECHOES = 16
+ENOUGH = 432  # echoes that are remembered, six scans of 72 beams: what a noisy sensor misses in one is in another
 LEAST_JOINING = 0.2  # [m] robots are 0.2 m wide: they pass between no two echoes that are nearer than that
 
 
@@ -36,6 +37,7 @@ class PointParameters(NamedTuple):
     body_radius: float  # of a team-mate [m]
     sigmas: float  # half-spaces move inward by this many standard deviations of a pose
     range_sigmas: np.ndarray  # (16,) and of a range where 1, 2, ... echoes tell of the face
+    recent: int  # scans whose points are all kept
     memory: float  # how long a point out of sight is kept [s]
 
 
@@ -59,6 +61,7 @@ def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
         body_radius=robot.body_radius,
         sigmas=scenario.estimator.sigmas,
         range_sigmas=range_sigmas(scenario.estimator.sigmas),
+        recent=min(max(math.ceil(ENOUGH / beams.count), 2), 6),
         memory=scenario.estimator.memory,
     )
 

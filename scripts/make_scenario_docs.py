@@ -44,9 +44,9 @@ robot numbers exist and stand in a list once; the graph is connected; `timing.ti
 `timing.physics_step` (physics plant), and `timing.duration` and `reference.period` are whole multiples of
 `timing.tick`; `plant: ideal` goes with `estimator.source: given`, and `estimator.given` with that source alone;
 `operator` has either `reference` or `waypoints`, which start at 0 s and move on in time, as do the waypoints of a
-moving box; walls have a length, boxes and patches an area; at the start no wall or box stands in a robot and, in the
-physics plant, no two robots overlap, nor does a kidnapping put a robot onto a wall, a box or another robot's start,
-or lift it while it is in the air; disturbances last one physics step or longer.
+moving box; walls have a length, boxes and patches an area, prisms are convex and turn at every corner; at the start
+nothing stands in a robot and, in the physics plant, no two robots overlap, nor does a kidnapping put a robot onto what
+stands still or another robot's start, or lift it while it is in the air; disturbances last one physics step or longer.
 
 The ideal plant refuses what it would ignore: `drive`, `radio`, `disturbances`, `sensors.camera.delay`,
 `world.moving_boxes`, `world.patches`, `world.floor_friction` and `world.rolling_resistance` may be given with

@@ -1,6 +1,6 @@
 """Run worlds of all families under two governors; write docs/data/worlds.json and the tables of docs/worlds.md.
 
-python scripts/measure_worlds.py 101-104               # seeds not measured yet; some 4 s of processor a world
+python scripts/measure_worlds.py 101-104               # seeds not measured yet; some 3 s of processor a world
 python scripts/measure_worlds.py 101-104 certified     # under one of the governors
 python scripts/measure_worlds.py                       # write the table again
 """
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import sys
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from pbrg_mj.cli.batch import seeds_of
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 PAGE, DATA = DOCS / "worlds.md", DOCS / "data" / "worlds.json"
+DURATION = 8.0  # [s]
 GOVERNORS = ("distributed", "certified")  # governor.kind, all else default
 MARK = "<!-- rates -->\n"
 EVENTS = {
@@ -32,23 +34,17 @@ Worlds = dict[str, dict[str, dict[str, Any]]]  # of "governor family", by seed
 
 
 def measure(seeds: tuple[int, ...], governors: tuple[str, ...]) -> None:
-    for name in (one.name for one in pbrg.list_scenarios() if one.family):
-        for governor in governors:
-            key = f"{governor} {name}"
-            left = [seed for seed in seeds if str(seed) not in read().get(key, {})]
-            if not left:
-                continue
-            made = pbrg.batch(pbrg.load(name, {"governor.kind": governor}), left, threads=1)
-            found = {
-                str(seed): {
-                    column: made[column][k].tolist() for column in made if column != "seeds" and made[column].ndim == 1
-                }
-                for k, seed in enumerate(left)
-            }
-            data = read()  # another process may have written meanwhile
-            data.setdefault(key, {}).update(found)
-            DATA.write_text(json.dumps(data, indent=1, sort_keys=True) + "\n", encoding="utf-8")
-            print(key, len(left), flush=True)
+    families = [one.name for one in pbrg.list_scenarios() if one.family]
+    for seed, name, governor in product(seeds, families, governors):
+        key = f"{governor} {name}"
+        if str(seed) in read().get(key, {}):
+            continue
+        made = pbrg.batch(pbrg.load(name, {"governor.kind": governor}, duration=DURATION), [seed])
+        data = read()  # another process may have written meanwhile
+        figures = {column: made[column][0].tolist() for column in made if column != "seeds"}
+        data.setdefault(key, {})[str(seed)] = figures
+        DATA.write_text(json.dumps(data, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+        print(key, seed, flush=True)
 
 
 def read() -> Worlds:

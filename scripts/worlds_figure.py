@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
-from pbrg_mj.analysis.metrics.obstacles import footprint_corners, footprints, moving_footprints
+from pbrg_mj.analysis.metrics.obstacles import footprints, moving_footprints, outlines
 from pbrg_mj.scenario.bundled import bundled_families
 from pbrg_mj.scenario.checks.world import BODY_RADIUS, body_centres
 from pbrg_mj.scenario.load import load_scenario
@@ -27,10 +27,10 @@ HALF = 4.6  # of the view [m]
 def draw(axes: Axes, scenario: Scenario) -> None:
     """Draw obstacles, robots at the start, and the formation around the reference."""
     r = np.array(scenario.operator.reference)
-    for corners in footprint_corners(footprints(scenario)):
+    for corners in outlines(footprints(scenario)):
         axes.add_patch(Polygon(corners, facecolor="#9e5c47"))
     moving = moving_footprints(scenario)
-    for corners in footprint_corners(moving):
+    for corners in outlines(moving):
         axes.add_patch(Polygon(corners, facecolor="none", edgecolor="#cc8529"))
     for box in scenario.world.moving_boxes:
         axes.plot(*zip(*(stop.center for stop in box.waypoints), strict=True), color="#cc8529", linewidth=0.8)

@@ -16,7 +16,7 @@ from pbrg_mj.team.pre_stabiliser import pre_stabilise
 from pbrg_mj.vehicle.hand_point import hand_point, wheel_speeds
 from pbrg_mj.world.actuation.motor_driver import saturate
 from pbrg_mj.world.plant.physics import MujocoPlant
-from pbrg_mj.world.scene.footprints import signed_distance, wall_margin, wall_rectangles
+from pbrg_mj.world.scene.footprints import footprints_of, signed_distance, wall_margin
 from pbrg_mj.world.scene.robot import load_robot_model
 from tests.problems import GRAPHS, graph, random_problem
 from tests.worlds import scenario
@@ -61,7 +61,7 @@ def test_wall_margins_are_the_least_signed_distances():
     rng = np.random.default_rng(4)
     walls = [Wall(start=tuple(a), end=tuple(b), thickness=0.3) for a, b in rng.uniform(-2, 2, (6, 2, 2))]
     points = rng.uniform(-3, 3, (500, 2))
-    rectangles = wall_rectangles(walls)
+    rectangles = footprints_of(walls)
     want = signed_distance(points, rectangles).min(axis=1) - 0.1
     assert (want < -0.1).any()  # some lie inside a wall
     np.testing.assert_allclose(wall_margin(points, rectangles, 0.1), want, rtol=0, atol=1e-14)

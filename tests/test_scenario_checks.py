@@ -3,7 +3,8 @@
 import pytest
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.scenario.checks.world import body_centres, distance_to_wall
+from pbrg_mj.scenario.checks.distances import distance_to_wall
+from pbrg_mj.scenario.checks.world import body_centres
 from pbrg_mj.scenario.load import parse_scenario
 from pbrg_mj.scenario.schema import Graph, Wall, edge_list, unreachable, whole_multiple
 from tests.scenario_texts import THREE, swapped, three

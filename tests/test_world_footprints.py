@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from pbrg_mj.scenario.schema import Wall
-from pbrg_mj.world.scene.footprints import signed_distance, wall_margin, wall_rectangles
+from pbrg_mj.world.scene.footprints import footprints_of, signed_distance, wall_margin
 
 
 def random_walls(rng: np.random.Generator, count: int) -> list[Wall]:
@@ -34,7 +34,7 @@ def test_signed_distance_agrees_with_the_nearest_of_many_points_on_the_faces():
     rng = np.random.default_rng(5)
     walls = random_walls(rng, 6)
     points = np.vstack([rng.uniform(-3, 3, (40, 2)), [np.add(w.start, w.end) / 2 + 0.01 for w in walls]])
-    got = signed_distance(points, wall_rectangles(walls))
+    got = signed_distance(points, footprints_of(walls))
     within = 0
     for k, w in enumerate(walls):
         faces, corners = outline(w)
@@ -47,13 +47,13 @@ def test_signed_distance_agrees_with_the_nearest_of_many_points_on_the_faces():
 
 
 def test_faces_corners_and_middle_of_a_wall():
-    walls = wall_rectangles([Wall.model_validate({"from": (0, 0), "to": (2, 0), "thickness": 0.2})])
+    walls = footprints_of([Wall.model_validate({"from": (0, 0), "to": (2, 0), "thickness": 0.2})])
     points = np.array([[1, 0.4], [1, -0.4], [2.5, 0], [2.3, 0.5], [1, 0], [0.01, 0]])
     np.testing.assert_allclose(signed_distance(points, walls)[:, 0], [0.3, 0.3, 0.5, 0.5, -0.1, -0.01], atol=1e-15)
 
 
 def test_margin_is_infinite_without_walls_and_least_with_several():
     points = np.array([[0.0, 0.0], [1.0, 0.0]])
-    np.testing.assert_array_equal(wall_margin(points, wall_rectangles([]), 0.1), [np.inf, np.inf])
+    np.testing.assert_array_equal(wall_margin(points, footprints_of([]), 0.1), [np.inf, np.inf])
     walls = [Wall.model_validate({"from": (x, -1), "to": (x, 1), "thickness": 0.2}) for x in (2.0, -1.0)]
-    np.testing.assert_allclose(wall_margin(points, wall_rectangles(walls), 0.1), [0.8, 0.8], atol=1e-15)
+    np.testing.assert_allclose(wall_margin(points, footprints_of(walls), 0.1), [0.8, 0.8], atol=1e-15)

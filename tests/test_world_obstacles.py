@@ -5,7 +5,7 @@ import pytest
 
 from pbrg_mj.scenario.schema import Box, MovingBox
 from pbrg_mj.world.plant.physics import MujocoPlant
-from pbrg_mj.world.scene.footprints import signed_distance, wall_rectangles
+from pbrg_mj.world.scene.footprints import footprints_of, signed_distance
 from pbrg_mj.world.scene.obstacles import box_centre
 from pbrg_mj.world.scene.robot import load_robot_model
 from tests.test_world_footprints import inside
@@ -31,7 +31,7 @@ def test_margins_of_boxes_agree_with_the_nearest_of_many_points():
         s = np.linspace(0, 1, 4000)[:, None]
         faces = np.vstack([a + s * (b - a) for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True)])
         points = rng.uniform(-2, 2, (30, 2))
-        got = signed_distance(points, wall_rectangles([box.as_wall()]))[:, 0]
+        got = signed_distance(points, footprints_of([box.as_wall()]))[:, 0]
         for point, distance in zip(points, got, strict=True):
             sign = -1 if inside(point, corners) else 1
             assert distance == pytest.approx(sign * np.linalg.norm(faces - point, axis=1).min(), abs=1e-3)

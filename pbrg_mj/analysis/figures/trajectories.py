@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pbrg_mj.analysis.figures.style import MARKERS, finite, legend_above, robot_style
-from pbrg_mj.analysis.metrics.obstacles import area_of_interest, footprint_corners, footprints, moving_footprints
+from pbrg_mj.analysis.metrics.obstacles import area_of_interest, footprints, moving_footprints, outlines
 from pbrg_mj.analysis.metrics.outcome import final_target
 from pbrg_mj.log.read.run import Run
 
@@ -36,7 +36,7 @@ def trajectories(axes: Axes, run: Run) -> None:
     _points(axes, run)
     _frame(axes, run)
     _floor(axes, run)
-    for corners in footprint_corners(footprints(run.scenario)):
+    for corners in outlines(footprints(run.scenario)):
         axes.fill(*corners.T, facecolor="0.8", edgecolor="0.4", linewidth=0.6)
     lines = final_target(run).rows
     for G, h in zip(lines.G, lines.h, strict=True):
@@ -65,7 +65,7 @@ def _floor(axes: Axes, run: Run) -> None:
     for patch in world.patches:
         (x0, y0), (x1, y1) = patch.start, patch.end
         axes.fill([x0, x1, x1, x0], [y0, y0, y1, y1], facecolor="#F2E6D0", edgecolor="none", zorder=0)
-    for corners in footprint_corners(moving_footprints(run.scenario)):
+    for corners in outlines(moving_footprints(run.scenario)):
         axes.fill(*corners.T, fill=False, edgecolor="0.4", linewidth=0.6, linestyle="--")
     for box in world.moving_boxes:
         way = np.array([waypoint.center for waypoint in box.waypoints])

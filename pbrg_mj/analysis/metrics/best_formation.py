@@ -45,6 +45,8 @@ def best_formation(scenario: Scenario, reference: np.ndarray) -> BestFormation:
     r, given = np.asarray(reference, dtype=float), given_rows(scenario)
     if scenario.estimator.scope == "own":
         return _beside_obstacles(scenario, r, given)
+    if scenario.world.columns:
+        return BestFormation(None, "columns are round: which of their tangents is best is not sought", given)
     choices = [_separating(scenario, index) for index in range(len(names(scenario)))]
     for name, options in zip(names(scenario), choices, strict=True):
         if not options:

@@ -18,7 +18,7 @@ from pbrg_mj.analysis.metrics.obstacles import footprints, names
 from pbrg_mj.governor.registry import multiplier_cap
 from pbrg_mj.log.read.run import Run
 from pbrg_mj.scenario.schema import WITHOUT_GOVERNOR
-from pbrg_mj.world.scene.footprints import signed_distance
+from pbrg_mj.world.scene.footprints import least_along, signed_distance
 
 Kind = Literal[
     "status", "cap", "half-space", "ball", "input", "network", "contact", "dead motor", "friction", "voltage"
@@ -151,11 +151,9 @@ def _source(run: Run, owner: int, G: np.ndarray, h: float) -> str | None:
     if run.scenario.estimator.source == "given":
         return "given"
     around = footprints(run.scenario)
-    if not len(around.centre):
+    face = least_along(G, around)
+    if not len(face):
         return None
-    across = np.column_stack([-around.axis[:, 1], around.axis[:, 0]])
-    reach = around.half_size[:, 0] * np.abs(around.axis @ G) + around.half_size[:, 1] * np.abs(across @ G)
-    face = around.centre @ G - reach  # of the corner that lies nearest along G
     on_face = np.abs(face - h - CLEARANCE) <= ON_FACE
     distance = signed_distance(run.ticks.hand_true[-1, owner][None], around)[0]
     nearest = int(np.where(on_face, distance, np.inf).argmin())

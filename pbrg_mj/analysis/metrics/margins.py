@@ -50,8 +50,7 @@ def given_margin(scenario: Scenario, hand: np.ndarray) -> np.ndarray:
 
 def obstructed(scenario: Scenario) -> bool:
     """Whether anything stands around the robots that the world measures margins from."""
-    world = scenario.world
-    return bool(world.walls or world.boxes or world.moving_boxes)
+    return bool(scenario.world.everything)
 
 
 def _largest(values: np.ndarray, among: np.ndarray) -> np.ndarray:

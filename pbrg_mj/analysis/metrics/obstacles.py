@@ -1,4 +1,4 @@
-"""Walls and boxes that stand still: footprints and their faces."""
+"""What stands still: footprints, their faces and outlines."""
 
 from __future__ import annotations
 
@@ -8,41 +8,56 @@ from itertools import pairwise
 import numpy as np
 
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.world.scene.footprints import Rectangles, signed_distance, wall_rectangles
+from pbrg_mj.world.scene.footprints import Footprints, edges, footprints_of, signed_distance, world_footprints
+
+ROUND = 2 * np.pi * np.arange(48) / 48  # directions of the corners that a drawn column has
 
 
-def footprints(scenario: Scenario) -> Rectangles:
-    """Return the footprints of the walls, then of the boxes; boxes that move are left out."""
-    return wall_rectangles(scenario.world.obstacles)
+def footprints(scenario: Scenario) -> Footprints:
+    """Return the footprints of walls, boxes, columns and prisms, in this order; boxes that move are left out."""
+    return world_footprints(scenario.world)
 
 
 def names(scenario: Scenario) -> list[str]:
     """Return the obstacles' names as the scenario has them, counted from 0, in the order of `footprints`."""
     world = scenario.world
-    return [f"walls.{k}" for k in range(len(world.walls))] + [f"boxes.{k}" for k in range(len(world.boxes))]
+    kinds = {"walls": world.walls, "boxes": world.boxes, "columns": world.columns, "prisms": world.prisms}
+    return [f"{kind}.{k}" for kind, things in kinds.items() for k in range(len(things))]
 
 
-def faces(rectangles: Rectangles, index: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the four faces of one footprint as G (4, 2), h (4,) [m]: outside of face f is G[f] @ q <= h[f]."""
-    along = rectangles.axis[index]
+def faces(around: Footprints, index: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the f faces of one footprint as G (f, 2), h (f,) [m]: outside of a face is G[f] @ q <= h[f].
+
+    A column has none: its tangents are without number.
+    """
+    if index >= len(around.centre):
+        outward, offset = edges(around.polygon(index - len(around.centre)))
+        return -outward, -offset
+    if around.radius[index]:
+        return np.zeros((0, 2)), np.zeros(0)
+    along = around.axis[index]
     across = np.array([-along[1], along[0]])
     # A face's outward normal points at a robot in front of it: the half-space's own normal is its opposite.
     G = -np.array([along, -along, across, -across])
-    depth = rectangles.half_size[index][[0, 0, 1, 1]]
-    return G, G @ rectangles.centre[index] - depth
+    depth = around.half_size[index][[0, 0, 1, 1]]
+    return G, G @ around.centre[index] - depth
 
 
-def moving_footprints(scenario: Scenario) -> Rectangles:
+def moving_footprints(scenario: Scenario) -> Footprints:
     """Return the footprints of moving boxes at all their waypoints."""
-    return wall_rectangles([box.at(at).as_wall() for box in scenario.world.moving_boxes for at in box.waypoints])
+    return footprints_of([box.at(at).as_wall() for box in scenario.world.moving_boxes for at in box.waypoints])
 
 
-def footprint_corners(rectangles: Rectangles) -> np.ndarray:
-    """Return the corners (w, 4, 2) [m] of footprints, in turn."""
-    along = rectangles.axis * rectangles.half_size[:, :1]
-    across = np.column_stack([-rectangles.axis[:, 1], rectangles.axis[:, 0]]) * rectangles.half_size[:, 1:]
-    c = rectangles.centre
-    return np.stack([c - along - across, c + along - across, c + along + across, c - along + across], axis=1)
+def outlines(around: Footprints) -> list[np.ndarray]:
+    """Return the corners (c, 2) [m] of each footprint in turn, for pictures: a column has 48."""
+    along = around.axis * around.half_size[:, :1]
+    across = np.column_stack([-around.axis[:, 1], around.axis[:, 0]]) * around.half_size[:, 1:]
+    c, circle = around.centre, np.column_stack([np.cos(ROUND), np.sin(ROUND)])
+    corners = np.stack([c - along - across, c + along - across, c + along + across, c - along + across], axis=1)
+    rounded = [
+        around.centre[k] + radius * circle if radius else corners[k] for k, radius in enumerate(around.radius.tolist())
+    ]
+    return [*rounded, *(around.polygon(k) for k in range(len(around.first) - 1))]
 
 
 def area_of_interest(scenario: Scenario, team: np.ndarray, beside: float) -> tuple[np.ndarray, np.ndarray]:
@@ -53,7 +68,7 @@ def area_of_interest(scenario: Scenario, team: np.ndarray, beside: float) -> tup
     """
     low, high = team.min(axis=0), team.max(axis=0)
     shown_low, shown_high = low, high
-    for corners in [*footprint_corners(footprints(scenario)), *_swept(scenario)]:
+    for corners in [*outlines(footprints(scenario)), *_swept(scenario)]:
         first, last = np.maximum(corners.min(axis=0), low - beside), np.minimum(corners.max(axis=0), high + beside)
         if (first <= last).all():
             shown_low, shown_high = np.minimum(shown_low, first), np.maximum(shown_high, last)
@@ -63,7 +78,7 @@ def area_of_interest(scenario: Scenario, team: np.ndarray, beside: float) -> tup
 def _swept(scenario: Scenario) -> Iterator[np.ndarray]:
     """Yield the corners (8, 2) [m] of every moving box at a waypoint and the next; at its only one, twice."""
     for box in scenario.world.moving_boxes:
-        corners = footprint_corners(wall_rectangles([box.at(at).as_wall() for at in box.waypoints]))
+        corners = outlines(footprints_of([box.at(at).as_wall() for at in box.waypoints]))
         for first, last in pairwise([*corners, corners[-1]]):
             yield np.vstack([first, last])
 

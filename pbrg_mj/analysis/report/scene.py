@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from pbrg_mj.analysis.metrics.obstacles import footprints
+from pbrg_mj.analysis.metrics.obstacles import footprints, outlines
 from pbrg_mj.analysis.metrics.outcome import final_target
 from pbrg_mj.log.read.run import Run
 from pbrg_mj.scenario.schema import MovingBox
-from pbrg_mj.world.scene.footprints import Rectangles
 
 LEAST_SPAN = 1.0  # of the scene shown [m]
 MARGIN = 0.12  # around what happened, as a share of its span
@@ -18,13 +17,13 @@ NEAR = 0.3  # how far from what happened a moving box is shown, as a share of it
 
 
 def still(run: Run) -> list[dict[str, Any]]:
-    """Return what stands still: kind and corners [m] of working areas, walls and boxes."""
+    """Return what stands still: kind and corners [m] of working areas, walls, and boxes with all other solids."""
     scenario = run.scenario
     walls = len(scenario.world.walls)
     patches = [{"kind": "patch", "corners": _rectangle(patch.start, patch.end)} for patch in scenario.world.patches]
     solid = [
         {"kind": "wall" if k < walls else "box", "corners": corners.tolist()}
-        for k, corners in enumerate(_corners(footprints(scenario)))
+        for k, corners in enumerate(outlines(footprints(scenario)))
     ]
     return [*patches, *solid]
 
@@ -84,11 +83,3 @@ def _driven(box: MovingBox, time: np.ndarray) -> np.ndarray:
 def _rectangle(start: tuple[float, float], end: tuple[float, float]) -> list[list[float]]:
     (x0, y0), (x1, y1) = start, end
     return [[x0, y0], [x1, y0], [x1, y1], [x0, y1]]
-
-
-def _corners(rectangles: Rectangles) -> np.ndarray:
-    """Return the corners (w, 4, 2) [m], in turn."""
-    along = rectangles.axis * rectangles.half_size[:, :1]
-    across = np.column_stack([-rectangles.axis[:, 1], rectangles.axis[:, 0]]) * rectangles.half_size[:, 1:]
-    c = rectangles.centre
-    return np.stack([c - along - across, c + along - across, c + along + across, c - along + across], axis=1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from math import cos, sin
 from typing import Any
 
@@ -45,6 +46,22 @@ def add_cylinder(entity: Any, centre: Sequence[float], size: Sequence[float], co
     """Add an upright cylinder; `centre` (3,) [m], `size` (3,) [m]."""
     cylinder = entity.cylinders.add(bottom_scale=1.0, top_scale=1.0)
     _set_solid(cylinder, centre, 0.0, size, color)
+
+
+def add_prism(entity: Any, corners: Sequence[Sequence[float]], height: float, color: Color) -> None:
+    """Add an upright convex prism on the floor; `corners` (k, 2) [m] of its footprint in turn."""
+    solid = entity.triangles.add()
+    solid.pose.orientation.w = 1.0
+    set_color(solid.color, color)
+    top = [(*corner, height) for corner in corners]
+    sides = [
+        triangle
+        for (a, b), (c, d) in zip(corners, [*corners[1:], corners[0]], strict=True)
+        for triangle in (((a, b, 0.0), (c, d, 0.0), (c, d, height)), ((a, b, 0.0), (c, d, height), (a, b, height)))
+    ]
+    for triangle in (*((top[0], first, second) for first, second in pairwise(top[1:])), *sides):
+        for x, y, z in triangle:
+            solid.points.add(x=x, y=y, z=z)
 
 
 def add_line_segments(entity: Any, points: Sequence[Sequence[float]], width: float, color: Color) -> None:

@@ -11,6 +11,7 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from pbrg_mj.log.scene import primitives
 from pbrg_mj.log.scene.messages import body_frame
 from pbrg_mj.scenario.schema import Box, Scenario, Wall, World
+from pbrg_mj.world.scene.footprints import footprints_of
 from pbrg_mj.world.scene.robot import RobotModel, load_robot_model
 
 FLOOR_MARGIN = 1.0  # of drawn floor around all that is on it [m]
@@ -36,6 +37,8 @@ def static_scene(scenario: Scenario) -> bytes:
     for name, (walls, color) in layers.items():
         if walls or name == "walls":
             _add_walls(message.entities.add(frame_id="world", id=name), walls, color)
+    if world.columns or world.prisms:
+        _add_columns_and_prisms(message.entities.add(frame_id="world", id="columns and prisms"), world)
     _add_robots(message, load_robot_model(), scenario.robots)
     return message.SerializeToString(deterministic=True)
 
@@ -45,6 +48,9 @@ def _extent(scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
     world = scenario.world
     things = (*world.obstacles, *_patches(world), *_stops(world))
     ends = [end for thing in things for end in (thing.start, thing.end)]
+    solids = footprints_of(columns=world.columns, prisms=world.prisms)
+    radius = solids.radius[:, None]
+    ends += [*(solids.centre - radius), *(solids.centre + radius), *solids.corners]
     corners = [*scenario.team.start, *ends, *(one.to for one in scenario.disturbances.kidnappings)]
     return np.min(corners, axis=0) - FLOOR_MARGIN, np.max(corners, axis=0) + FLOOR_MARGIN
 
@@ -69,6 +75,14 @@ def _add_walls(entity: Any, walls: Sequence[Wall], color: primitives.Color) -> N
         centre = np.add(wall.end, wall.start) / 2
         size = (float(np.hypot(*along)), wall.thickness, wall.height)
         primitives.add_box(entity, (*centre, wall.height / 2), float(np.arctan2(along[1], along[0])), size, color)
+
+
+def _add_columns_and_prisms(entity: Any, world: World) -> None:
+    for column in world.columns:
+        size = (2 * column.radius, 2 * column.radius, column.height)
+        primitives.add_cylinder(entity, (*column.center, column.height / 2), size, primitives.WALL_COLOR)
+    for prism in world.prisms:
+        primitives.add_prism(entity, prism.corners, prism.height, primitives.WALL_COLOR)
 
 
 def _add_robots(message: SceneUpdate, model: RobotModel, count: int) -> None:

@@ -1,14 +1,16 @@
-"""Walls, boxes and patches have an extent, and at the start no robot or obstacle stands in another."""
+"""What stands on the floor has an extent, and at the start no robot or obstacle stands in another."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 
+from pbrg_mj.scenario.checks.distances import distances_to_column, distances_to_prism, distances_to_wall
 from pbrg_mj.scenario.diagnostics import Diagnostic, KeyPath, yaml_text
 from pbrg_mj.scenario.schema import MovingBox, Scenario, Vector, Wall
 
@@ -16,6 +18,14 @@ from pbrg_mj.scenario.schema import MovingBox, Scenario, Vector, Wall
 BODY_RADIUS = 0.06  # of the disc that the body fits in, around the body's centre [m]
 HAND_OFFSET = 0.04  # of the hand point ahead of the body's centre [m]
 SHORTEST = 1e-6  # side of a wall, box or patch [m]
+FLATTEST = 1e-6  # sine of the turn at a prism's corner
+KINDS = {
+    "walls": ("wall", "walls"),
+    "boxes": ("box", "boxes"),
+    "moving_boxes": ("box", "boxes"),
+    "columns": ("column", "columns"),
+    "prisms": ("prism", "prisms"),
+}  # in the singular and for many
 ROUNDING = 1e-9  # [m] robots that just touch do not overlap
 
 
@@ -24,12 +34,12 @@ class Obstacle:
     """Something that stands on the floor at the start."""
 
     path: KeyPath  # of its key
-    wall: Wall  # the area it covers
+    distances: Callable[[np.ndarray], np.ndarray]  # of points (k, 2) from it, 0 inside (k,) [m]
     meets: str  # what it does to a robot in its way
 
 
 def extents(scenario: Scenario) -> Iterator[Diagnostic]:
-    """Yield walls without length, boxes and patches without area, and waypoints out of order."""
+    """Yield walls without length, boxes and patches without area, prisms not convex, and waypoints out of order."""
     world = scenario.world
     for k, wall in enumerate(world.walls):
         if math.dist(wall.start, wall.end) < SHORTEST:
@@ -40,6 +50,10 @@ def extents(scenario: Scenario) -> Iterator[Diagnostic]:
             if min(box.size) < SHORTEST:
                 path = ("world", name, k, "size")
                 yield Diagnostic(path, f"is {yaml_text(box.size)}; allowed: at least {SHORTEST} m either way")
+    for k, prism in enumerate(world.prisms):
+        if not _is_convex(np.array(prism.corners)):
+            path = ("world", "prisms", k, "corners")
+            yield Diagnostic(path, f"is {yaml_text(prism.corners)}; allowed: corners of a convex polygon, in turn")
     for k, box in enumerate(world.moving_boxes):
         yield from _waypoints(("world", "moving_boxes", k, "waypoints"), box)
     for k, patch in enumerate(world.patches):
@@ -48,6 +62,17 @@ def extents(scenario: Scenario) -> Iterator[Diagnostic]:
             yield Diagnostic(
                 ("world", "patches", k), f"reaches from {span}; allowed: corners apart along x and along y"
             )
+
+
+def _is_convex(corners: np.ndarray) -> bool:
+    """Whether corners (c, 2), taken in turn, go once around a convex polygon that turns at each of them."""
+    side = np.roll(corners, -1, axis=0) - corners
+    length, after = np.hypot(*side.T), np.roll(side, -1, axis=0)
+    if length.min() < SHORTEST:
+        return False
+    sine = (side[:, 0] * after[:, 1] - side[:, 1] * after[:, 0]) / (length * np.roll(length, -1))
+    turn = np.arctan2(sine, np.sum(side * after, axis=1) / (length * np.roll(length, -1)))
+    return bool((np.sign(sine[0]) * sine > FLATTEST).all() and abs(abs(turn.sum()) - 2 * math.pi) < 0.1)
 
 
 def placement(scenario: Scenario) -> Iterator[Diagnostic]:
@@ -78,38 +103,33 @@ def body_centre(hand: Vector, heading_deg: float) -> Vector:
     return hand[0] - HAND_OFFSET * math.cos(turn), hand[1] - HAND_OFFSET * math.sin(turn)
 
 
-def distance_to_wall(wall: Wall, point: Vector) -> float:
-    """Return the distance of a point from a wall's box, 0 inside it [m]; infinite from a wall without length."""
-    return float(distances_to_wall(wall, np.array([point]))[0])
-
-
-def distances_to_wall(wall: Wall, points: np.ndarray) -> np.ndarray:
-    """Return the distances (k,) of points (k, 2) likewise."""
-    length = math.dist(wall.start, wall.end)
-    if length == 0:
-        return np.full(len(points), math.inf)
-    start, end = np.array(wall.start), np.array(wall.end)
-    (tx, ty), (x, y) = (end - start) / length, (points - (start + end) / 2).T
-    along, across = np.abs(x * tx + y * ty), np.abs(y * tx - x * ty)
-    return np.hypot(np.maximum(along - length / 2, 0.0), np.maximum(across - wall.thickness / 2, 0.0))
-
-
 def _still(scenario: Scenario) -> tuple[Obstacle, ...]:
-    """Return the walls and the boxes."""
+    """Return what stands still."""
     world = scenario.world
-    walls = (Obstacle(("world", "walls", k), wall, "passes through") for k, wall in enumerate(world.walls))
-    boxes = (Obstacle(("world", "boxes", k), box.as_wall(), "stands in") for k, box in enumerate(world.boxes))
-    return (*walls, *boxes)
+    walls = (Obstacle(("world", "walls", k), _from_wall(one), "passes through") for k, one in enumerate(world.walls))
+    solids = {
+        "boxes": [_from_wall(box.as_wall()) for box in world.boxes],
+        "columns": [partial(distances_to_column, column) for column in world.columns],
+        "prisms": [partial(distances_to_prism, prism) for prism in world.prisms],
+    }
+    others = (
+        Obstacle(("world", name, k), one, "stands in") for name, all_ in solids.items() for k, one in enumerate(all_)
+    )
+    return (*walls, *others)
+
+
+def _from_wall(wall: Wall) -> Callable[[np.ndarray], np.ndarray]:
+    return partial(distances_to_wall, wall)
 
 
 def _first_waypoints(scenario: Scenario) -> Iterator[Obstacle]:
     """Yield the moving boxes where they rest at the start."""
     for k, box in enumerate(scenario.world.moving_boxes):
-        yield Obstacle(("world", "moving_boxes", k), box.at(box.waypoints[0]).as_wall(), "stands in")
+        yield Obstacle(("world", "moving_boxes", k), _from_wall(box.at(box.waypoints[0]).as_wall()), "stands in")
 
 
 def _in_robots(obstacle: Obstacle, places: Sequence[Vector], radius: float) -> Iterator[Diagnostic]:
-    distances = distances_to_wall(obstacle.wall, np.array(places))
+    distances = obstacle.distances(np.array(places))
     for robot in np.flatnonzero((distances < radius) | (distances == 0)).tolist():
         room = _room(obstacle, radius, float(distances[robot]))
         message = f"{obstacle.meets} robot {robot + 1} at its start; allowed: {room}"
@@ -118,12 +138,12 @@ def _in_robots(obstacle: Obstacle, places: Sequence[Vector], radius: float) -> I
 
 def _room(obstacle: Obstacle, radius: float, distance: float) -> str:
     if not radius:
-        return f"hand points off the {_kind(obstacle, 's')}"
+        return f"hand points off the {_kind(obstacle, plural=True)}"
     return f"{radius} m or more between {_kind(obstacle)} and body's centre, not {distance:.3g} m"
 
 
-def _kind(obstacle: Obstacle, plural: str = "") -> str:
-    return "wall" + plural if obstacle.path[1] == "walls" else "box" + ("es" if plural else "")
+def _kind(obstacle: Obstacle, plural: bool = False) -> str:
+    return KINDS[str(obstacle.path[1])][plural]
 
 
 def _overlaps(places: Sequence[Vector]) -> Iterator[Diagnostic]:
@@ -152,7 +172,7 @@ def _put_down(scenario: Scenario, still: Sequence[Obstacle], places: Sequence[Ve
     kidnappings, starts = scenario.disturbances.kidnappings, np.array(places)
     centres = np.array([body_centre(one.to, one.heading_deg) for one in kidnappings]).reshape(-1, 2)
     for obstacle in still:
-        distances = distances_to_wall(obstacle.wall, centres)
+        distances = obstacle.distances(centres)
         for k in np.flatnonzero(distances < BODY_RADIUS).tolist():
             yield _onto(
                 scenario, k, f"{_kind(obstacle)} {obstacle.path[2]}", _room(obstacle, BODY_RADIUS, float(distances[k]))

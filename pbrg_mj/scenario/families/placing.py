@@ -8,17 +8,17 @@ import numpy as np
 from pydantic import ValidationError
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.scenario.checks.world import distances_to_wall
+from pbrg_mj.scenario.checks.distances import distances_to_column, distances_to_prism, distances_to_wall
 from pbrg_mj.scenario.diagnostics import yaml_text
 from pbrg_mj.scenario.families.distributions import random_of, value, values
 from pbrg_mj.scenario.families.frame import WayFrame
 from pbrg_mj.scenario.families.schema import Draw, Several
 from pbrg_mj.scenario.families.shapes import SHAPES, Entries
-from pbrg_mj.scenario.schema import Box, Wall
+from pbrg_mj.scenario.schema import Box, Column, Prism, Wall
 from pbrg_mj.scenario.schema.base import MOST_OBSTACLES
 
 MOST_DRAWS = 1000  # of one obstacle
-LOOSE = ("boxes",)  # kinds that keep off the formation around the reference, too
+LOOSE = ("boxes", "columns", "prisms")  # kinds that keep off the formation around the reference, too
 
 
 def placed(
@@ -59,17 +59,19 @@ def _free(
 
 def _distances(kind: str, entries: Entries, points: np.ndarray) -> np.ndarray:
     """Return the distance (k,) [m] of points (k, 2) from the nearest of the entries, 0 inside."""
-    solids = [_solid(SHAPES[kind][1], entry) for entry in entries]
-    return np.min([distances_to_wall(wall, points) for wall in solids], axis=0)
+    return np.min([_distances_to(SHAPES[kind][1], entry, points) for entry in entries], axis=0)
 
 
-def _solid(name: str, entry: dict[str, Any]) -> Wall:
-    """Return what an entry of `world` covers at the start. Raises InputError when it is none."""
+def _distances_to(name: str, entry: dict[str, Any], points: np.ndarray) -> np.ndarray:
+    """Return the same for one entry of `world`, where it is at the start. Raises InputError when it is none."""
     try:
-        if name == "walls":
-            return Wall.model_validate(entry)
+        if name == "columns":
+            return distances_to_column(Column.model_validate(entry), points)
+        if name == "prisms":
+            return distances_to_prism(Prism.model_validate(entry), points)
         if name == "moving_boxes":
             entry = {"center": entry["waypoints"][0]["center"], "size": entry["size"]}
-        return Box.model_validate(entry).as_wall()
+        wall = Wall.model_validate(entry) if name == "walls" else Box.model_validate(entry).as_wall()
+        return distances_to_wall(wall, points)
     except ValidationError:
         raise InputError(f"draws {yaml_text(entry)}; allowed: sizes greater than 0, places within 1e6 m") from None

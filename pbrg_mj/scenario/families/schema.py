@@ -132,6 +132,24 @@ class BoxDraw(Scattered):
     width: Drawn = Field(description="of the footprint [m]")
 
 
+class ColumnDraw(Several):
+    """Round columns."""
+
+    along: Drawn = Field(description="of its axis [m]")
+    across: Drawn = Field(default=0.0, description="of its axis [m]")
+    radius: Drawn = Field(description="of the column [m]")
+
+
+class PrismDraw(Scattered):
+    """Upright prisms whose corners lie on a circle: convex."""
+
+    radius: Drawn = Field(description="of the circle [m]")
+    sides: Drawn = Field(default=6.0, description="number of faces, 3 to 24 [-]")
+    irregularity: Drawn = Field(
+        default=0.0, description="largest turn of a corner on the circle per angle between corners, below 1 [-]"
+    )
+
+
 class MovingBoxDraw(Several):
     """Boxes along the world's axes that move once, straight on, whatever stands in their way."""
 
@@ -158,7 +176,8 @@ class Draw(Section):
         default=0.3, description="least distance of all obstacles from hand points at the start [m]"
     )
     goal_clearance: NonNegative = Field(
-        default=0.2, description="least distance of `boxes` from hand points in formation around the reference [m]"
+        default=0.2,
+        description="least distance of boxes, columns and prisms from hand points in formation at the reference [m]",
     )
     walls: tuple[WallDraw, ...] = _entries("walls across the way")
     doorways: tuple[DoorwayDraw, ...] = _entries("walls with an opening")
@@ -166,6 +185,8 @@ class Draw(Section):
     rooms: tuple[RoomDraw, ...] = _entries("convex rooms")
     l_rooms: tuple[LRoomDraw, ...] = _entries("L-shaped rooms")
     boxes: tuple[BoxDraw, ...] = _entries("boxes and boards")
+    columns: tuple[ColumnDraw, ...] = _entries("round columns")
+    prisms: tuple[PrismDraw, ...] = _entries("convex prisms")
     moving_boxes: tuple[MovingBoxDraw, ...] = _entries("boxes that move")
     keys: dict[str, Drawn] = Field(
         default={}, description="any other key of the scenario by its dotted name, such as `sensors.beams.preset`"

@@ -44,13 +44,7 @@ def corridors(drawn: Mapping[str, Any], frame: WayFrame, random: np.random.Gener
 
 def rooms(drawn: Mapping[str, Any], frame: WayFrame, random: np.random.Generator) -> Entries:
     """Return the walls of a closed room whose corners lie on a circle."""
-    sides = int(drawn["sides"])
-    if not FEWEST_SIDES <= sides <= MOST_SIDES:
-        raise InputError(f"has {drawn['sides']:g} sides; allowed: {FEWEST_SIDES} to {MOST_SIDES}")
-    jitter = drawn["irregularity"] * (random.random(sides) - 0.5)
-    turns = math.radians(drawn["angle_deg"]) + 2 * math.pi * (np.arange(sides) + jitter) / sides
-    x, y = drawn["along"] + drawn["radius"] * np.cos(turns), drawn["across"] + drawn["radius"] * np.sin(turns)
-    return _closed(frame, list(zip(x.tolist(), y.tolist(), strict=True)), drawn["thickness"])
+    return _closed(frame, _on_circle(drawn, random), drawn["thickness"])
 
 
 def l_rooms(drawn: Mapping[str, Any], frame: WayFrame, random: np.random.Generator) -> Entries:
@@ -73,6 +67,16 @@ def boxes(drawn: Mapping[str, Any], frame: WayFrame, random: np.random.Generator
     ]
 
 
+def columns(drawn: Mapping[str, Any], frame: WayFrame, random: np.random.Generator) -> Entries:
+    """Return one column."""
+    return [{"center": frame.to_world(drawn["along"], drawn["across"]), "radius": drawn["radius"]}]
+
+
+def prisms(drawn: Mapping[str, Any], frame: WayFrame, random: np.random.Generator) -> Entries:
+    """Return one prism."""
+    return [{"corners": [frame.to_world(*corner) for corner in _on_circle(drawn, random)]}]
+
+
 def moving_boxes(drawn: Mapping[str, Any], frame: WayFrame, random: np.random.Generator) -> Entries:
     """Return one moving box."""
     if drawn["speed"] <= 0:
@@ -92,8 +96,23 @@ SHAPES: dict[str, tuple[Shape, str]] = {
     "rooms": (rooms, "walls"),
     "l_rooms": (l_rooms, "walls"),
     "boxes": (boxes, "boxes"),
+    "columns": (columns, "columns"),
+    "prisms": (prisms, "prisms"),
     "moving_boxes": (moving_boxes, "moving_boxes"),
 }
+
+
+def _on_circle(drawn: Mapping[str, Any], random: np.random.Generator) -> list[Point]:
+    """Return the corners of a convex polygon, counter-clockwise."""
+    sides = int(drawn["sides"])
+    if sides != drawn["sides"] or not FEWEST_SIDES <= sides <= MOST_SIDES:
+        raise InputError(f"has {drawn['sides']:g} sides; allowed: {FEWEST_SIDES} to {MOST_SIDES}")
+    if not 0 <= drawn["irregularity"] < 1:
+        raise InputError(f"has an irregularity of {drawn['irregularity']:g}; allowed: from 0 to less than 1")
+    jitter = drawn["irregularity"] * (random.random(sides) - 0.5)
+    turns = math.radians(drawn["angle_deg"]) + 2 * math.pi * (np.arange(sides) + jitter) / sides
+    x, y = drawn["along"] + drawn["radius"] * np.cos(turns), drawn["across"] + drawn["radius"] * np.sin(turns)
+    return list(zip(x.tolist(), y.tolist(), strict=True))
 
 
 def _across(drawn: Mapping[str, Any], frame: WayFrame, first: float, last: float) -> dict[str, Any]:

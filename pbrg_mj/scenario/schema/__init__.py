@@ -23,7 +23,7 @@ from pbrg_mj.scenario.schema.scenario import Log, Outcome, Scenario
 from pbrg_mj.scenario.schema.sensors import PRESETS, Beams, Camera, Sensors, beam_angles
 from pbrg_mj.scenario.schema.team import Team
 from pbrg_mj.scenario.schema.timing import LONGEST_PHYSICS_STEP, Timing, whole_multiple, whole_number
-from pbrg_mj.scenario.schema.world import Box, BoxWaypoint, MovingBox, Patch, Wall, World
+from pbrg_mj.scenario.schema.world import Box, BoxWaypoint, Column, MovingBox, Patch, Prism, Wall, World
 
 __all__ = [
     "LONGEST_PHYSICS_STEP",
@@ -33,6 +33,7 @@ __all__ = [
     "Box",
     "BoxWaypoint",
     "Camera",
+    "Column",
     "Control",
     "DeadMotor",
     "Disturbances",
@@ -51,6 +52,7 @@ __all__ = [
     "Outage",
     "Outcome",
     "Patch",
+    "Prism",
     "Push",
     "Radio",
     "Reference",

@@ -32,7 +32,7 @@ class Contacts(Section):
     """Which contacts make a run violated. Contact with the floor never does."""
 
     walls: Verdict = Field(
-        default="violation", description="with walls and boxes that stand still, or past their lines"
+        default="violation", description="with whatever stands still, or past its line"
     )
     moving: Verdict = Field(default="violation", description="with boxes that move, or past their lines")
     robots: Verdict = Field(default="violation", description="of robots with each other")

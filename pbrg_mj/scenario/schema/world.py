@@ -1,4 +1,4 @@
-"""`world`: walls, boxes and the floor."""
+"""`world`: walls, boxes, columns, prisms and the floor."""
 
 from __future__ import annotations
 
@@ -32,6 +32,23 @@ class Box(Section):
         dx, dy = length / 2 * math.cos(turn), length / 2 * math.sin(turn)
         ends = {"from": (x - dx, y - dy), "to": (x + dx, y + dy)}
         return Wall.model_validate({**ends, "thickness": width, "height": self.height})
+
+
+class Column(Section):
+    """An upright round column that stands still."""
+
+    center: Vector = Field(description="its axis [m]")
+    radius: Positive = Field(description="of the column [m]")
+    height: Positive = Field(default=0.2, description="above the floor [m]")
+
+
+class Prism(Section):
+    """An upright convex prism that stands still."""
+
+    corners: tuple[Vector, ...] = Field(
+        description="of its footprint in turn, either way round; convex [m]", min_length=3, max_length=64
+    )
+    height: Positive = Field(default=0.2, description="above the floor [m]")
 
 
 class BoxWaypoint(Section):
@@ -76,6 +93,8 @@ class World(Section):
 
     walls: tuple[Wall, ...] = Field(default=(), description="straight walls", max_length=MOST_OBSTACLES)
     boxes: tuple[Box, ...] = Field(default=(), description="boxes that stand still", max_length=MOST_OBSTACLES)
+    columns: tuple[Column, ...] = Field(default=(), description="round columns", max_length=MOST_OBSTACLES)
+    prisms: tuple[Prism, ...] = Field(default=(), description="convex prisms", max_length=MOST_OBSTACLES)
     moving_boxes: tuple[MovingBox, ...] = Field(default=(), description="boxes that move", max_length=MOST_OBSTACLES)
     floor_friction: Positive = Field(default=1.0, description="sliding friction of the floor against the wheels [-]")
     rolling_resistance: NonNegative = Field(
@@ -86,6 +105,11 @@ class World(Section):
     )
 
     @property
+    def everything(self) -> tuple[Wall | Box | Column | Prism | MovingBox, ...]:
+        """All that robots can touch."""
+        return (*self.walls, *self.boxes, *self.columns, *self.prisms, *self.moving_boxes)
+
+    @property
     def obstacles(self) -> tuple[Wall, ...]:
-        """All that stands still and must not be touched: the walls, then the boxes as walls."""
+        """All that stands still and is rectangular: the walls, then the boxes as walls."""
         return (*self.walls, *(box.as_wall() for box in self.boxes))

@@ -25,9 +25,9 @@ from pbrg_mj.world.plant.truth import (
     truth_index,
     write_truth,
 )
-from pbrg_mj.world.scene.footprints import Rectangles, wall_rectangles
+from pbrg_mj.world.scene.footprints import Footprints, world_footprints
 from pbrg_mj.world.scene.model_index import index_model
-from pbrg_mj.world.scene.obstacles import moving_rectangles
+from pbrg_mj.world.scene.obstacles import moving_footprints
 from pbrg_mj.world.scene.robot import load_robot_model
 from pbrg_mj.world.sensors.camera import camera_poses, fill_camera_history
 from pbrg_mj.world.sensors.sampling import Sampler
@@ -56,7 +56,7 @@ class PlantBatch:
         self._truth_from = (
             tuple(self._arrays),
             tuple(truth_index(self._index)),
-            (tuple(wall_rectangles(scenario.world.obstacles)), tuple(moving_rectangles((), 0.0))),
+            (tuple(world_footprints(scenario.world)), tuple(moving_footprints((), 0.0))),
             (self._robot.clearance, self._robot.body_radius),
             tuple(blank_truth(scenario.robots)),
         )
@@ -128,7 +128,7 @@ def _write_truths(arrays, index, obstacles, size, blank, truths):
     """
     arrays, index, blank = MujocoArrays(*arrays), TruthIndex(*index), Truth(*blank)
     walls, moving = obstacles
-    obstacles = (Rectangles(*walls), Rectangles(*moving))
+    obstacles = (Footprints(*walls), Footprints(*moving))
     hand_world, margins, touched_walls, touched_robots = truths
     for w in range(len(hand_world)):
         one = MujocoArrays(

@@ -6,8 +6,8 @@ import numpy as np
 
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.world.plant.interface import Observation, Truth
-from pbrg_mj.world.scene.footprints import wall_margin, wall_rectangles
-from pbrg_mj.world.scene.obstacles import moving_rectangles
+from pbrg_mj.world.scene.footprints import wall_margin, world_footprints
+from pbrg_mj.world.scene.obstacles import moving_footprints
 from pbrg_mj.world.scene.robot import load_robot_model
 
 
@@ -22,7 +22,7 @@ class IdealPlant:
         self._tick = scenario.timing.tick
         self._count = 0
         self._beams = scenario.sensors.beams.count
-        self._walls = wall_rectangles(scenario.world.obstacles)
+        self._walls = world_footprints(scenario.world)
         self._moving_boxes = scenario.world.moving_boxes
         self._q = np.array(scenario.team.start, dtype=float)
 
@@ -40,7 +40,7 @@ class IdealPlant:
     def truth(self) -> Truth:
         """Return the state. Contacts are those of discs the size of the robots; nothing stops the discs."""
         robots, body_pose, robot = len(self._q), self._body_pose(), self.robot
-        body, boxes = body_pose[:, :2], moving_rectangles(self._moving_boxes, self.time)
+        body, boxes = body_pose[:, :2], moving_footprints(self._moving_boxes, self.time)
         return Truth(
             body_pose=body_pose,
             hand_world=self._q.copy(),

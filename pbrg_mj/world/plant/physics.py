@@ -22,9 +22,9 @@ from pbrg_mj.world.plant.compose import compose, model_xml, start_pose
 from pbrg_mj.world.plant.interface import Observation, Truth
 from pbrg_mj.world.plant.mujoco_warnings import log_first_warning
 from pbrg_mj.world.plant.truth import blank_truth, body_poses, mujoco_arrays, truth_index, write_truth_of
-from pbrg_mj.world.scene.footprints import wall_rectangles
+from pbrg_mj.world.scene.footprints import world_footprints
 from pbrg_mj.world.scene.model_index import index_model
-from pbrg_mj.world.scene.obstacles import box_centre, moving_rectangles
+from pbrg_mj.world.scene.obstacles import box_centre, moving_footprints
 from pbrg_mj.world.scene.robot import load_robot_model
 from pbrg_mj.world.sensors.camera import camera_poses, fill_camera_history
 from pbrg_mj.world.sensors.sampling import Sampler
@@ -55,7 +55,7 @@ class MujocoPlant:
             tuple(mujoco_arrays(partial(getattr, self.data))),
             tuple(truth_index(self._index)),
         )
-        self._walls = tuple(wall_rectangles(scenario.world.obstacles))
+        self._walls = tuple(world_footprints(scenario.world))
         self._moving_boxes = scenario.world.moving_boxes
         self._wheel_friction = WheelFriction(scenario, self.robot, self.model) if scenario.world.patches else None
         drive = scenario.drive
@@ -91,7 +91,7 @@ class MujocoPlant:
     def truth(self) -> Truth:
         """Return poses, wheel speeds, margins and contacts as they are."""
         truth = tuple(blank_truth(len(self._index.body)))
-        obstacles = (self._walls, tuple(moving_rectangles(self._moving_boxes, self.time)))
+        obstacles = (self._walls, tuple(moving_footprints(self._moving_boxes, self.time)))
         write_truth_of(*self._truth_from, obstacles, (self.robot.clearance, self.robot.body_radius), truth)
         return Truth(*truth)
 

@@ -11,7 +11,7 @@ import numpy as np
 from pbrg_mj.kernel import kernel
 from pbrg_mj.world.plant.contacts import write_contacts
 from pbrg_mj.world.plant.interface import Truth
-from pbrg_mj.world.scene.footprints import Rectangles, margin
+from pbrg_mj.world.scene.footprints import Footprints, margin
 from pbrg_mj.world.scene.model_index import ModelIndex
 
 
@@ -58,7 +58,7 @@ def blank_truth(n: int) -> Truth:
 def write_truth_of(arrays, index, obstacles, size, truth):
     """Call `write_truth` with plain tuples: handing over named ones from Python costs 20 us more."""
     walls, moving = obstacles
-    obstacles = (Rectangles(*walls), Rectangles(*moving))
+    obstacles = (Footprints(*walls), Footprints(*moving))
     write_truth(MujocoArrays(*arrays), TruthIndex(*index), obstacles, size, Truth(*truth))
 
 
@@ -66,7 +66,7 @@ def write_truth_of(arrays, index, obstacles, size, truth):
 def write_truth(arrays, index, obstacles, size, truth):
     """Write poses, hand points, wheel speeds, margins and contacts of all robots into the arrays of a `Truth`.
 
-    `arrays` are MujocoArrays, `index` is a TruthIndex, `obstacles` are the Rectangles of walls and of moving boxes,
+    `arrays` are MujocoArrays, `index` is a TruthIndex, `obstacles` are the Footprints of walls and of moving boxes,
     `size` is a robot's clearance and body radius. The caller makes the arrays of `truth`: numpy does that faster than
     compiled code hands new ones out.
     """

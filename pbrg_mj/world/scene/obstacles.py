@@ -1,4 +1,4 @@
-"""Walls, boxes and moving boxes as geoms: `wall0`, `box0`, and the body and geom `moving_box0`."""
+"""What stands or moves as geoms: `wall0`, `box0`, `column0`, `prism0`, and the body and geom `moving_box0`."""
 
 # MuJoCo ships no type stubs for its compiled modules.
 # pyright: reportAttributeAccessIssue=false
@@ -10,8 +10,8 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
-from pbrg_mj.scenario.schema import MovingBox, Wall, World
-from pbrg_mj.world.scene.footprints import Rectangles
+from pbrg_mj.scenario.schema import Column, MovingBox, Prism, Wall, World
+from pbrg_mj.world.scene.footprints import Footprints, footprints_of
 
 LOW_FRICTION = (0.2, 0.005, 0.0001)  # friction: robots slide along obstacles rather than climb them
 MOVING_COLOUR = (0.80, 0.52, 0.16, 1.0)
@@ -23,6 +23,10 @@ def add_obstacles(spec: mujoco.MjSpec, surroundings: World) -> None:
         _add_wall(spec, f"wall{k}", wall)
     for k, box in enumerate(surroundings.boxes):
         _add_wall(spec, f"box{k}", box.as_wall())
+    for k, column in enumerate(surroundings.columns):
+        _add_column(spec, f"column{k}", column)
+    for k, prism in enumerate(surroundings.prisms):
+        _add_prism(spec, f"prism{k}", prism)
     for k, box in enumerate(surroundings.moving_boxes):
         _add_moving_box(spec, f"moving_box{k}", box)
 
@@ -33,13 +37,14 @@ def box_centre(box: MovingBox, time: float) -> np.ndarray:
     return np.array([np.interp(time, times, [stop.center[axis] for stop in box.waypoints]) for axis in range(2)])
 
 
-def moving_rectangles(boxes: Sequence[MovingBox], time: float) -> Rectangles:
+def moving_footprints(boxes: Sequence[MovingBox], time: float) -> Footprints:
     """Return the footprints of moving boxes where they are at `time` [s]."""
     k = len(boxes)
-    return Rectangles(
+    return footprints_of()._replace(
         centre=np.array([box_centre(box, time) for box in boxes]).reshape(k, 2),
         axis=np.tile([1.0, 0.0], (k, 1)),
         half_size=np.array([box.size for box in boxes], dtype=float).reshape(k, 2) / 2,
+        radius=np.zeros(k),
     )
 
 
@@ -53,6 +58,33 @@ def _add_wall(spec: mujoco.MjSpec, name: str, wall: Wall) -> None:
         size=[np.hypot(*along) / 2, wall.thickness / 2, wall.height / 2],
         pos=[*(start + end) / 2, wall.height / 2],
         quat=[np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)],
+        material="wall",
+        friction=LOW_FRICTION,
+    )
+
+
+def _add_column(spec: mujoco.MjSpec, name: str, column: Column) -> None:
+    spec.body("walls").add_geom(
+        name=name,
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        size=[column.radius, column.height / 2, 0],
+        pos=[*column.center, column.height / 2],
+        material="wall",
+        friction=LOW_FRICTION,
+    )
+
+
+def _add_prism(spec: mujoco.MjSpec, name: str, prism: Prism) -> None:
+    """Add the convex hull of the corners on the floor and at the top; about their middle, for single floats."""
+    corners = np.array(prism.corners)
+    middle = corners.mean(axis=0)
+    around = [[*(corner - middle), z] for z in (-prism.height / 2, prism.height / 2) for corner in corners]
+    spec.add_mesh(name=name, uservert=np.ravel(around).tolist())
+    spec.body("walls").add_geom(
+        name=name,
+        type=mujoco.mjtGeom.mjGEOM_MESH,
+        meshname=name,
+        pos=[*middle, prism.height / 2],
         material="wall",
         friction=LOW_FRICTION,
     )

@@ -1,6 +1,6 @@
 """Random teams in physics with and without `control.separation`: how often robots touch, and how soon they are settled.
 
-python scripts/measure_distances.py [--first SEED] [--teams N] [--duration S] [--jobs N]
+python scripts/measure_distances.py [--first SEED] [--teams N] [--duration S] [--jobs N] [KEY=VALUE ...]
 
 3 to 5 robots on a ring stand anywhere in a square and are to make any formation; half of the teams have a wall beside
 them, which may be in the way. A team is settled when no robot is farther than 5 cm from the formation about the team's
@@ -16,6 +16,7 @@ from concurrent.futures import ProcessPoolExecutor
 from typing import Any, NamedTuple
 
 import numpy as np
+import yaml
 
 import pbrg_mj as pbrg
 from pbrg_mj.loop.simulation import Simulation
@@ -76,9 +77,9 @@ def team(seed: int) -> dict[str, Any]:
     }
 
 
-def outcome(seed: int, separation: str | None, duration: float) -> Outcome:
-    """Run one team."""
-    keys = team(seed) | {"control.separation": separation}
+def outcome(seed: int, separation: str | None, duration: float, others: dict[str, Any]) -> Outcome:
+    """Run one team; `others` are keys for all teams."""
+    keys = team(seed) | {"control.separation": separation} | others
     simulation = Simulation.build(pbrg.load("paper/experiment_near", keys, duration=duration).settings)
     scenario = simulation.loop.scenario
     formation, truths, errors = np.array(scenario.team.formation), [], []
@@ -122,12 +123,14 @@ def main() -> None:
     parser.add_argument("--teams", type=int, default=40)
     parser.add_argument("--duration", type=float, default=12.0)
     parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("keys", nargs="*", metavar="KEY=VALUE", help="of all teams")
     given = parser.parse_args()
+    others = {key: yaml.safe_load(value) for key, value in (text.split("=", 1) for text in given.keys)}
     seeds = range(given.first, given.first + given.teams)
     with ProcessPoolExecutor(given.jobs) as pool:
         for separation in (None, "auto"):
             n = len(seeds)
-            found = list(pool.map(outcome, seeds, [separation] * n, [given.duration] * n))
+            found = list(pool.map(outcome, seeds, [separation] * n, [given.duration] * n, [others] * n))
             print(f"control.separation: {separation or 'null'}", *lines(found), sep="\n    ")
 
 

@@ -75,6 +75,7 @@ def test_the_filter_is_the_quadratic_program_of_an_independent_solver() -> None:
             normals, offsets = rows_of(keeper, problem, q, u, j)
             w = cvxpy.Variable(2)
             cvxpy.Problem(cvxpy.Minimize(cvxpy.sum_squares(w - wanted)), [normals @ w <= offsets]).solve("CLARABEL")
+            assert w.value is not None
             np.testing.assert_allclose(driven[j], w.value, atol=1e-5)
             changed += not np.allclose(driven[j], wanted)
     assert changed > 40
@@ -193,6 +194,17 @@ def test_the_recommended_set_up_keeps_bodies_apart_or_what_the_formation_leaves(
     narrow = {**keys, "team.formation": [[0.0, 0.0], [0.15, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]]}
     assert separation(pbrg.load("paper/experiment_near", narrow).settings) == 0.15
     assert separation(pbrg.load("paper/simulation_near", keys).settings) is None
+
+
+def test_behind_all_that_lags_an_approach_is_critically_damped() -> None:
+    """gamma = 1 / (4 tau): tau x'' + x' + gamma x = 0 has a double root; and gamma tick <= 1 at any tick."""
+    delays = {"sensors.camera.delay": 0.1, "radio.delay": 0.05, "radio.jitter": 0.03, "control.separation": 0.2}
+    late = pbrg.load("paper/experiment_near", delays).settings
+    gain = SeparationFilter.of(late, 0.0, NOTHING).gain
+    tau = 0.01 + load_robot_model().time_constant + 1 / 30 + 0.1 + 0.05 + 0.03
+    np.testing.assert_allclose(np.roots([tau, 1.0, gain]), -1 / (2 * tau), rtol=1e-6)
+    ideal = pbrg.load("paper/simulation_near", {"control.separation": 0.2, "timing.tick": 0.1}).settings
+    assert SeparationFilter.of(ideal, 0.0, NOTHING).gain * 0.1 == 0.25
 
 
 def test_a_formation_nearer_than_its_robots_may_be_is_refused() -> None:

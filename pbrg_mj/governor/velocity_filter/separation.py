@@ -50,11 +50,12 @@ class SeparationFilter:
         A distance x above d that falls by gamma x behind a lag tau, tau x'' + x' + gamma x = 0, is critically damped
         at gamma = 1 / (4 tau).
         """
-        distance, camera, lag = separation(scenario), scenario.sensors.camera, scenario.timing.tick
+        distance, lag = separation(scenario), scenario.timing.tick
         if distance is None:
             raise ValueError("the scenario asks for no separation")
         if scenario.plant == "physics":
-            lag += load_robot_model().time_constant + 1.0 / camera.rate_hz + camera.delay
+            camera, radio = scenario.sensors.camera, scenario.radio
+            lag += load_robot_model().time_constant + 1.0 / camera.rate_hz + camera.delay + radio.delay + radio.jitter
         formation = np.array(scenario.team.formation, dtype=float)
         return cls(formation, distance, margin, 1.0 / (4.0 * lag), facets, scenario.timing.tick)
 

@@ -20,6 +20,7 @@ from pbrg_mj.log.write.log_file import check_writable
 from pbrg_mj.loop.batch import BatchHistories, BatchSimulation
 from pbrg_mj.loop.one_by_one import run_worlds, side_by_side
 from pbrg_mj.loop.resources import check_memory
+from pbrg_mj.plugins import is_centralized
 
 
 class Batch(Arrays):
@@ -49,7 +50,8 @@ class Batch(Arrays):
 
         `rates` has, for every fate, the share of worlds that met it, and Wilson's 95 % interval of its probability.
         """
-        return {"scenario": self._scenario.name, **self._summary}
+        kind = self._scenario.settings.governor.kind
+        return {"scenario": self._scenario.name, "governor": kind, "centralized": is_centralized(kind), **self._summary}
 
     @property
     def failed(self) -> bool:

@@ -12,6 +12,7 @@ governed reference m_i, and beside it numbers that are never fed back.
 - `distributed`: the paper's algorithm, rounds of messages between neighbours
 - `baselines`, `guard`, `plug_in`: other governors, what may stand behind one, governors of other packages
 - `velocity_filter`: what may change the velocities of eq. 2 before they are driven
+- `paper_program`: the paper's algorithm as the program of one robot; `plug_in_program`: programs of other packages
 - `monitor`: what is evaluated of every tick and never fed back
 - `stability`: how long a round and how late a message may be, predicted from the scenario
 - `registry`: all of them by the names a scenario calls them

@@ -34,6 +34,7 @@ from pbrg_mj.governor.messaging.carrier import CarriedGovernor
 from pbrg_mj.governor.optimizers.by_name import OPTIMIZERS
 from pbrg_mj.governor.optimizers.synchronizer import Synchronizer
 from pbrg_mj.governor.optimizers.team import CompiledPaperFlow, EveryRobot
+from pbrg_mj.governor.paper_program import PaperProgram
 from pbrg_mj.governor.plug_in import PlugInCertificate, PlugInGovernor, PlugInSolver
 from pbrg_mj.governor.plug_in_program import robots_of_scenario
 from pbrg_mj.governor.problem.ball import BallCertificate
@@ -111,13 +112,22 @@ def _paper_flow(scenario: Scenario, lines: Channel | None) -> DistributedGoverno
         initial=settings.initial,
         channel=lines,
         diverged_beyond=scenario.outcome.diverged_beyond,
-        backend=settings.backend,
+        backend="numpy" if settings.backend == "numpy" else "compiled",
     )
 
 
 def _distributed(scenario: Scenario) -> Governor:
+    if scenario.governor.backend == "program":
+        return _paper_program(scenario)
     optimizer = _paper_flow(scenario, channel(scenario))
     return GuardedGovernor(optimizer) if scenario.governor.guard else optimizer
+
+
+def _paper_program(scenario: Scenario) -> Governor:
+    settings, lines = scenario.governor, channel(scenario)
+    beyond = scenario.outcome.diverged_beyond
+    program = PaperProgram.of(_flow(scenario), settings.reference_range, beyond, network(scenario), lines)
+    return replace(CarriedGovernor.of(scenario, program), tells_rows=True)  # rows of rho, or along G, are its own
 
 
 def _certified(scenario: Scenario) -> Governor:

@@ -16,6 +16,7 @@ CERTIFIED = ("certified", "rollout")
 def certificate(scenario: Scenario) -> Iterator[Diagnostic]:
     """Yield what is wrong between governor, certificate and messages."""
     governor = scenario.governor
+    yield from _program(scenario)
     if governor.kind in CERTIFIED:
         yield from _certified(scenario)
     elif governor.kind == "cbf":
@@ -26,6 +27,17 @@ def certificate(scenario: Scenario) -> Iterator[Diagnostic]:
             "is predictive with `kind: distributed`, whose estimates lag the team by more than this certificate "
             "leaves; allowed: ball, directional_ball, or `kind: certified` or centralized",
         )
+
+
+def _program(scenario: Scenario) -> Iterator[Diagnostic]:
+    """Yield what robots that run the paper's algorithm one by one do not do."""
+    governor, path = scenario.governor, ("governor", "backend")
+    if governor.backend != "program":
+        return
+    if governor.kind != "distributed":
+        yield Diagnostic(path, f"is program with `kind: {governor.kind}`; allowed: with `kind: distributed` only")
+    if governor.guard or scenario.network.exchange != "plain":
+        yield Diagnostic(path, "is program; allowed: without governor.guard, and with `network.exchange: plain` only")
 
 
 def _barrier(scenario: Scenario) -> Iterator[Diagnostic]:

@@ -143,10 +143,10 @@ class Governor(Section):
         default=False,
         description="apply no reference that the robots' own rows forbid, though the optimizer lags; not in the paper",
     )
-    backend: Literal["compiled", "numpy"] = Field(
+    backend: Literal["compiled", "numpy", "program"] = Field(
         default="compiled",
-        description="of the distributed governor and of eq. 2: compiled kernels, or the equations in plain NumPy, "
-        "readable and slow",
+        description="of the distributed governor and of eq. 2: compiled kernels, the equations in plain NumPy, "
+        "readable and slow, or the governor as a program that every robot runs, its messages carried as bytes",
     )
 
     @model_validator(mode="before")

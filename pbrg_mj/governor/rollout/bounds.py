@@ -29,22 +29,25 @@ def rollout_bounds(model: TeamModel, weights: np.ndarray, steps: int) -> Rollout
 
     Raises ValueError when the sampled team does not settle.
     """
+    from scipy.sparse import csr_array  # takes a while to import
+
     n, (width, terms) = model.robots, weights.shape
     change, rolled = model.step - np.eye(2 * n), np.eye(2 * n)
     powers = [np.eye(2 * n)]
     for _ in range(terms - 1):
         powers.append(powers[-1] @ change)
     last = np.tensordot(weights[-1], np.array(powers), axes=1)
+    back = csr_array(model.step.T)  # few of its numbers are not 0
     true, error, lengths = np.eye(n, 2 * n), [np.zeros(n)], [np.ones(n)]
     for _ in range(steps):
         parts = np.array([(power @ rolled)[:n] for power in powers])
         for r in range(width):
-            true = true @ model.step
+            true = (back @ true.T).T
             error.append(np.abs(np.tensordot(weights[r], parts, axes=1) - true).sum(axis=1))
             lengths.append(np.abs(true).sum(axis=1))
         rolled = last @ rolled
     for _ in range(_ticks_to_shorten(model)):
-        true = true @ model.step
+        true = (back @ true.T).T
         lengths.append(np.abs(true).sum(axis=1))
     remaining = np.maximum.accumulate(np.array(lengths)[::-1])[::-1]
     return RolloutBounds(np.array(error), np.ascontiguousarray(remaining[: len(error)]))

@@ -52,8 +52,8 @@ The ideal plant refuses what it would ignore: `drive`, `radio`, `disturbances`, 
 `world.moving_boxes`, `world.patches`, `world.floor_friction` and `world.rolling_resistance` may be given with
 their defaults only.
 
-A beam's range becomes a reading in this order: additive and multiplicative Gaussian noise, quantisation, range limits,
-outliers, dropout. Keys given beside `sensors.beams.preset` win over the preset's.
+A beam's range becomes a reading in this order: bias, additive and multiplicative Gaussian noise, quantisation, range
+limits, outliers, dropout. Keys given beside `sensors.beams.preset` win over the preset's.
 """
 
 FAMILIES = """

@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pbrg_mj.errors import InputError
+from pbrg_mj.scenario.load import load_scenario
 from pbrg_mj.scenario.schema import Beams, Camera, Operator, Scenario, Sensors, Team
 from pbrg_mj.sensing.noise import SensorNoise, sensor_noise
 from pbrg_mj.sensing.sense import sense
@@ -135,3 +137,30 @@ def test_a_robot_keeps_its_noise_when_others_lose_their_beams() -> None:
 def test_no_beams_at_all() -> None:
     reading = sense(replace(observation(2), ranges=np.zeros((0, BEAMS))), None, replace(NOISE, beam_robots=()))
     assert reading.ranges.shape == (0, BEAMS)
+
+
+def test_biases_are_added_to_what_is_seen_and_to_nothing_else() -> None:
+    """Without noise the errors are the biases; beams that hit nothing stay so."""
+    sensors = Sensors(
+        beams=Beams(preset="ideal", bias=(0.1, 0.0, -0.3), range_max=4.0, robots=(1, 3)),
+        camera=Camera(position_std=0, heading_std_deg=0, bias_x=(0.1, 0.2, 0.3), bias_y=-0.5, heading_bias_deg=90.0),
+    )
+    noise = sensor_noise(scenario(sensors=sensors))
+    ranges = np.tile([-1.0, 0.2, 1.0, 3.99, 4.0], (2, 1))
+    seen = sense(Observation(observation(0).body_pose, 0, ranges, 0), None, noise)
+    error = seen.body_pose - observation(0).body_pose
+    np.testing.assert_allclose(error, [[x, -0.5, np.pi / 2] for x in (0.1, 0.2, 0.3)], atol=1e-12)
+    np.testing.assert_allclose(seen.ranges, [[np.nan, 0.3, 1.1, np.nan, np.nan], [np.nan, np.nan, 0.7, 3.69, np.nan]])
+
+
+def test_no_bias_changes_no_bit_and_the_ideal_plant_has_none() -> None:
+    plain, biased = (sensor_noise(scenario(sensors=Sensors(beams=Beams(bias=bias)))) for bias in (0.0, (0.0, 0.0, 0.0)))
+    assert plain == biased and plain.range_bias == plain.pose_bias == ()
+    ideal = {"plant": "ideal", "estimator": {"source": "given"}, "sensors": Sensors(camera=Camera(bias_x=1.0))}
+    assert sensor_noise(scenario(**ideal)).pose_bias == ()
+
+
+@pytest.mark.parametrize("key", ["beams.bias", "camera.bias_x", "camera.bias_y", "camera.heading_bias_deg"])
+def test_as_many_biases_as_robots(key: str) -> None:
+    with pytest.raises(InputError, match=rf"sensors.{key}: has 2 entries; allowed: one number, or 5, one per robot"):
+        load_scenario("paper/experiment_near", [f"sensors.{key}=[0.1, 0.2]"])

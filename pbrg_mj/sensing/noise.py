@@ -10,7 +10,7 @@ import numpy as np
 
 from pbrg_mj import plugins
 from pbrg_mj.scenario.random_streams import Source, Streams
-from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.scenario.schema import Scenario, per_robot
 from pbrg_mj.sensing.noise_model import PlugInNoise
 
 
@@ -29,6 +29,8 @@ class SensorNoise:
     range_ratio: float = 0.0  # multiplicative part: standard deviation per range [-]
     quantum: float = 0.0  # ranges are whole multiples of this [m]; 0: any range
     outliers: float = 0.0  # probability that a beam returns anything within the limits
+    range_bias: tuple[float, ...] = ()  # of each row of the ranges [m]; empty: none
+    pose_bias: tuple[tuple[float, float, float], ...] = ()  # of each robot's x, y [m], heading [rad]; empty: none
     model: PlugInNoise | None = None  # in place of all that, but for the limits
 
     @cached_property
@@ -58,6 +60,10 @@ def noise_parameters(scenario: Scenario) -> SensorNoise:
     """Return the numbers of a scenario's sensors; the ideal plant is seen exactly (range limits still hold)."""
     beams, camera = scenario.sensors.beams, scenario.sensors.camera
     exact = scenario.plant == "ideal"
+    range_bias = [per_robot(beams.bias, scenario.robots)[robot] for robot in scenario.beam_robots]
+    headings = np.deg2rad(per_robot(camera.heading_bias_deg, scenario.robots)).tolist()
+    places = (per_robot(given, scenario.robots) for given in (camera.bias_x, camera.bias_y))
+    pose_bias = tuple(zip(*places, headings, strict=True))
     return SensorNoise(
         seed=scenario.seed,
         beam_robots=scenario.beam_robots,
@@ -70,4 +76,6 @@ def noise_parameters(scenario: Scenario) -> SensorNoise:
         range_ratio=0.0 if exact else beams.noise_ratio,
         quantum=0.0 if exact else beams.quantum,
         outliers=0.0 if exact else beams.outliers,
+        range_bias=tuple(range_bias) if any(range_bias) and not exact else (),
+        pose_bias=pose_bias if np.any(pose_bias) and not exact else (),
     )

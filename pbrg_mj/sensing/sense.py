@@ -39,7 +39,8 @@ def _poses(observation: Observation, noise: SensorNoise) -> np.ndarray:
     draws, streams = np.empty_like(true), noise.camera_streams
     for robot in range(len(true)):
         streams.at(robot, observation.pose_frame).standard_normal(out=draws[robot])
-    return true + std * draws
+    seen = true + std * draws
+    return seen + np.array(noise.pose_bias) if noise.pose_bias else seen
 
 
 def _ranges(observation: Observation, noise: SensorNoise) -> np.ndarray:
@@ -54,4 +55,7 @@ def _ranges(observation: Observation, noise: SensorNoise) -> np.ndarray:
             random = streams.at(robot, observation.scan_frame)
             seen[row] = model.scan(raw[row], random, noise.range_min, noise.range_max)
         return seen
+    if noise.range_bias:
+        there = (raw >= 0) & (raw < noise.range_max)  # what was hit; a range at the maximum is the sensor's cutoff
+        raw = np.where(there, np.maximum(raw + np.array(noise.range_bias)[:, None], 0.0), raw)
     return noisy_scans(raw, noise, (streams.at(robot, observation.scan_frame) for robot in noise.beam_robots))

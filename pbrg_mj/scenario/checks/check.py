@@ -38,11 +38,17 @@ def _lengths(scenario: Scenario) -> Iterator[Diagnostic]:
         yield Diagnostic(
             ("team", "formation"), f"has {len(team.formation)} entries; allowed: {n}, one per robot in team.start"
         )
-    if isinstance(team.heading_deg, tuple) and len(team.heading_deg) != n:
-        yield Diagnostic(
-            ("team", "heading_deg"),
-            f"has {len(team.heading_deg)} entries; allowed: one number, or {n}, one per robot in team.start",
-        )
+    beams, camera = scenario.sensors.beams, scenario.sensors.camera
+    one_or_all = {
+        ("team", "heading_deg"): team.heading_deg,
+        ("sensors", "beams", "bias"): beams.bias,
+        **{("sensors", "camera", name): getattr(camera, name) for name in ("bias_x", "bias_y", "heading_bias_deg")},
+    }
+    for path, given in one_or_all.items():
+        if isinstance(given, tuple) and len(given) != n:
+            yield Diagnostic(
+                path, f"has {len(given)} entries; allowed: one number, or {n}, one per robot in team.start"
+            )
 
 
 def _given(scenario: Scenario) -> Iterator[Diagnostic]:

@@ -20,7 +20,7 @@ from pbrg_mj.scenario.schema.graph import Edge, Graph, edge_list, unreachable
 from pbrg_mj.scenario.schema.network import Link, Network, Outage
 from pbrg_mj.scenario.schema.operator import Operator, Waypoint, operator_reference
 from pbrg_mj.scenario.schema.scenario import Log, Outcome, Scenario
-from pbrg_mj.scenario.schema.sensors import PRESETS, Beams, Camera, Sensors, beam_angles
+from pbrg_mj.scenario.schema.sensors import PRESETS, Beams, Camera, Sensors, beam_angles, per_robot
 from pbrg_mj.scenario.schema.team import Team
 from pbrg_mj.scenario.schema.timing import LONGEST_PHYSICS_STEP, Timing, whole_multiple, whole_number
 from pbrg_mj.scenario.schema.world import Box, BoxWaypoint, Column, MovingBox, Patch, Prism, Wall, World
@@ -68,6 +68,7 @@ __all__ = [
     "beam_angles",
     "edge_list",
     "operator_reference",
+    "per_robot",
     "unreachable",
     "whole_multiple",
     "whole_number",

@@ -50,6 +50,10 @@ EARLIER_GENERIC = "none"
 Deviation = Annotated[float, Field(ge=0, le=1000)]
 """Of noise: a sensor that errs by more than a kilometre, or three turns, says nothing."""
 
+Bias = Annotated[float, Field(ge=-1000, le=1000)]
+PerRobot = Bias | tuple[Bias, ...]
+"""One for all robots, or one per robot."""
+
 Low = Annotated[float, Field(ge=0.02, le=0.04)]
 High = Annotated[float, Field(ge=0.045, le=0.053)]
 """Heights that beams may start from [m]: where a robot has tub and wheels, and where it has its plate, 1 mm from what
@@ -77,6 +81,9 @@ class Beams(Section):
     )
     noise_std: Deviation = Field(default=0.005, description="standard deviation of additive Gaussian range noise [m]")
     noise_ratio: Deviation = Field(default=0.0, description="standard deviation of range noise per range [-]")
+    bias: PerRobot = Field(
+        default=0.0, description="constant error of all ranges, one for all robots or one per robot; never told [m]"
+    )
     quantum: NonNegative = Field(default=0.0, description="ranges are whole multiples of this; 0: any range [m]")
     dropout: Probability = Field(default=0.0, description="probability that a beam returns nothing [-]")
     outliers: Probability = Field(
@@ -99,6 +106,11 @@ class Camera(Section):
     rate_hz: Positive = Field(default=30.0, description="frames per second [Hz]")
     position_std: Deviation = Field(default=0.001, description="standard deviation of x and y [m]")
     heading_std_deg: Deviation = Field(default=0.2, description="standard deviation of the heading [deg]")
+    bias_x: PerRobot = Field(
+        default=0.0, description="constant error of x, one for all robots or one per robot; never told [m]"
+    )
+    bias_y: PerRobot = Field(default=0.0, description="the same of y [m]")
+    heading_bias_deg: PerRobot = Field(default=0.0, description="the same of the heading [deg]")
     delay: NonNegative = Field(
         default=0.0, description="from exposure to use, at most 10 s [s]; until then the start poses are known"
     )
@@ -113,6 +125,11 @@ class Sensors(Section):
         default="standard", description="of beams and camera: standard, by the numbers above, or a plug-in's name"
     )
     noise_options: dict[str, Any] = Field(default={}, description="of a plug-in's noise model")
+
+
+def per_robot(given: PerRobot, robots: int) -> tuple[float, ...]:
+    """Return one number for each robot."""
+    return given if isinstance(given, tuple) else (given,) * robots
 
 
 def beam_angles(beams: Beams) -> np.ndarray:

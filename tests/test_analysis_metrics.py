@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from pbrg_mj.analysis.metrics.margins import ball_radius, sensed_margin, true_margin
-from pbrg_mj.analysis.metrics.run_metrics import RunMetrics, Statistics, metrics, statistics
+from pbrg_mj.analysis.metrics.run_metrics import RunMetrics, metrics
+from pbrg_mj.analysis.metrics.samples import Statistics, statistics
 from pbrg_mj.errors import InputError
 from pbrg_mj.governor.certificate.evaluate import worst_rows
 from pbrg_mj.governor.problem.ball import ball_rows
@@ -198,7 +199,7 @@ def test_the_true_margin_of_walls_is_the_world_s():
     margin = np.full((STEPS, 2), 0.5)
     margin[6, 1] = 0.125
     made = run(walled(), ticks={"wall_margin": margin})
-    np.testing.assert_array_equal(true_margin(made), margin)
+    np.testing.assert_array_equal(true_margin(made.ticks, made.scenario), margin)
     assert metrics(made).true_margin_min_m == 0.125
 
 

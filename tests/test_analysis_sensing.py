@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pbrg_mj.analysis.metrics.run_metrics import metrics
-from pbrg_mj.analysis.metrics.sensing_gap import true_optima
+from pbrg_mj.analysis.metrics.sensing_gap import TrueOptimum
 from pbrg_mj.cli.main import main
 from pbrg_mj.log.read.run import open_run
 
@@ -41,8 +41,10 @@ def test_a_wall_five_centimetres_off_moves_the_optimum(ideal):
     estimator = ideal.scenario.estimator.model_copy(update={"source": "beams", "given": ()})
     scenario = ideal.scenario.model_copy(update={"world": world, "estimator": estimator})
     nearer = dataclasses.replace(ideal, scenario=scenario)
-    every = np.ones(len(ideal.optima.index), dtype=bool)
-    true = true_optima(nearer, every)
+    rows = np.searchsorted(ideal.ticks.index, ideal.optima.index)
+    p, xi, reference = (values[rows] for values in (ideal.ticks.p, ideal.ticks.xi, ideal.ticks.reference))
+    true = TrueOptimum(nearer.scenario).solve(p, xi, reference)
+    assert true is not None
     normal = np.array([1.0, 1.0]) / np.sqrt(2)
     back = (ideal.optima.m - true) @ normal
     assert np.all(back > 0.0)

@@ -44,7 +44,7 @@ def references(component: int, axes: Axes, run: Run) -> None:
 def margin(axes: Axes, run: Run) -> None:
     """Draw the least distance to a line: true, as sensed, and what the certificate's ball leaves (-g, eq. 13)."""
     curves = {
-        "true": true_margin(run).min(axis=1),
+        "true": true_margin(run.ticks, run.scenario).min(axis=1),
         "sensed": sensed_margin(run.ticks),
         "certified": -per_tick(run, certificate_rows)[:, BALL],
     }

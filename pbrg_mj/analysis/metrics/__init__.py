@@ -8,9 +8,13 @@ trend             where a team is going, by its distance over the last seconds
 outcome           how the run ended, in one word
 binding           what binds at the end, in words
 sensing_gap       what sensing costs: the optimum on sensed against true half-spaces
-run_metrics       all metrics of a run
+samples           means and exact percentiles of numbers that are not held
+joined            ticks and optima brought together while both are read
+settling          since when the team has been there
 per_tick          what metrics take from large columns, a number per tick
-log_metrics       the same of a log that is not held as a whole
+safety_totals, certificate_totals, optimum_totals    sums over a run, a block of its log at a time
+run_metrics       all metrics of a run
+log_metrics       the same of a log that is not held
 table             metrics of several runs as text
 paper_table       the paper's four runs as Markdown and JSON
 rates             how often something happened, with confidence intervals

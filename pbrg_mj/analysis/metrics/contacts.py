@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -13,14 +12,6 @@ Kind = Literal["walls", "moving", "robots"]  # the keys of `outcome.contacts`
 FIELDS: dict[Kind, str] = {"walls": "wall_contact", "moving": "moving_contact", "robots": "robot_contact"}
 
 
-@dataclass(frozen=True)
-class ContactCount:
-    """Contacts of one kind."""
-
-    times: int  # that a robot came into contact; two robots that meet count as two
-    seconds: float  # during which some robot was in contact [s]
-
-
 def contact_flags(run: Run, kind: Kind) -> np.ndarray:
     """Return which robot was in contact since the tick before (T, n)."""
     return getattr(run.ticks, FIELDS[kind])
@@ -29,14 +20,6 @@ def contact_flags(run: Run, kind: Kind) -> np.ndarray:
 def is_violation(run: Run, kind: Kind) -> bool:
     """Whether the scenario takes contacts of this kind for violations."""
     return getattr(run.scenario.outcome.contacts, kind) == "violation"
-
-
-def count_contacts(run: Run, kind: Kind) -> ContactCount | None:
-    """Return how often and how long; None when the log is too old to tell."""
-    if FIELDS[kind] in run.absent:
-        return None
-    flags = contact_flags(run, kind)
-    return ContactCount(len(onsets(flags)), float(flags.any(axis=1).sum() * run.scenario.timing.tick))
 
 
 def onsets(flags: np.ndarray) -> list[list[int]]:

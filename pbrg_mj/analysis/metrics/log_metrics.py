@@ -1,117 +1,156 @@
-"""The metrics of a log, of which only what they need is kept while it is read."""
+"""The metrics of a log that is read once, a block at a time, and never held."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from pbrg_mj.analysis.metrics import per_tick
 from pbrg_mj.analysis.metrics.binding import SECOND
-from pbrg_mj.analysis.metrics.run_metrics import RunMetrics, metrics
+from pbrg_mj.analysis.metrics.joined import NotKeptError
+from pbrg_mj.analysis.metrics.outcome import signs
+from pbrg_mj.analysis.metrics.per_tick import state_size
+from pbrg_mj.analysis.metrics.run_metrics import RunMetrics, Totals, summed_up
 from pbrg_mj.log.read import run as reader
 from pbrg_mj.log.read.columns import Columns
-from pbrg_mj.log.read.run import OptimumSeries, TickSeries
+from pbrg_mj.log.read.run import OptimumSeries, Run, TickSeries, TimingSeries
 from pbrg_mj.log.read.ticks import read_header
 from pbrg_mj.scenario.schema import Scenario, whole_number
 
-KEPT = {
-    *("index", "time", "hand_true", "wall_margin", "moving_margin", "wall_contact", "moving_contact", "robot_contact"),
-    *("reference", "status", "rounds", "consensus_spread", "winding_up"),
-}
-AT_REFERENCE = ("p", "xi", "m")  # kept of the ticks at which there may be an optimum
-NOT_OF_OPTIMA = ("multipliers", "primal_storage", "dual_storage", "primal_dissipation", "dual_dissipation")
-
-
-class NotKeptError(LookupError):
-    """A row of a column that was not kept."""
-
-
-class KeptRows:
-    """A column of which only some rows are there."""
-
-    def __init__(self, rows: np.ndarray, values: np.ndarray):
-        self._rows, self._values = rows, values
-
-    def __getitem__(self, rows: Any) -> np.ndarray:
-        """Return the values of those rows, a number or an array of numbers. Raises NotKeptError."""
-        places = np.minimum(np.searchsorted(self._rows, rows), max(len(self._rows) - 1, 0))
-        if not len(self._rows) or np.any(self._rows[places] != rows):
-            raise NotKeptError
-        return self._values[places]
+TOLD = (  # the columns by which `outcome` tells how a run ended
+    *("index", "time", "status", "reference", "hand_true", "body_pose_true", "wall_margin", "moving_margin"),
+    *("wall_contact", "moving_contact", "robot_contact"),
+)
 
 
 def log_metrics(path: str | Path) -> RunMetrics:
-    """Return `metrics(open_run(path))`, number by number, in a fraction of the memory. Raises what that raises."""
-    kept = _Kept(read_header(Path(path)).scenario)
-    run = reader.open_run(path, {"Tick": kept.of_ticks, "Optimum": kept.of_optima})
-    end = replace(run, ticks=kept.end.series(), optima=kept.last_optimum(), reduced={})
+    """Return `metrics(open_run(path))`, number by number but for the rounding of means. Raises what that raises."""
+    scenario = read_header(Path(path)).scenario
+    every = whole_number(scenario.reference.period, scenario.timing.tick)
     try:
-        return metrics(replace(run, ticks=TickSeries.of(vars(run.ticks) | kept.rows())), end)
+        return _read(path, scenario, 0 if scenario.reference.solver == "none" else every)
     except NotKeptError:  # optima elsewhere than the scenario has them
-        return metrics(reader.open_run(path))
+        return _read(path, scenario, 1)
 
 
-class _Kept:
-    """What is kept of a log's blocks, besides the columns that are kept as they are."""
+def _read(path: str | Path, scenario: Scenario, every: int) -> RunMetrics:
+    totals, told, end = Totals(scenario, every), Told(scenario), End(scenario)
 
-    def __init__(self, scenario: Scenario):
-        self._scenario = scenario
-        self._every = whole_number(scenario.reference.period, scenario.timing.tick)
-        self._at_reference: list[tuple[np.ndarray, Columns]] = []  # ticks, and their rows
-        self._in_contact: tuple[np.ndarray, np.ndarray] | None = None  # the first tick with robots in contact
-        self._last_optimum: Columns = {}
-        self.end = _End(2 + int((scenario.outcome.rest_time + SECOND) / scenario.timing.tick))
+    def of_ticks(block: Columns) -> Columns:
+        totals.add_ticks(block)
+        told.add(block)
+        end.add(block)
+        return {}
 
-    def of_ticks(self, block: Columns) -> Columns:
-        """Return what is kept of a block of ticks."""
-        self.end.add(block)
-        chosen = np.flatnonzero(block["index"] % self._every == 0)
-        self._at_reference.append((block["index"][chosen], {name: block[name][chosen] for name in AT_REFERENCE}))
-        touching = np.flatnonzero(block["robot_contact"].any(axis=1))[:1]
-        if len(touching) and self._in_contact is None:
-            self._in_contact = block["index"][touching], block["body_pose_true"][touching]
-        ticks = TickSeries.of(block)
-        with np.errstate(all="ignore"):  # as in the metrics
-            taken = {quantity.__name__: quantity(ticks, self._scenario) for quantity in per_tick.ALL}
-        return {name: block[name] for name in KEPT} | taken
+    def of_optima(block: Columns) -> Columns:
+        totals.add_optima(block)
+        end.add_optima(block)
+        return {}
 
-    def of_optima(self, block: Columns) -> Columns:
-        """Return what is kept of a block of optima."""
-        self._last_optimum = {name: values[-1:].copy() for name, values in block.items()}
-        return {name: values for name, values in block.items() if name not in NOT_OF_OPTIMA}
+    def of_timings(block: Columns) -> Columns:
+        totals.add_timings(block)
+        return {}
 
-    def last_optimum(self) -> OptimumSeries:
-        """Return the last one alone, with all columns; of none, empty columns."""
-        return OptimumSeries.of(self._last_optimum)
-
-    def rows(self) -> dict[str, Any]:
-        """Return the columns of which some rows are kept."""
-        rows = np.concatenate([rows for rows, _ in self._at_reference])
-        found = {
-            name: KeptRows(rows, np.concatenate([values[name] for _, values in self._at_reference]))
-            for name in AT_REFERENCE
-        }
-        nowhere = np.zeros(0, dtype=np.int64), np.zeros((0, self._scenario.robots, 3))
-        return found | {"body_pose_true": KeptRows(*(self._in_contact or nowhere))}
+    run = reader.open_run(path, {"Tick": of_ticks, "Optimum": of_optima, "Timing": of_timings})
+    return summed_up(totals, told.run(run), end.run(run))
 
 
-class _End:
-    """All columns of the last ticks."""
+class Last:
+    """Columns of the last ticks."""
 
     def __init__(self, ticks: int):
         self._ticks = ticks
-        self._blocks: list[Columns] = []
+        self.blocks: list[Columns] = []
 
     def add(self, block: Columns) -> None:
         """Take the next block, and forget what is no longer the end."""
-        self._blocks.append(block)
-        held = sum(len(one["time"]) for one in self._blocks)
-        while held - len(self._blocks[0]["time"]) >= self._ticks:
-            held -= len(self._blocks.pop(0)["time"])
+        self.blocks.append(block)
+        held = sum(len(one["index"]) for one in self.blocks)
+        while held - len(self.blocks[0]["index"]) >= self._ticks:
+            held -= len(self.blocks.pop(0)["index"])
 
-    def series(self) -> TickSeries:
-        """Return them."""
-        return TickSeries.of({name: np.concatenate([one[name] for one in self._blocks]) for name in self._blocks[0]})
+
+class End:
+    """All columns of the last ticks, and of the last optimum: `bindings` needs no more."""
+
+    def __init__(self, scenario: Scenario):
+        self._last = Last(2 + int((scenario.outcome.rest_time + SECOND) / scenario.timing.tick))
+        self._optimum: Columns = {}
+
+    def add(self, block: Columns) -> None:
+        """Take the next ticks."""
+        self._last.add(block)
+
+    def add_optima(self, block: Columns) -> None:
+        """Take the next optima."""
+        if len(block["index"]) or not self._optimum:
+            self._optimum = {name: values[-1:].copy() for name, values in block.items()}
+
+    def run(self, run: Run) -> Run:
+        """Return the run with these alone."""
+        return replace(run, ticks=TickSeries.of(joined(self._last.blocks)), optima=OptimumSeries.of(self._optimum))
+
+
+class Told:
+    """The ticks by which `outcome` tells how a run ended: the first one, first signs, r's last change, last seconds."""
+
+    def __init__(self, scenario: Scenario):
+        self._scenario = scenario
+        seconds = scenario.outcome.rest_time + min(scenario.outcome.trend_time, scenario.timing.duration)
+        self._last = Last(3 + int(seconds / scenario.timing.tick))
+        self._kept: dict[str, Columns] = {}
+
+    def add(self, block: Columns) -> None:
+        """Take the next ticks."""
+        if not len(block["index"]):
+            return
+        with np.errstate(all="ignore"):  # as in the metrics
+            size = state_size(TickSeries.of(block), self._scenario)
+        told = {name: block[name] for name in TOLD} | {state_size.__name__: size}
+        self._kept.setdefault("first", _rows(told, 0, 1))
+        for name, row in signs(_part(self._scenario, told)):
+            self._kept.setdefault(name, _rows(told, row, row + 1))
+        before = [self._last.blocks[-1]] if self._last.blocks else []
+        r = joined([*({"reference": one["reference"][-1:]} for one in before), {"reference": told["reference"]}])
+        changes = np.flatnonzero(np.any(np.diff(r["reference"], axis=0) != 0, axis=1)) + 1 - len(before)
+        if len(changes):
+            row = int(changes[-1])
+            self._kept["before"] = _rows(told, row - 1, row) if row else _rows(before[0], -1, None)
+            self._kept["change"] = _rows(told, row, row + 1)
+        self._last.add(told)
+
+    def run(self, run: Run) -> Run:
+        """Return the run with these ticks alone."""
+        columns = joined([*self._kept.values(), *self._last.blocks])
+        rows = np.unique(columns["index"], return_index=True)[1]
+        columns = {name: values[rows] for name, values in columns.items()}
+        reduced = {state_size.__name__: columns.pop(state_size.__name__)}
+        return replace(run, ticks=TickSeries.of(columns), reduced=reduced)
+
+
+def _part(scenario: Scenario, told: Columns) -> Run:
+    """Return ticks as a run that has nothing else."""
+    none: Columns = {}
+    return Run(
+        path="",
+        name="",
+        scenario=scenario,
+        scenario_yaml="",
+        model_xml="",
+        versions={},
+        ticks=TickSeries.of(told),
+        optima=OptimumSeries.of(none),
+        timings=TimingSeries.of(none),
+        damage=None,
+        reduced={state_size.__name__: told[state_size.__name__]},
+    )
+
+
+def joined(blocks: list[Columns]) -> Columns:
+    """Return columns one behind the other."""
+    return {name: np.concatenate([one[name] for one in blocks]) for name in blocks[0]}
+
+
+def _rows(columns: Columns, first: int, last: int | None) -> Columns:
+    return {name: values[first:last].copy() for name, values in columns.items()}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pbrg_mj.analysis.metrics.best_formation import given_half_spaces, given_rows
-from pbrg_mj.log.read.run import Run, TickSeries
+from pbrg_mj.log.read.run import TickSeries
 from pbrg_mj.scenario.schema import Scenario
 
 
@@ -24,22 +24,22 @@ def sensed_margin(ticks: TickSeries) -> np.ndarray:
     return least
 
 
-def true_margin(run: Run) -> np.ndarray:
+def true_margin(ticks: TickSeries, scenario: Scenario) -> np.ndarray:
     """Return how far each TRUE hand point stands behind the true line (T, n) [m]; inf where there is none.
 
     Against walls, boxes and moving boxes where they are at the time; in a run without any, against the half-spaces
     given to the robots. Logs too old to have margins to moving boxes leave those out.
     """
-    return np.fmin(static_margin(run), run.ticks.moving_margin)
+    return np.fmin(static_margin(ticks, scenario), ticks.moving_margin)
 
 
-def static_margin(run: Run) -> np.ndarray:
+def static_margin(ticks: TickSeries, scenario: Scenario) -> np.ndarray:
     """Return the same (T, n) [m] without moving boxes."""
-    if obstructed(run.scenario):
-        return run.ticks.wall_margin
-    if given_half_spaces(run.scenario):
-        return given_margin(run.scenario, run.ticks.hand_true)
-    return np.full(run.ticks.wall_margin.shape, np.inf)
+    if obstructed(scenario):
+        return ticks.wall_margin
+    if given_half_spaces(scenario):
+        return given_margin(scenario, ticks.hand_true)
+    return np.full(ticks.wall_margin.shape, np.inf)
 
 
 def given_margin(scenario: Scenario, hand: np.ndarray) -> np.ndarray:

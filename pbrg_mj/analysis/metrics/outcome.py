@@ -14,6 +14,7 @@ from pbrg_mj.analysis.metrics.best_formation import BestFormation, best_formatio
 from pbrg_mj.analysis.metrics.contacts import FIELDS, Kind, contact_flags, is_violation, words
 from pbrg_mj.analysis.metrics.margins import obstructed, static_margin
 from pbrg_mj.analysis.metrics.per_tick import per_tick, state_size
+from pbrg_mj.analysis.metrics.settling import formation_errors
 from pbrg_mj.analysis.metrics.trend import Direction, Trend, trend
 from pbrg_mj.log.read.run import Run
 
@@ -55,13 +56,28 @@ def outcome(run: Run) -> Outcome:
 
 def formation_error(run: Run, point: ArrayLike) -> np.ndarray:
     """Return max_j ||q_j - b_j - point|| (T,) [m] with true hand points."""
-    shifted = run.ticks.hand_true - np.array(run.scenario.team.formation)
-    return np.linalg.norm(shifted - np.asarray(point), axis=-1).max(axis=-1)
+    return formation_errors(run.ticks.hand_true, run.scenario, np.asarray(point))
 
 
 def final_target(run: Run) -> BestFormation:
     """Return the best admissible formation for the last r."""
     return best_formation(run.scenario, run.ticks.reference[-1])
+
+
+def signs(run: Run) -> Iterator[tuple[str, int]]:
+    """Yield the rows at which there is a first sign of a violation or of divergence, each with a name of its kind.
+
+    Of a run that is known in parts, `outcome` needs these of every part, where r changed last, and its last seconds.
+    """
+    for k, (_, flags, _) in enumerate(_violations(run)):
+        yield from ((f"violation {k}", row) for row in np.flatnonzero(flags.any(axis=1))[:1].tolist())
+    size, limit = per_tick(run, state_size), run.scenario.outcome.diverged_beyond
+    for name, flag in (
+        ("status", run.ticks.status == "diverged"),
+        ("finite", ~np.isfinite(size)),
+        ("beyond", size > limit),
+    ):
+        yield from ((name, row) for row in np.flatnonzero(flag)[:1].tolist())
 
 
 def _violated(run: Run) -> Outcome | None:
@@ -78,7 +94,7 @@ def _violations(run: Run) -> Iterator[tuple[Violation, np.ndarray, Callable[[int
     for kind in FIELDS:
         if is_violation(run, kind):
             yield kind, contact_flags(run, kind), partial(_touched, run, kind)
-    behind = static_margin(run) < -ROUNDING
+    behind = static_margin(run.ticks, run.scenario) < -ROUNDING
     if not obstructed(run.scenario):
         yield "half-space", behind, lambda _tick, _robot: "passed a given half-space"
     elif is_violation(run, "walls"):

@@ -2,43 +2,64 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from pbrg_mj.analysis.metrics.best_formation import HalfSpaceRows, best_formation
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.problem.ball import BallCertificate
 from pbrg_mj.governor.problem.interface import Problem
-from pbrg_mj.log.read.run import Run
 from pbrg_mj.perception.half_spaces import HalfSpaces
+from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.graph import network
+from pbrg_mj.team.network import Network
 
 
-def true_optima(run: Run, among: np.ndarray) -> np.ndarray | None:
-    """Return m* (rows, 2) [m] with the true walls in place of the sensed half-spaces.
+class TrueOptimum:
+    """The centralized optimum with the true walls in place of the sensed half-spaces.
 
-    A row for each reference tick in `among`, (S,) bool. States, references and certificate are those of the run;
-    NaN where the true problem has no solution. The walls count by the faces that the best admissible formation for that
-    tick's r stands behind. None where `scope: own` or the obstacles leave no such formation.
+    The walls count by the faces that the best admissible formation for a tick's r stands behind.
     """
-    scenario, ticks = run.scenario, run.ticks
-    if scenario.estimator.scope == "own":
-        return None
-    graph = network(scenario)
-    certificate, solver = BallCertificate.of(scenario, graph), ClarabelSolver()
-    rows_of: dict[bytes, HalfSpaceRows | None] = {}
-    found = np.full((np.count_nonzero(among), 2), np.nan)
-    for row, tick in enumerate(np.searchsorted(ticks.index, run.optima.index[among])):
-        r = ticks.reference[tick]
-        if r.tobytes() not in rows_of:
-            best = best_formation(scenario, r)
-            rows_of[r.tobytes()] = None if best.point is None else best.rows
-        true = rows_of[r.tobytes()]
-        if true is None:
+
+    def __init__(self, scenario: Scenario):
+        self._scenario = scenario
+        self._rows_of: dict[bytes, HalfSpaceRows | None] = {}
+
+    def solve(self, p: np.ndarray, xi: np.ndarray, reference: np.ndarray) -> np.ndarray | None:
+        """Return m* (S, 2) [m] at states p, xi (S, n, 2) [m] and r (S, 2) [m]; certificate and rest as in the run.
+
+        NaN where the true problem has no solution. None where `scope: own` or the obstacles leave no such formation.
+        """
+        if self._scenario.estimator.scope == "own":
             return None
-        rows = certificate.rows(_in_slots_of_the_first_robot(true))
-        reach = scenario.governor.reference_range
-        found[row] = solver.solve(Problem(graph, ticks.p[tick], ticks.xi[tick], rows, r, reference_range=reach)).m
-    return found
+        found = np.full((len(reference), 2), np.nan)
+        for k, r in enumerate(reference):
+            true = self._rows(r)
+            if true is None:
+                return None
+            rows = self._certificate.rows(_in_slots_of_the_first_robot(true))
+            reach = self._scenario.governor.reference_range
+            found[k] = self._solver.solve(Problem(self._graph, p[k], xi[k], rows, r, reference_range=reach)).m
+        return found
+
+    @cached_property
+    def _graph(self) -> Network:
+        return network(self._scenario)
+
+    @cached_property
+    def _certificate(self) -> BallCertificate:
+        return BallCertificate.of(self._scenario, self._graph)
+
+    @cached_property
+    def _solver(self) -> ClarabelSolver:
+        return ClarabelSolver()
+
+    def _rows(self, r: np.ndarray) -> HalfSpaceRows | None:
+        if r.tobytes() not in self._rows_of:
+            best = best_formation(self._scenario, r)
+            self._rows_of[r.tobytes()] = None if best.point is None else best.rows
+        return self._rows_of[r.tobytes()]
 
 
 def _in_slots_of_the_first_robot(rows: HalfSpaceRows) -> HalfSpaces:

@@ -39,7 +39,7 @@ def indicators(run: Run, frames: np.ndarray) -> dict[str, np.ndarray]:
     gaps = np.linalg.norm(_at_reference(run) - run.optima.m[:, None, :], axis=-1)
     leaders = np.array(run.scenario.team.leaders) - 1
     return {
-        "margin": np.fmin.reduceat(true_margin(run), starts),
+        "margin": np.fmin.reduceat(true_margin(t, run.scenario), starts),
         "gap": _held(run, gaps.max(axis=1), frames),
         "leader_gap": _held(run, gaps[:, leaders].max(axis=1), frames),
         "spread": np.fmax.reduceat(t.consensus_spread, starts),

@@ -82,7 +82,7 @@ class MessageColumns:
         kept = self.reduce(columns)
         for name, values in kept.items():
             self._columns[name] = _appended(self._columns.get(name), self._rows, values)
-        self._rows += len(next(iter(kept.values())))
+        self._rows += len(next(iter(kept.values()), ()))
 
     def _empty(self, one: Field) -> np.ndarray:
         dtype = object if one.kind == "text" else DTYPE[one.kind]

@@ -96,7 +96,7 @@ class OptimumSeries(_Series):
 
 
 @dataclass(frozen=True)
-class TimingSeries:
+class TimingSeries(_Series):
     """Wall-clock time of each stage of a tick [s]; empty when the scenario switched timings off."""
 
     index: np.ndarray  # (T,) int64, the tick's index; all others (T,) [s]
@@ -135,9 +135,14 @@ class Run:
     centralized: bool = False  # whether its governor sees the whole team
 
     @property
+    def length(self) -> int:
+        """The number of ticks, also where only some of them are here: the last one's, counted from 1."""
+        return int(self.ticks.index[-1]) + 1
+
+    @property
     def how_it_ended(self) -> str:
         """Why the log ends where it does, in a few words."""
-        return how_it_ended(self.ending, len(self.ticks.time), self.scenario)
+        return how_it_ended(self.ending, self.length, self.scenario)
 
 
 NOTHING: Mapping[str, Reduce] = MappingProxyType({})
@@ -189,8 +194,8 @@ def open_run(path: str | Path, reduce: Mapping[str, Reduce] = NOTHING) -> Run:
     the ticks of its leading whole chunks, and the reason in `Run.damage`. Scans are read apart, by `read_scans`.
 
     `reduce` has functions by the messages' names. Each is given those messages' columns by name, some hundred rows at a
-    time, and returns what is kept of them. The series lack the columns that it leaves out; what it makes of ticks
-    under other names stands in `reduced`.
+    time, and returns what is kept of them, perhaps nothing. The series lack the columns that it leaves out; what it
+    makes of ticks under other names stands in `reduced`.
 
     Raises InputError when there is no such file, it is not a log of this package, a newer version wrote it, or it
     holds no whole tick.
@@ -229,7 +234,7 @@ def _assemble(contents: _Contents, path: str) -> Run:
         versions=header.versions,
         ticks=TickSeries.of({name: values for name, values in ticks.items() if name in own}),
         optima=OptimumSeries.of(messages["Optimum"].columns()),
-        timings=TimingSeries(**messages["Timing"].columns()),
+        timings=TimingSeries.of(messages["Timing"].columns()),
         damage=contents.damage,
         absent=absent,
         ending=contents.embedded.ending(),

@@ -81,4 +81,5 @@ def test_settling_in_blocks_is_that_of_the_whole(seed):
 
 
 def test_metrics_of_a_run_in_memory_hold_no_numpy_numbers():
-    assert {type(value) for value in metrics(run()).as_dict().values()} <= {bool, int, float, str, dict, tuple, type(None)}
+    allowed = {bool, int, float, str, dict, tuple, type(None)}
+    assert {type(value) for value in metrics(run()).as_dict().values()} <= allowed

@@ -114,3 +114,16 @@ def test_a_field_is_nowhere_steeper_than_a_tick_can_follow() -> None:
     assert 0.8 / tick < -slope.min() <= 1 / tick
     assert (slope <= 1e-9).all()
     assert u[0] == 0.0
+
+
+def test_a_barrier_of_the_leader_alone_lets_followers_cross_and_one_of_all_does_not() -> None:
+    """What docs/rollout.md says of the paper's simulation."""
+    crossings = []
+    for robots in ((5,), (1, 2, 3, 4, 5)):
+        given = [{"robot": j, "normal": [1.0, 1.0], "offset": 3.0} for j in robots]
+        keys = {"governor.kind": "cbf", "estimator.given": given, "reference.solver": "none"}
+        scenario = pbrg.load("paper/simulation_inadmissible", keys, duration=15.0).settings
+        ticks = Simulation.build(scenario).control_ticks()
+        crossings.append(max(float((tick.hand_world.sum(axis=1) - 3.0).max()) / np.sqrt(2) for tick in ticks))
+    assert crossings[0] == pytest.approx(0.108, abs=0.002)
+    assert crossings[1] <= 1e-12

@@ -216,14 +216,17 @@ def test_a_formation_nearer_than_its_robots_may_be_is_refused() -> None:
 
 
 @pytest.mark.slow
-def test_in_physics_two_robots_that_change_places_touch_only_without_it() -> None:
-    team = {"start": [[-0.6, 0.0], [0.6, 0.01]], "formation": [[0.6, 0.0], [-0.6, 0.0]], "leaders": [1]}
+def test_in_physics_two_robots_change_places_with_it_and_touch_without_it() -> None:
+    team = {"start": [[-0.6, 0.0], [0.6, 0.02]], "formation": [[0.6, 0.0], [-0.6, 0.0]], "leaders": [1]}
+    team["heading_deg"] = [0.0, 180.0]
     keys = {"team": team, "graph.kind": "complete", "governor.kind": "certified", "sensors.beams.robots": [1]}
     keys |= {"operator.reference": [0.0, 0.0], "reference.solver": "none", "world.walls": []}
     touched = {}
     for distance in ("auto", None):
-        scenario = pbrg.load("paper/experiment_near", {**keys, "control.separation": distance}, duration=10.0).settings
+        scenario = pbrg.load("paper/experiment_near", {**keys, "control.separation": distance}, duration=6.0).settings
         simulation = Simulation.build(scenario)
-        ticks = [simulation.loop.world.truth().robot_contact.any() for _ in simulation.control_ticks()]
-        touched[distance] = any(ticks)
+        truths = [simulation.loop.world.truth() for _ in simulation.control_ticks()]
+        touched[distance] = any(truth.robot_contact.any() for truth in truths)
+        arrived = np.linalg.norm(truths[-1].hand_world - team["formation"], axis=1).max() < 0.05
+        assert arrived == (distance == "auto")
     assert touched == {"auto": False, None: True}

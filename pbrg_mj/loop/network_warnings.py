@@ -5,12 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from pbrg_mj.plugins import GOVERNOR, is_centralized
-from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.scenario.schema import WITHOUT_GOVERNOR, Scenario
 from pbrg_mj.scenario.schema.network import Network
 
 OF_THE_PAPERS_ROUNDS = ("exchange", "impedance", "reserve_rounds", "neighbour_timeout")
 """Keys that say how the paper's algorithm bears delay and loss; every other governor has ways of its own."""
-WITHOUT_MESSAGES = ("none", "cbf", "potential_field")
 NOT_THE_GOVERNORS = ("pre_stabiliser",)
 
 
@@ -19,7 +18,7 @@ def network_warnings(scenario: Scenario, given: Any = None) -> list[str]:
     kind, keys = scenario.governor.kind, _changed(scenario.network)
     if is_centralized(kind, given):
         why = f"the governor {kind} is centralized: it sees the whole team, and nobody carries messages for it"
-    elif kind in WITHOUT_MESSAGES:
+    elif kind in WITHOUT_GOVERNOR:
         why = f"with `governor.kind: {kind}` robots send each other nothing"
     elif kind == "distributed":
         return []

@@ -7,9 +7,7 @@ from typing import NamedTuple
 
 from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid
 from pbrg_mj.governor.certificate.team_model import TeamModel
-from pbrg_mj.scenario.schema import Scenario
-
-WITHOUT = ("none", "cbf", "potential_field")  # kinds of governors that ask no certificate
+from pbrg_mj.scenario.schema import WITHOUT_GOVERNOR, Scenario
 
 
 class Described(NamedTuple):
@@ -36,7 +34,7 @@ class Described(NamedTuple):
 def described(scenario: Scenario) -> Described:
     """Return what a scenario's certificate is; of another package's only the name is known."""
     name = scenario.governor.certificate
-    if scenario.governor.kind in WITHOUT:
+    if scenario.governor.kind in WITHOUT_GOVERNOR:
         return Described(None, math.nan, 0, math.nan, 0)
     if name in ("ball", "directional_ball"):
         return Described(name, 0.0, 0, math.nan, 0)

@@ -107,7 +107,10 @@ def test_a_batch_tells_walls_and_robots_apart():
     for name in ("wall_contact", "robot_contact", "diverged"):
         getattr(histories, name)[:] = False
     histories.wall_contact[0, 5, 1] = histories.robot_contact[1, 6] = histories.robot_contact[2, 7] = True
+    histories.certificate_violated[2, :7, 0] = True
     found = batch_metrics(histories, plan)
+    assert found["ball_violated_share"] == {"min": 0.0, "median": 0.0, "max": 7 / len(histories.time)}
+    assert found["predictive_violated_share"]["max"] == 0.0
     assert (found["worlds_touching"], found["worlds_touching_robots"], found["worlds_violated"]) == (1, 2, 3)
     for kind, violated in (("robots", 1), ("walls", 2)):
         rules = plan.outcome.model_copy(update={"contacts": Contacts(**{kind: "allowed"})})

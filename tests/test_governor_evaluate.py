@@ -9,6 +9,7 @@ import pytest
 from scipy.linalg import expm
 
 import pbrg_mj as pbrg
+from pbrg_mj.analysis.metrics.table import comparison_table
 from pbrg_mj.governor.certificate.directional_ball import DirectionalBall
 from pbrg_mj.governor.certificate.evaluate import NAMES, rows_of_model, worst_rows
 from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid
@@ -214,3 +215,11 @@ def metadata(path) -> dict[str, dict[str, str]]:
 
     with path.open("rb") as file:
         return {one.name: one.metadata for one in make_reader(file).iter_metadata()}
+
+
+def test_tables_mark_the_runs_own_certificate_and_none_where_it_asks_none():
+    for kind, marked in (("distributed", 1), ("none", 0)):
+        overrides = {"governor.kind": kind, "reference.solver": "none"}
+        table = comparison_table([pbrg.run(pbrg.load("paper/simulation_near", overrides, duration=0.2)).metrics])
+        assert table.count("(own)") == marked
+        assert ("ball row, largest [m]" in table) and ("predictive row, largest [m]" in table)

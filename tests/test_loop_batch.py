@@ -37,6 +37,8 @@ def test_every_world_is_the_run_of_its_seed(name):
             assert histories.wall_margin[world, tick].tobytes() == record.truth.wall_margin.tobytes()
             assert histories.wall_contact[world, tick].tobytes() == record.truth.wall_contact.tobytes()
             assert histories.diverged[world, tick] == (record.solution.status == "diverged")
+            if name != "diverging":
+                assert histories.certificate_violated[world, tick, 0] == (record.operation.worst_row > 1e-6)
     assert histories.diverged.any() == (name == "diverging")
     assert not np.array_equal(histories.hand_world[0], histories.hand_world[1])
 

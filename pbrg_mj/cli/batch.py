@@ -60,8 +60,8 @@ def _text(numbers: dict[str, Any]) -> str:
     for name, value in numbers.items():
         flat |= {f"{name}.{k}": v for k, v in value.items()} if isinstance(value, dict) else {name: value}
     shown = {name: f"{value:.4g}" if isinstance(value, float) else str(value) for name, value in flat.items()}
-    lines = [f"{name:<28}{value}" for name, value in shown.items()]
+    lines = [f"{name:<40}{value}" for name, value in shown.items()]
     lines += [
-        f"{f'share_{name}':<28}{one['share']:.3g} [{one['low']:.3g}, {one['high']:.3g}]" for name, one in rates.items()
+        f"{f'share_{name}':<40}{one['share']:.3g} [{one['low']:.3g}, {one['high']:.3g}]" for name, one in rates.items()
     ]
     return "\n".join(lines)

@@ -17,14 +17,17 @@ from itertools import pairwise
 import numpy as np
 
 from pbrg_mj.errors import InputError
+from pbrg_mj.governor.certificate.evaluate import NAMES, VIOLATED, predicted_rows, worst_rows
 from pbrg_mj.loop.batch_control import BatchParameters, BatchState
 from pbrg_mj.loop.resources import check_memory
+from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.perception.perceive import PerceptionMemory, initial, perceive
 from pbrg_mj.perception.setup import perception_setup
 from pbrg_mj.scenario.schema import Scenario, operator_reference, whole_number
 from pbrg_mj.sensing.noise import SensorNoise, sensor_noise
 from pbrg_mj.sensing.readings import Readings
 from pbrg_mj.sensing.sense import sense
+from pbrg_mj.vehicle.hand_point import hand_point
 from pbrg_mj.world.plant.batch import PlantBatch
 from pbrg_mj.world.scene.robot import load_robot_model
 
@@ -43,6 +46,7 @@ class BatchHistories:
     moving_contact: np.ndarray  # (W, T, n) bool, truth: with a moving box
     robot_contact: np.ndarray  # (W, T, n) bool, truth: with another robot
     diverged: np.ndarray  # (W, T) bool: the governor's estimates have left all bounds
+    certificate_violated: np.ndarray  # (W, T, 3) bool: each of `evaluate.NAMES` at what the leaders apply
 
     @classmethod
     def blank(cls, scenario: Scenario, seeds: tuple[int, ...]) -> BatchHistories:
@@ -60,6 +64,7 @@ class BatchHistories:
             moving_contact=np.zeros(shape, dtype=bool),
             robot_contact=np.empty(shape, dtype=bool),
             diverged=np.empty(shape[:2], dtype=bool),
+            certificate_violated=np.zeros((*shape[:2], len(NAMES)), dtype=bool),
         )
 
 
@@ -96,6 +101,10 @@ class BatchSimulation:
             for seed in self.seeds
         ]
         self._frames = (-2, -2)  # of the camera and the beams, when last looked at
+        known = self._sensing[0].walls.half_spaces
+        arrays = (known.G, known.h, known.active, known.binds)
+        self._half_spaces = HalfSpaces(*(np.stack([array] * len(seeds)) for array in arrays))  # worlds first
+        self._predicted = predicted_rows(scenario)
 
     def run(self, on_tick: Callable[[int], object] = lambda index: None) -> BatchHistories:
         """Simulate to the end and return what happened; `on_tick` is called with every tick when it is over."""
@@ -113,10 +122,18 @@ class BatchSimulation:
         self._plant.truth(*(history[:, index] for history in truths))
         if self._plant.frames() != self._frames:
             self._sense_and_perceive(time, state)
-        reference = operator_reference(self._scenario.operator, time)
+        reference, xi = operator_reference(self._scenario.operator, time), state.xi.copy()
         list(pool.map(lambda share: state.step(self._team, share, reference), self._shares))
         histories.m[:, index], histories.diverged[:, index] = state.m, state.diverged
+        histories.certificate_violated[:, index] = self._violated(state, xi)
         self._plant.advance(state.command)
+
+    def _violated(self, state: BatchState, xi: np.ndarray) -> np.ndarray:
+        """Return which certificates are violated in each world (W, 3); xi (W, n, 2) is that of before the step."""
+        team, worlds = self._team, len(self.seeds)
+        hands = hand_point(state.pose.reshape(-1, 3), team.sizes[0]).reshape(worlds, -1, 2)
+        states = hands - team.formation, xi, state.m[:, team.network.leader > 0.0]
+        return worst_rows(self._half_spaces, states, team.formation, self._predicted) > VIOLATED
 
     def _sense_and_perceive(self, time: float, state: BatchState) -> None:
         """Sense and perceive, and lay down for the state what has changed.
@@ -130,6 +147,8 @@ class BatchSimulation:
             state.pose[world] = sensing.readings.body_pose
             if half_spaces is not sensing.walls.half_spaces:
                 state.set_rows(world, self._team.certificate.rows(half_spaces))
+                for name in ("G", "h", "active", "binds"):
+                    getattr(self._half_spaces, name)[world] = getattr(half_spaces, name)
             sensing.walls = walls
 
     def _initial_state(self) -> BatchState:

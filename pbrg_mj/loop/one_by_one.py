@@ -8,9 +8,11 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 
 from pbrg_mj.errors import InputError
+from pbrg_mj.governor.certificate.evaluate import VIOLATED, predicted_rows, worst_rows
 from pbrg_mj.loop.batch import BatchHistories
 from pbrg_mj.loop.batch_control import BatchParameters
 from pbrg_mj.loop.simulation import Simulation
+from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.schema import Reference, Scenario
 from pbrg_mj.world.plant.batch import check_batchable
 
@@ -46,12 +48,18 @@ def run_world(scenario: Scenario) -> BatchHistories:
     """Return what happened in one world. Raises what `Simulation.build` raises."""
     histories = BatchHistories.blank(scenario, (scenario.seed,))
     simulation = Simulation.build(scenario.model_copy(update={"reference": _no_optimum(scenario)}))
+    formation, predicted = simulation.loop.formation, predicted_rows(scenario)
+    leaders = simulation.loop.network.leader > 0.0
     for tick in simulation.control_ticks():
         truth, k = simulation.loop.world.truth(), tick.index
         for name in ("hand_world", "wall_margin", "moving_margin", "wall_contact", "moving_contact", "robot_contact"):
             getattr(histories, name)[0, k] = getattr(truth, name)
         histories.m[0, k] = tick.solution.m
         histories.diverged[0, k] = tick.solution.status == "diverged"
+        spaces, (p, xi, m) = tick.half_spaces, (tick.problem.p, tick.problem.xi, tick.solution.m[leaders])
+        at_once = HalfSpaces(spaces.G[None], spaces.h[None], spaces.active[None], spaces.binds[None])
+        worst = worst_rows(at_once, (p[None], xi[None], m[None]), formation, predicted)
+        histories.certificate_violated[:, k] = worst > VIOLATED
     return histories
 
 

@@ -33,6 +33,7 @@ def arrays(histories: BatchHistories) -> dict[str, np.ndarray]:
         "moving_contact": histories.moving_contact,
         "robot_contact": histories.robot_contact,
         "diverged": histories.diverged,
+        "certificate_violated": histories.certificate_violated,
     }
 
 

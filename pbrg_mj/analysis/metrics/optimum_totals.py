@@ -74,7 +74,7 @@ class OptimumTotals:
         self._gap.add(gap)
         self._leaders.add(gap[:, leaders])
         self._cost.add(cost - optima["cost"][solved])
-        true = self._true.solve(p, xi, r) if self._sensing else None
+        true = self._true.solve(p, xi, r, m[:, leaders].mean(axis=1)) if self._sensing else None
         if true is None:  # nor for the rest of the run
             self._sensing = None
         elif self._sensing:

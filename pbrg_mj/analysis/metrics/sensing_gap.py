@@ -9,7 +9,8 @@ import numpy as np
 from pbrg_mj.analysis.metrics.best_formation import HalfSpaceRows, best_formation
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.problem.ball import BallCertificate
-from pbrg_mj.governor.problem.interface import Problem
+from pbrg_mj.governor.problem.interface import Certificate, Problem, StateCertificate
+from pbrg_mj.governor.registry import CERTIFICATES
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.graph import network
@@ -26,8 +27,10 @@ class TrueOptimum:
         self._scenario = scenario
         self._rows_of: dict[bytes, HalfSpaceRows | None] = {}
 
-    def solve(self, p: np.ndarray, xi: np.ndarray, reference: np.ndarray) -> np.ndarray | None:
+    def solve(self, p: np.ndarray, xi: np.ndarray, reference: np.ndarray, m: np.ndarray) -> np.ndarray | None:
         """Return m* (S, 2) [m] at states p, xi (S, n, 2) [m] and r (S, 2) [m]; certificate and rest as in the run.
+
+        Certificates of the state are taken about m (S, 2) [m], the mean of what the leaders apply.
 
         NaN where the true problem has no solution. None where `scope: own` or the obstacles leave no such formation.
         """
@@ -38,7 +41,11 @@ class TrueOptimum:
             true = self._rows(r)
             if true is None:
                 return None
-            rows = self._certificate.rows(_in_slots_of_the_first_robot(true))
+            spaces, certificate = _in_slots_of_the_first_robot(true), self._certificate
+            if isinstance(certificate, StateCertificate):
+                rows = certificate.rows_at(spaces, p[k], xi[k], m[k])
+            else:
+                rows = certificate.rows(spaces)
             reach = self._scenario.governor.reference_range
             found[k] = self._solver.solve(Problem(self._graph, p[k], xi[k], rows, r, reference_range=reach)).m
         return found
@@ -48,8 +55,10 @@ class TrueOptimum:
         return network(self._scenario)
 
     @cached_property
-    def _certificate(self) -> BallCertificate:
-        return BallCertificate.of(self._scenario, self._graph)
+    def _certificate(self) -> Certificate | StateCertificate:
+        """The scenario's certificate; the ball in place of another package's, which may not be installed."""
+        of = CERTIFICATES.get(self._scenario.governor.certificate, BallCertificate.of)
+        return of(self._scenario, self._graph)
 
     @cached_property
     def _solver(self) -> ClarabelSolver:

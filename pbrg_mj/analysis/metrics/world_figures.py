@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pbrg_mj.analysis.metrics.rates import Rate
+from pbrg_mj.governor.certificate.evaluate import NAMES, predicted_rows
 from pbrg_mj.loop.batch import BatchHistories
 from pbrg_mj.scenario.schema import Scenario, operator_reference
 
@@ -26,6 +27,9 @@ class WorldFigures(NamedTuple):
     diverged: bool
     violated: bool  # by the scenario's rules
     margin_m: float  # least of all hand points to anything but robots, less the clearance; inf without any
+    ball_violated_share: float  # of ticks, at what the leaders apply
+    directional_ball_violated_share: float
+    predictive_violated_share: float  # NaN where it is not evaluated
     final_distance_m: float  # largest ||q_j - b_j - r|| at the end
 
 
@@ -38,6 +42,7 @@ EVENTS = (
     "past_a_moving_box",
     "diverged",
 )
+SHARES = tuple(f"{name}_violated_share" for name in NAMES)
 
 
 def world_figures(histories: BatchHistories, scenario: Scenario) -> list[WorldFigures]:
@@ -56,7 +61,7 @@ def summary(worlds: Sequence[WorldFigures]) -> dict[str, Any]:
         **{f"worlds_{name}": count for name, count in counts.items()},
         "rates": {name: Rate.of(count, len(worlds)).as_dict() for name, count in counts.items()},
         "true_margin_m": _spread(known),
-        "final_distance_m": _spread(np.array([world.final_distance_m for world in worlds])),
+        **{name: _spread(_known(worlds, name)) for name in (*SHARES, "final_distance_m")},
         "worst_seed": worlds[int(margins.argmin())].seed if len(known) else None,
     }
 
@@ -64,7 +69,7 @@ def summary(worlds: Sequence[WorldFigures]) -> dict[str, Any]:
 def columns(worlds: Sequence[WorldFigures]) -> dict[str, np.ndarray]:
     """Return all figures by name (W,), under names that no history has."""
     names = {"seed": "seeds", "robots": "robots", "margin_m": "least_margin_m", "final_distance_m": "final_distance_m"}
-    names |= {name: f"world_{name}" for name in EVENTS}
+    names |= {name: f"world_{name}" for name in EVENTS} | {name: name for name in SHARES}
     return {name: np.array([getattr(world, field) for world in worlds]) for field, name in names.items()}
 
 
@@ -93,8 +98,21 @@ def _figures(histories: BatchHistories, world: int, scenario: Scenario) -> World
         diverged=bool(histories.diverged[world].any()),
         violated=any(found and getattr(rules, kind) == "violation" for kind, found in violations.items()),
         margin_m=min(wall, moving),
+        **_violated_shares(histories, world, scenario),
         final_distance_m=_final_distance(histories, world, scenario),
     )
+
+
+def _violated_shares(histories: BatchHistories, world: int, scenario: Scenario) -> dict[str, float]:
+    shares = histories.certificate_violated[world].mean(axis=0)
+    if not predicted_rows(scenario).shape[1]:
+        shares[NAMES.index("predictive")] = np.nan
+    return dict(zip(SHARES, shares.tolist(), strict=True))
+
+
+def _known(worlds: Sequence[WorldFigures], name: str) -> np.ndarray:
+    values = np.array([getattr(world, name) for world in worlds])
+    return values[~np.isnan(values)]
 
 
 def _final_distance(histories: BatchHistories, world: int, scenario: Scenario) -> float:

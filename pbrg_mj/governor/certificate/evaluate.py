@@ -23,7 +23,7 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.schema import Scenario
 
-NAMES = ("ball", "directional_ball", "predictive")
+NAMES: tuple[str, ...] = ("ball", "directional_ball", "predictive")
 VIOLATED = 1e-6  # [m] a row above this does not hold; what is less is rounding
 MOST_ROBOTS = 200  # of whom the prediction is evaluated: a second or two, and it grows with the cube
 

@@ -25,11 +25,11 @@ from pbrg_mj.scenario.schema import Scenario
 
 NAMES: tuple[str, ...] = ("ball", "directional_ball", "predictive")
 VIOLATED = 1e-6  # [m] a row above this does not hold; what is less is rounding
-MOST_ROBOTS = 200  # of whom the prediction is evaluated: a second or two, and it grows with the cube
+MOST_ROBOTS = 100  # of whom the prediction is evaluated: seconds of preparation, and they grow with the cube
 
 
 def predicted_rows(scenario: Scenario) -> np.ndarray:
-    """Return E_j(t) at the grid's ticks, (n, K, 2n); K is 0 for more than 200 robots, and teams that do not settle."""
+    """Return E_j(t) at the grid's ticks, (n, K, 2n); K is 0 for more than 100 robots, and teams that do not settle."""
     n = scenario.robots
     return rows_of_model(TeamModel.of_scenario(scenario)) if n <= MOST_ROBOTS else np.empty((n, 0, 2 * n))
 
@@ -74,53 +74,69 @@ def _reach(E: np.ndarray) -> float:
 
 @kernel
 def _raise_worst(half_spaces, states, formation, E, reach, worst):
+    """Raise `worst` (T, 3) to what is worst with m (T, 2) applied; `reach` is the largest ||E_j(t)||."""
     G, h, binds = half_spaces
     p, xi, m = states
     n = len(formation)
-    x = np.empty(2 * n)
+    error, moved, known = np.empty((2 * n, 2)), np.empty((n, E.shape[1], 2)), np.empty(n, dtype=np.bool_)
     for t in range(len(m)):
+        rho = _write_error(p[t], xi[t], m[t], error)
+        known[:] = False
         ball = directional = predicted = -np.inf
-        square = 0.0
-        for j in range(n):
-            for axis in range(2):
-                square += (p[t, j, axis] - m[t, axis]) ** 2 + xi[t, j, axis] ** 2
-        rho = math.sqrt(square)
         for i in range(h.shape[1]):
             for k in range(h.shape[2]):
                 G_x, G_y, rest = G[t, i, k, 0], G[t, i, k, 1], -np.inf
-                y = G_x * m[t, 0] + G_y * m[t, 1]
+                at_m = G_x * m[t, 0] + G_y * m[t, 1] - h[t, i, k]
                 for j in range(n):
                     if binds[t, i, k, j]:
-                        rest = max(rest, y + G_x * formation[j, 0] + G_y * formation[j, 1] - h[t, i, k])
+                        rest = max(rest, at_m + G_x * formation[j, 0] + G_y * formation[j, 1])
                 if rest == -np.inf:
                     continue
-                square = 0.0
-                for j in range(n):
-                    x[j] = G_x * p[t, j, 0] + G_y * p[t, j, 1] - y
-                    x[n + j] = G_x * xi[t, j, 0] + G_y * xi[t, j, 1]
-                    square += x[j] * x[j] + x[n + j] * x[n + j]
-                size = math.sqrt(square)
+                size = _size_along(error, G_x, G_y)
                 ball, directional, predicted = (
                     max(ball, rest + rho),
                     max(directional, rest + size),
                     max(predicted, rest),
                 )
                 for j in range(n):
-                    if binds[t, i, k, j]:
-                        at = y + G_x * formation[j, 0] + G_y * formation[j, 1] - h[t, i, k]
-                        if at + reach * size > predicted:  # else no tick can be worse
-                            predicted = max(predicted, at + _highest(E, j, x))
+                    at = at_m + G_x * formation[j, 0] + G_y * formation[j, 1]
+                    if not binds[t, i, k, j] or at + reach * size <= predicted:
+                        continue  # no tick can be worse
+                    if not known[j]:
+                        _write_moved(E, error, j, moved)
+                        known[j] = True
+                    for r in range(E.shape[1]):
+                        predicted = max(predicted, at + G_x * moved[j, r, 0] + G_y * moved[j, r, 1])
         worst[t, 0], worst[t, 1] = max(worst[t, 0], ball), max(worst[t, 1], directional)
         worst[t, 2] = max(worst[t, 2], predicted)
 
 
 @kernel
-def _highest(E, j, x):
-    """Return the largest E_j(t) x."""
-    highest = -np.inf
+def _write_error(p, xi, m, error):
+    """Write (p - m, xi), (2n, 2), and return rho."""
+    n, square = len(p), 0.0
+    for j in range(n):
+        for axis in range(2):
+            error[j, axis], error[n + j, axis] = p[j, axis] - m[axis], xi[j, axis]
+            square += error[j, axis] ** 2 + error[n + j, axis] ** 2
+    return math.sqrt(square)
+
+
+@kernel
+def _size_along(error, G_x, G_y):
+    """Return ||x_G||."""
+    square = 0.0
+    for row in range(len(error)):
+        square += (G_x * error[row, 0] + G_y * error[row, 1]) ** 2
+    return math.sqrt(square)
+
+
+@kernel
+def _write_moved(E, error, j, moved):
+    """Write E_j(t) times both coordinates of the error, (K, 2)."""
     for r in range(E.shape[1]):
-        value = 0.0
-        for c in range(len(x)):
-            value += E[j, r, c] * x[c]
-        highest = max(highest, value)
-    return highest
+        x = y = 0.0
+        for c in range(len(error)):
+            x += E[j, r, c] * error[c, 0]
+            y += E[j, r, c] * error[c, 1]
+        moved[j, r, 0], moved[j, r, 1] = x, y

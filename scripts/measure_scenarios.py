@@ -1,8 +1,9 @@
 """Run bundled scenarios in full, each with its own seed, and write the tables of docs/scenarios.md.
 
-python scripts/measure_scenarios.py [--jobs N] [--logs DIR] [NAME ...]    # DIR keeps the logs
+python scripts/measure_scenarios.py [--recommended] [--jobs N] [--logs DIR] [NAME ...]    # DIR keeps the logs
 
-With names only these are run, and the page keeps the rows of the others.
+With names only these are run, and the page keeps the rows of the others. `--recommended` runs them with the governor
+that we recommend instead of their own, for the page's table of that.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from pbrg_mj.scenario.bundled import bundled_scenarios
 from pbrg_mj.scenario.load import load_scenario
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "scenarios.md"
+RECOMMENDED = ("governor.kind=certified", "governor.guard=false")
 FLOORS = ("floor/friction_patches", "floor/even_floor", "floor/frictionless")
 
 
@@ -42,9 +44,9 @@ class Measured:
     static_error: np.ndarray | None  # (n,) [m]
 
 
-def measure(name: str, folder: Path) -> Measured:
+def measure(name: str, folder: Path, overrides: tuple[str, ...]) -> Measured:
     """Run a bundled scenario into a log, and measure it from there."""
-    loaded = load_scenario(name, ["log.timings=false"])
+    loaded = load_scenario(name, ["log.timings=false", *overrides])
     path = folder / f"{name.replace('/', '-')}.mcap"
     simulation = Simulation.build(loaded.scenario)
     with LogWriter(path, loaded, simulation.model_xml, force=True) as write:
@@ -73,31 +75,54 @@ def static_error(run: Run) -> np.ndarray | None:
     return np.linalg.norm(shifted - point, axis=-1).mean(axis=0)
 
 
-def outcomes(found: list[Measured], before: dict[str, str]) -> Iterator[str]:
-    """Yield the lines of the table of all scenarios; of those that were not run the row that stood there `before`."""
+def outcomes(rows: dict[str, str]) -> Iterator[str]:
+    """Yield the lines of the table of all scenarios, of those that have a row."""
     yield (
         "| scenario | shows | outcome | first contact | least true margin [m] | terminal gap [m] "
         "| least gap between robots [m] | reference infeasible | largest xi [m] | binds at the end |"
     )
     yield "|---|---|---|---|---|---|---|---|---|---|"
-    rows = before | dict(measured_rows(found))
     yield from (rows[name] for name in bundled_scenarios() if name in rows)
 
 
-def measured_rows(found: list[Measured]) -> Iterator[tuple[str, str]]:
-    """Yield each scenario's name and row of the table."""
-    for one in found:
-        n = one.numbers
-        numbers = (n.true_margin_min_m, n.terminal_gap_m, n.robot_gap_min_m, n.reference_infeasible_share, n.xi_max_m)
-        outcome = f"{n.outcome}: {n.reason}" if n.reason else n.outcome
-        binds = "; ".join(n.binding) or "-"
-        cells = (f"`{one.name}`", one.description, outcome, one.contact, *map(number, numbers), binds)
-        yield one.name, "| " + " | ".join(cells) + " |"
+def row_of_outcomes(one: Measured) -> str:
+    """Return a scenario's row of that table."""
+    n = one.numbers
+    numbers = (n.true_margin_min_m, n.terminal_gap_m, n.robot_gap_min_m, n.reference_infeasible_share, n.xi_max_m)
+    return row(one.name, one.description, outcome(n), one.contact, *map(number, numbers), "; ".join(n.binding) or "-")
 
 
-def rows_of(page: str) -> dict[str, str]:
-    """Return the rows of the page's table of all scenarios by name."""
-    table = page.partition("<!-- outcomes -->")[2].partition("<!-- end of outcomes -->")[0]
+def recommended(rows: dict[str, str]) -> Iterator[str]:
+    """Yield the lines of the table of the recommended governor, likewise."""
+    yield (
+        "| scenario | outcome | settled after [s] | terminal gap [m] | least true margin [m] "
+        "| least gap between robots [m] | binds at the end |"
+    )
+    yield "|---|---|---|---|---|---|---|"
+    yield from (rows[name] for name in bundled_scenarios() if name in rows)
+
+
+def row_of_recommended(one: Measured) -> str:
+    """Return a scenario's row of that table."""
+    n = one.numbers
+    settled = f"{n.settling_time_s:.1f}" if np.isfinite(n.settling_time_s) else "-"
+    numbers = (n.terminal_gap_m, n.true_margin_min_m, n.robot_gap_min_m)
+    return row(one.name, outcome(n), settled, *map(number, numbers), "; ".join(n.binding) or "-")
+
+
+def outcome(numbers: RunMetrics) -> str:
+    """Return the outcome's word and what belongs to it."""
+    return f"{numbers.outcome}: {numbers.reason}" if numbers.reason else numbers.outcome
+
+
+def row(name: str, *cells: str) -> str:
+    """Return a row of a table."""
+    return "| " + " | ".join((f"`{name}`", *cells)) + " |"
+
+
+def rows_of(page: str, mark: str) -> dict[str, str]:
+    """Return the rows of a table of all scenarios by name."""
+    table = page.partition(f"<!-- {mark} -->")[2].partition(f"<!-- end of {mark} -->")[0]
     return {line.split("`")[1]: line for line in table.splitlines() if line.startswith("| `")}
 
 
@@ -132,18 +157,30 @@ def between(page: str, mark: str, lines: Iterator[str]) -> str:
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     options.add_argument("names", nargs="*", metavar="NAME", help="scenarios to run; none: all")
+    options.add_argument("--recommended", action="store_true", help="with the governor that we recommend")
     options.add_argument("--jobs", type=int, default=2, help="runs at the same time")
     options.add_argument("--logs", type=Path, help="folder that keeps the logs")
     given = options.parse_args()
+    overrides = RECOMMENDED if given.recommended else ()
     with tempfile.TemporaryDirectory() as scratch, ProcessPoolExecutor(given.jobs) as pool:
         folder = given.logs or Path(scratch)
         folder.mkdir(parents=True, exist_ok=True)
-        found = list(pool.map(measure, given.names or bundled_scenarios(), repeat(folder)))
-    page = PAGE.read_text(encoding="utf-8")
-    page = between(page, "outcomes", outcomes(found, rows_of(page) if given.names else {}))
-    if {one.name for one in found} >= set(FLOORS):
-        page = between(page, "floors", floors(found))
-    PAGE.write_text(page, encoding="utf-8")
+        found = []
+        for one in pool.map(measure, given.names or bundled_scenarios(), repeat(folder), repeat(overrides)):
+            found.append(one)
+            write_row(one, given.recommended)
+    if not given.recommended and {one.name for one in found} >= set(FLOORS):
+        page = between(PAGE.read_text(encoding="utf-8"), "floors", floors(found))
+        PAGE.write_text(page, encoding="utf-8")
+
+
+def write_row(one: Measured, with_recommended: bool) -> None:
+    """Put a run into its table of the page."""
+    page, mark = PAGE.read_text(encoding="utf-8"), "recommended" if with_recommended else "outcomes"
+    new = row_of_recommended(one) if with_recommended else row_of_outcomes(one)
+    rows = rows_of(page, mark) | {one.name: new}
+    lines = recommended(rows) if with_recommended else outcomes(rows)
+    PAGE.write_text(between(page, mark, lines), encoding="utf-8")
 
 
 if __name__ == "__main__":

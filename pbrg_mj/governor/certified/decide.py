@@ -43,6 +43,8 @@ def next_reference(problem: Problem, held: np.ndarray, limits: Sequence[AdvanceL
         return held + goal, True
     _, x, y = nearest_allowed(0.0, 0.0, normals, offsets, 0.0)  # 0 where the held m is admissible
     retreat = np.array([x, y])
-    error = np.vstack([problem.p - held - retreat, problem.xi])
+    n = len(problem.p)
+    error = np.empty((2 * n, 2))
+    error[:n], error[n:] = problem.p - held - retreat, problem.xi
     advance = goal - retreat
     return held + retreat + min(one.share(error, problem.heading, advance) for one in limits) * advance, True

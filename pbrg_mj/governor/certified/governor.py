@@ -30,11 +30,11 @@ class CertifiedGovernor:
     def step(self, problem: Problem, memory: np.ndarray) -> tuple[Solution, np.ndarray]:
         """Return this tick's reference; `infeasible` where no reference is admissible."""
         m, admissible = next_reference(problem, memory, self.limits)
-        n, active = problem.network.robots, problem.rows.active
-        intervals = int(active.reshape(n, -1, 2).any(axis=2).sum())
+        n, there = problem.network.robots, problem.rows.active.reshape(-1, 2)
+        intervals = np.count_nonzero(there[:, 0] | there[:, 1])
         flooded = n * (ITEM.size + STATE.size + ITEM.size + COUNT.size) + intervals * INTERVAL.size  # bytes
         solution = Solution(
-            m=np.tile(m, (n, 1)),
+            m=m[None].repeat(n, axis=0),
             multipliers=np.zeros_like(problem.rows.d),
             status="ok" if admissible else "infeasible",
             rounds=2 * self.diameter,

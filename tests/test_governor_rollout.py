@@ -177,6 +177,7 @@ def test_messages_are_as_long_as_the_page_says_for_any_team() -> None:
     assert ours.plan.rounds_of_an_exchange == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [1, 8])
 def test_nobody_crosses_and_m_comes_to_the_optimum(order: int) -> None:
     keys = [f"governor.rollout_order={order}", "governor.rounds=200", "timing.duration=25", "timing.tick=0.02"]
@@ -186,6 +187,7 @@ def test_nobody_crosses_and_m_comes_to_the_optimum(order: int) -> None:
     assert statuses == {"ok"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "network_keys",
     [

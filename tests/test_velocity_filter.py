@@ -116,6 +116,7 @@ def test_a_field_is_nowhere_steeper_than_a_tick_can_follow() -> None:
     assert u[0] == 0.0
 
 
+@pytest.mark.slow
 def test_a_barrier_of_the_leader_alone_lets_followers_cross_and_one_of_all_does_not() -> None:
     """What docs/rollout.md says of the paper's simulation."""
     crossings = []

@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import os
 import tracemalloc
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from pbrg_mj.analysis.figures.figure import plot, wanted_panels
 from pbrg_mj.analysis.metrics.log_metrics import log_metrics
 from pbrg_mj.analysis.metrics.run_metrics import metrics
+from pbrg_mj.analysis.reduced_run import open_reduced
+from pbrg_mj.analysis.replay_summary import replay_summary
+from pbrg_mj.analysis.report.report_run import report_log, report_run
+from pbrg_mj.api.run import plot_log, replay_log
 from pbrg_mj.cli.main import main
 from pbrg_mj.errors import InputError
 from pbrg_mj.log.read import mcap_records
@@ -86,6 +92,38 @@ def test_metrics_of_a_log_are_those_of_the_run(tmp_path: Path, scenario: str) ->
     run = open_run(path)
     assert len(run.ticks.time) > 2 * BLOCK_MESSAGES
     agree(log_metrics(path).as_dict(), metrics(run).as_dict())
+
+
+@pytest.mark.parametrize("source", ["noise", "paper/experiment_near"])
+def test_events_pages_and_pictures_of_a_log_are_those_of_the_run(tmp_path: Path, source: str) -> None:
+    path = tmp_path / "log.mcap"
+    if source == "noise":
+        written(path, BLOCK_MESSAGES + 40)
+    else:
+        assert main(["run", source, "--duration", "3", "--quiet", "-o", str(path)]) == 0
+    run = open_run(path)
+    assert replay_log(path).as_dict() == replay_summary(run).as_dict()
+    shown, expected = report_log(path, 1), report_run(run, 1)
+    assert shown.animation == expected.animation
+    agree(shown.numbers.as_dict(), expected.numbers.as_dict())
+    plot_log(path, tmp_path / "log.svg", "all")
+    plot(run, tmp_path / "run.svg", wanted_panels("all"))
+    assert (tmp_path / "log.svg").read_bytes() == (tmp_path / "run.svg").read_bytes()
+
+
+@pytest.mark.parametrize("show", [replay_log, lambda path: report_log(path, 1), lambda path: open_reduced(path)])
+def test_showing_costs_less_than_two_kilobytes_a_tick(tmp_path: Path, show: Callable[[Path], object]) -> None:
+    few, many = (written(tmp_path / f"{ticks}.mcap", ticks) for ticks in (1600, 4000))  # a page has 1500 frames
+
+    def peak(path: Path) -> int:
+        tracemalloc.start()
+        show(path)
+        found = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        return found
+
+    peak(few)
+    assert (peak(many) - peak(few)) / 2400 < MOST_PER_TICK
 
 
 @pytest.mark.parametrize("ticks", [1, 20, BLOCK_MESSAGES + 40])

@@ -31,22 +31,25 @@ class Event:
         return {"time": self.time, "text": self.text, "serious": self.serious}
 
 
-def events(run: Run) -> list[Event]:
-    """Return the run's events in order; of very many only the first ones, and how many there are."""
+def events(run: Run, end: Run | None = None) -> list[Event]:
+    """Return the run's events in order; of very many only the first ones, and how many there are.
+
+    `end` are its last seconds, where `run` has not all columns.
+    """
     found = sorted([*_statuses(run), *_touches(run), *_wind_ups(run), *_references(run)], key=lambda event: event.time)
     if len(found) > MOST_EVENTS:
         rest = len(found) - MOST_EVENTS
         found = [*found[:MOST_EVENTS], Event(found[MOST_EVENTS].time, f"and {rest} more from here on", False)]
-    return [*found, *_end(run)]
+    return [*found, *_end(run, end or run)]
 
 
-def _end(run: Run) -> Iterator[Event]:
+def _end(run: Run, end: Run) -> Iterator[Event]:
     """Yield how the run ended, and what binds then."""
     ended, time = outcome(run), _time(run, -1)
     yield Event(
         time, f"{ended.word}: {ended.reason}" if ended.reason else ended.word, ended.word in ("violated", "diverged")
     )
-    for one in bindings(run):
+    for one in bindings(end):
         yield Event(time, f"binds: {one.text}", False)
 
 

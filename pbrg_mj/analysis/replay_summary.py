@@ -59,8 +59,8 @@ class ReplaySummary:
         }
 
 
-def replay_summary(run: Run) -> ReplaySummary:
-    """Step through a run."""
+def replay_summary(run: Run, end: Run | None = None) -> ReplaySummary:
+    """Step through a run; `end` are its last seconds, where `run` has not all columns."""
     return ReplaySummary(
         scenario=run.name,
         seed=run.scenario.seed,
@@ -71,7 +71,7 @@ def replay_summary(run: Run) -> ReplaySummary:
         ended=run.how_it_ended,
         statuses=dict(Counter(run.ticks.status.tolist())),
         reference_statuses=dict(Counter(run.optima.status.tolist())),
-        events=events(run),
+        events=events(run, end),
         outcome=outcome(run),
         damage=run.damage,
     )

@@ -18,12 +18,14 @@ from pbrg_mj.analysis.export import WRITERS, arrays, export
 from pbrg_mj.analysis.figures.figure import METADATA, PAPER, check_panels, plot, wanted_panels
 from pbrg_mj.analysis.figures.panel import OnePart, draw_panel
 from pbrg_mj.analysis.metrics.log_metrics import log_metrics
+from pbrg_mj.analysis.metrics.per_tick import certificate_rows, least_sensed_margin, multiplier_sums, state_size
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics, metrics
 from pbrg_mj.analysis.metrics.table import short_summary
 from pbrg_mj.analysis.output_file import by_suffix, check_place, write_atomically
+from pbrg_mj.analysis.reduced_run import open_reduced
 from pbrg_mj.analysis.replay_summary import ReplaySummary, replay_summary
 from pbrg_mj.analysis.report.page import SUFFIXES, write_page
-from pbrg_mj.analysis.report.report_run import report_run
+from pbrg_mj.analysis.report.report_run import ReportRun, report_log, report_run
 from pbrg_mj.analysis.series import series
 from pbrg_mj.api.arrays import Arrays
 from pbrg_mj.api.own_metrics import Metric, evaluate_metric
@@ -211,8 +213,7 @@ def open(log: str | Path) -> Run:  # noqa: A001 - pbrg.open
     Raises InputError when there is no such file, or it is no log of this package.
     """
     recorded = reader.open_run(log)
-    if recorded.damage:
-        LOG.warning("%s: %s", log, recorded.damage)
+    _warn(recorded.damage, log)
     return Run(recorded)
 
 
@@ -224,8 +225,7 @@ def as_run(run: Run | str | Path) -> Run:
 def metrics_of(log: str | Path) -> RunMetrics:
     """Return the metrics of a log, which is never held as a whole; damage is warned of, as by `open`."""
     found = log_metrics(log)
-    if found.damage:
-        LOG.warning("%s: %s", log, found.damage)
+    _warn(found.damage, log)
     return found
 
 
@@ -240,8 +240,19 @@ def plot_log(log: str | Path, path: str | Path, panels: str) -> None:
     """Write a log's panels, names with commas between them or `all`, as .pdf, .png or .svg. Raises InputError."""
     by_suffix(Path(path), METADATA)  # likewise
     check_place(Path(path))
-    check_panels(wanted_panels(panels))
-    open(log).figure(panels, path)
+    wanted = wanted_panels(panels)
+    check_panels(wanted)
+    margins = (certificate_rows, least_sensed_margin) if "margin" in wanted else ()
+    run, _ = open_reduced(log, (multiplier_sums, *margins))
+    _warn(run.damage, log)
+    plot(run, Path(path), wanted)
+
+
+def replay_log(log: str | Path) -> ReplaySummary:
+    """Step through a log, of which only what that needs is held. Raises InputError."""
+    run, end = open_reduced(log, (state_size,))
+    _warn(run.damage, log)
+    return replay_summary(run, end)
 
 
 def report(runs: Sequence[Run | str | Path], path: str | Path) -> Path:
@@ -250,5 +261,18 @@ def report(runs: Sequence[Run | str | Path], path: str | Path) -> Path:
     by_suffix(path, SUFFIXES)  # before the logs are read, which takes longer
     check_place(path)
     # A log at a time: only what the page shows is kept.
-    write_page([report_run(as_run(run)._recorded, len(runs)) for run in runs], path)
+    write_page([_on_page(run, len(runs)) for run in runs], path)
     return path
+
+
+def _on_page(run: Run | str | Path, runs: int) -> ReportRun:
+    if isinstance(run, Run):
+        return report_run(run._recorded, runs)
+    shown = report_log(run, runs)
+    _warn(shown.numbers.damage, run)
+    return shown
+
+
+def _warn(damage: str | None, log: str | Path) -> None:
+    if damage:
+        LOG.warning("%s: %s", log, damage)

@@ -35,7 +35,9 @@ def replay(
 
 
 def _replay(log: Path, *, json: bool) -> int:
-    seen = pbrg.open(log).replay()
+    from pbrg_mj.api.run import replay_log
+
+    seen = replay_log(log)
     if json:
         emit_json(seen.as_dict())
     else:

@@ -17,8 +17,8 @@ from pbrg_mj.analysis.figures.style import (
     legend_above,
     marked_style,
 )
-from pbrg_mj.analysis.metrics.margins import sensed_margin, true_margin
-from pbrg_mj.analysis.metrics.per_tick import certificate_rows, per_tick
+from pbrg_mj.analysis.metrics.margins import true_margin
+from pbrg_mj.analysis.metrics.per_tick import certificate_rows, least_sensed_margin, multiplier_sums, per_tick
 from pbrg_mj.governor.certificate.evaluate import NAMES
 from pbrg_mj.log.read.run import Run
 
@@ -45,7 +45,7 @@ def margin(axes: Axes, run: Run) -> None:
     """Draw the least distance to a line: true, as sensed, and what the certificate's ball leaves (-g, eq. 13)."""
     curves = {
         "true": true_margin(run.ticks, run.scenario).min(axis=1),
-        "sensed": sensed_margin(run.ticks),
+        "sensed": per_tick(run, least_sensed_margin),
         "certified": -per_tick(run, certificate_rows)[:, BALL],
     }
     for (name, values), line, colour in zip(curves.items(), LINES, COLOURS, strict=False):
@@ -107,7 +107,7 @@ def multipliers(axes: Axes, run: Run) -> None:
 
     Rows that are active together share a price as they like; the sums can be compared.
     """
-    each = run.ticks.multipliers.sum(axis=-1)
+    each = per_tick(run, multiplier_sums)
     _per_robot(axes, run, each, "\\lambda")
     axes.plot(run.ticks.time, finite(each.sum(axis=1)), color="black", linewidth=THIN, label="$\\Sigma$")
     star = finite(run.optima.multipliers.sum(axis=(1, 2)))

@@ -1,4 +1,4 @@
-"""What metrics take from a run's large columns: a few numbers per tick. A run read for its metrics has only these."""
+"""A few numbers per tick that metrics, events and pictures take from a run's large columns."""
 
 from __future__ import annotations
 
@@ -55,15 +55,19 @@ def sent_per_robot(ticks: TickSeries, scenario: Scenario) -> np.ndarray:
     return ticks.bytes_sent.mean(axis=1)
 
 
-ALL: tuple[PerTick, ...] = (
-    certificate_rows,
-    least_sensed_margin,
-    sensing,
-    robot_distance,
-    integral_state,
-    state_size,
-    sent_per_robot,
-)
+def multiplier_sums(ticks: TickSeries, scenario: Scenario) -> np.ndarray:
+    """Return the sum of each robot's multipliers (T, n)."""
+    return ticks.multipliers.sum(axis=-1)
+
+
+def largest_multipliers(ticks: TickSeries, scenario: Scenario) -> np.ndarray:
+    """Return each robot's largest multiplier (T, n); 0 for one that has no rows."""
+    return largest(ticks.multipliers)
+
+
+def largest(multipliers: np.ndarray) -> np.ndarray:
+    """Return the largest along the last axis, of multipliers (..., R); 0 where there are none."""
+    return multipliers.max(axis=-1, initial=0.0) if multipliers.shape[-1] else np.zeros(multipliers.shape[:-1])
 
 
 def per_tick(run: Run, quantity: PerTick) -> np.ndarray:

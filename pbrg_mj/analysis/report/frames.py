@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pbrg_mj.analysis.metrics.margins import true_margin
+from pbrg_mj.analysis.metrics.per_tick import largest, largest_multipliers, per_tick
 from pbrg_mj.log.read.run import Run
 
 MOST_FRAMES = 1500  # 25 a second for a run of 60 s
@@ -45,14 +46,9 @@ def indicators(run: Run, frames: np.ndarray) -> dict[str, np.ndarray]:
         "spread": np.fmax.reduceat(t.consensus_spread, starts),
         "certificate": np.fmax.reduceat(t.worst_row, starts),
         "storage": np.fmax.reduceat(t.storage, starts),
-        "multiplier": np.fmax.reduceat(_largest(t.multipliers), starts),
-        "multiplier_star": _held(run, _largest(run.optima.multipliers).max(axis=1), frames),
+        "multiplier": np.fmax.reduceat(per_tick(run, largest_multipliers), starts),
+        "multiplier_star": _held(run, largest(run.optima.multipliers).max(axis=1), frames),
     }
-
-
-def _largest(multipliers: np.ndarray) -> np.ndarray:
-    """Return the largest multiplier of each robot (..., n); 0 for one that has no rows."""
-    return multipliers.max(axis=-1, initial=0.0) if multipliers.shape[-1] else np.zeros(multipliers.shape[:-1])
 
 
 def _at_reference(run: Run) -> np.ndarray:

@@ -7,7 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from pbrg_mj.analysis.events import events
+from pbrg_mj.analysis.metrics.log_metrics import log_metrics
+from pbrg_mj.analysis.metrics.per_tick import largest_multipliers, state_size
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics, metrics
+from pbrg_mj.analysis.reduced_run import open_reduced
 from pbrg_mj.analysis.report import scene
 from pbrg_mj.analysis.report.encode import packed
 from pbrg_mj.analysis.report.frames import frame_ticks, indicators, states
@@ -30,19 +33,28 @@ class ReportRun:
 
 def report_run(run: Run, runs: int) -> ReportRun:
     """Return what a page of `runs` runs shows of this one. Raises InputError when the log holds no tick."""
-    numbers = metrics(run)
+    return _shown(run, runs, metrics(run), run)
+
+
+def report_log(path: str | Path, runs: int) -> ReportRun:
+    """Return the same of a log, which is read twice and never held. Raises what `open_run` raises."""
+    run, end = open_reduced(path, (state_size, largest_multipliers), half_spaces=True)
+    return _shown(run, runs, log_metrics(path), end)
+
+
+def _shown(run: Run, runs: int, numbers: RunMetrics, end: Run) -> ReportRun:
     frames = frame_ticks(run, runs)
     seen = states(run, frames)
     return ReportRun(
         log=Path(run.path).name,
         numbers=numbers,
-        animation=_animation(run, seen) | _over_time(run, frames, seen, runs) | {"outcome": numbers.outcome},
+        animation=_animation(run, seen, end) | _over_time(run, frames, seen, runs) | {"outcome": numbers.outcome},
         scenario_yaml=run.scenario_yaml,
         versions=run.versions,
     )
 
 
-def _animation(run: Run, seen: dict[str, Any]) -> dict[str, Any]:
+def _animation(run: Run, seen: dict[str, Any], end: Run) -> dict[str, Any]:
     return {
         "name": plain(run.name),
         "log": plain(Path(run.path).name),
@@ -54,7 +66,7 @@ def _animation(run: Run, seen: dict[str, Any]) -> dict[str, Any]:
         "lines": scene.lines(run),
         "target": scene.target(run),
         "extent": scene.extent(run, seen),
-        "events": [event.as_dict() | {"text": plain(event.text)} for event in events(run)],
+        "events": [event.as_dict() | {"text": plain(event.text)} for event in events(run, end)],
     }
 
 

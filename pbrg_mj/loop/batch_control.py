@@ -17,6 +17,7 @@ from pbrg_mj.governor.registry import certificate, governor
 from pbrg_mj.governor.velocity_filter.separation import separation
 from pbrg_mj.kernel import kernel
 from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.team.exchange import exchange
 from pbrg_mj.team.graph import network
 from pbrg_mj.team.network import Network
 from pbrg_mj.team.pre_stabiliser import write_pre_stabilised
@@ -46,6 +47,9 @@ class BatchParameters:
         if not isinstance(chosen, DistributedGovernor) or chosen.channel is not None or chosen.backend != "compiled":
             only = "a batch runs the distributed governor alone, compiled, without guard, delay, loss or outage"
             raise InputError(f"{only}; run the seeds one by one", key="governor")
+        if exchange(scenario) is not None:
+            only = "a batch exchanges p and xi at once"
+            raise InputError(f"{only}; run the seeds one by one", key="network.pre_stabiliser")
         if separation(scenario) is not None:
             raise InputError("a batch filters no velocities; run the seeds one by one", key="control.separation")
         rows = certificate(scenario)

@@ -25,6 +25,7 @@ from pbrg_mj.perception.estimator import estimator
 from pbrg_mj.plugins import Objects, is_centralized
 from pbrg_mj.scenario.schema import Scenario, whole_number
 from pbrg_mj.sensing.noise import sensor_noise
+from pbrg_mj.team.exchange import exchange
 from pbrg_mj.team.graph import network
 from pbrg_mj.team.wind_up import WindUpDetector
 from pbrg_mj.vehicle.drive import drive_of
@@ -67,6 +68,7 @@ class Simulation:
             governor=chosen,
             drive=drive_of(scenario, robot),
             velocity_filters=velocity_filters(scenario),
+            exchange=exchange(scenario),
         )
         balances = passivity_monitor(chosen)
         monitor = Monitor(

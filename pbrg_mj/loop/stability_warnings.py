@@ -10,15 +10,41 @@ from pbrg_mj.governor.problem.ball import BallCertificate
 from pbrg_mj.governor.registry import round_step
 from pbrg_mj.governor.stability.delay_margin import MAX_ROBOTS, DelayedRounds, delay_margin
 from pbrg_mj.governor.stability.step_bound import linear_step_limit, steepest_gradients
+from pbrg_mj.scenario.checks.certificate import CERTIFIED
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.channel import channel
+from pbrg_mj.team.exchange import exchange
 from pbrg_mj.team.graph import network
+from pbrg_mj.team.sampled import delay_margin as delay_margin_ticks
 
 MOST_ROBOTS = 150  # whose modes are computed: a second or two, and it grows with the cube
 
 
 def stability_warnings(scenario: Scenario) -> list[str]:
     """Return one line for everything that makes a run likely to fail; empty when no risk is known."""
+    return [*_pre_stabiliser(scenario), *_governor(scenario)]
+
+
+def _pre_stabiliser(scenario: Scenario) -> Iterator[str]:
+    """Yield what is known of a team that hears p and xi late: of the longest delay, on all links."""
+    messages, team = exchange(scenario), network(scenario)
+    longest = 0 if messages is None else int(messages.channel.longest.max(initial=0))
+    if longest == 0:
+        return
+    tick, late = scenario.timing.tick, f"p and xi arrive up to {longest} ticks late"
+    try:
+        margin = delay_margin_ticks(team, scenario.control, tick, longest)
+    except ValueError:
+        yield f"{late}; whether the pre-stabiliser bears it is not computed for so many robots and ticks"
+        return
+    if margin is not None:
+        at_all = f"up to {margin} ticks, {margin * tick:.2g} s" if margin >= 0 else "at no delay"
+        yield f"{late}, at which the pre-stabiliser (eq. 2) is unstable on this graph; stable {at_all}"
+    elif scenario.governor.kind in CERTIFIED:
+        yield f"{late}; the certificate predicts a team that hears them at once, so it promises nothing here"
+
+
+def _governor(scenario: Scenario) -> list[str]:
     if scenario.governor.kind != "distributed":
         return []
     if scenario.robots > MOST_ROBOTS:

@@ -22,6 +22,7 @@ from pbrg_mj.scenario.schema import Scenario, operator_reference
 from pbrg_mj.sensing.noise import SensorNoise
 from pbrg_mj.sensing.readings import Readings
 from pbrg_mj.sensing.sense import sense
+from pbrg_mj.team.exchange import Exchange, ExchangeMemory
 from pbrg_mj.team.network import Network
 from pbrg_mj.team.pre_stabiliser import pre_stabilise
 from pbrg_mj.vehicle.drive import Drive
@@ -44,6 +45,7 @@ class ClosedLoop:
     governor: Governor
     drive: Drive
     velocity_filters: tuple[VelocityFilter, ...] = ()  # in the order in which they change u
+    exchange: Exchange | None = None  # of p and xi; None: all of it arrives at once
 
     @cached_property
     def guided(self) -> GuidedEstimator | None:
@@ -76,6 +78,7 @@ class LoopState(NamedTuple):
     m: np.ndarray | None  # (n, 2) governed references [m]; likewise
     xi: np.ndarray  # (n, 2) [m]
     displacement: np.ndarray | None  # (n, 2) of q from p + b [m]; None where robots keep no distance
+    exchange: ExchangeMemory | None = None  # of the pre-stabiliser's messages; None: before the first, or at once
 
 
 class ControlTick(NamedTuple):
@@ -130,9 +133,7 @@ def control_tick(loop: ClosedLoop, state: LoopState, index: int) -> tuple[LoopSt
     solution, memory = loop.governor.step(problem, memory)
     governed = clock()
 
-    velocity, xi_rate = pre_stabilise(
-        loop.network, scenario.control, problem.p, problem.xi, solution.m, scenario.governor.backend
-    )
+    velocity, xi_rate, exchange = _pre_stabilise(loop, state, problem, solution.m)
     driven = velocity
     for one in loop.velocity_filters:
         driven = one.filtered(problem, pose.hand_world, solution.m, driven)
@@ -157,7 +158,18 @@ def control_tick(loop: ClosedLoop, state: LoopState, index: int) -> tuple[LoopSt
         timestamps=timestamps,
     )
     xi = state.xi + scenario.timing.tick * xi_rate
-    return LoopState(readings, estimator, half_spaces, rows, pose, memory, solution.m, xi, displacement), tick
+    return LoopState(readings, estimator, half_spaces, rows, pose, memory, solution.m, xi, displacement, exchange), tick
+
+
+def _pre_stabilise(
+    loop: ClosedLoop, state: LoopState, problem: Problem, m: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, ExchangeMemory | None]:
+    """Return u and dxi/dt, and what the robots then keep of each other where their messages are late or lost."""
+    control, p, xi = loop.scenario.control, problem.p, problem.xi
+    if loop.exchange is None:
+        return *pre_stabilise(loop.network, control, p, xi, m, loop.scenario.governor.backend), None
+    heard = loop.exchange.carried(p, xi, loop.exchange.empty() if state.exchange is None else state.exchange)
+    return *loop.exchange.rates(control, (p, xi), m, heard), heard
 
 
 def _rows(loop: ClosedLoop, state: LoopState, half_spaces: HalfSpaces, p: np.ndarray) -> Rows:

@@ -17,6 +17,8 @@ class Source(IntEnum):
     MESSAGES = 4
     JITTER = 5
     WORLDS = 6
+    PRE_STABILISER_MESSAGES = 7
+    PRE_STABILISER_JITTER = 8
 
 
 class Streams:

@@ -3,6 +3,7 @@
 - `network`: the communication graph and the leaders
 - `graph`: the network of a scenario
 - `channel`: delay, loss and silence of messages on its links
+- `exchange`: what robots hear of their neighbours' p and xi where those messages are late or lost
 - `pre_stabiliser`: PI consensus towards the governed reference, eq. 2
 - `wind_up`: which robot's integral state grows although it is stuck
 """

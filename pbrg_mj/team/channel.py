@@ -7,12 +7,14 @@ Link e brings messages to robot i from robot `neighbours[e]`, for e in `first[i]
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from pbrg_mj.scenario.random_streams import Source, stream
 from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.scenario.schema.network import Outage
 from pbrg_mj.team.graph import network
 from pbrg_mj.team.network import Network
 
@@ -64,6 +66,7 @@ class Channel:
     silent_after: int  # a neighbour not heard for this many rounds counts as lost
     jitter: int = 0  # most rounds by which a message takes longer than `delay`
     in_order: bool = False  # a message waits for those sent before it, as in a queue
+    sources: tuple[Source, Source] = (Source.MESSAGES, Source.JITTER)  # what draws losses, and jitter
     reserve: int = 0  # waves sent beyond the first at the start, for rounds in which none comes
 
     @property
@@ -88,7 +91,7 @@ class Channel:
         due = np.arange(first, first + rounds)[:, None] + self.delay
         if self.jitter == 0:
             return due
-        draws = _uniform(self.seed, Source.JITTER, first, rounds, len(self.delay))
+        draws = _uniform(self.seed, self.sources[1], first, rounds, len(self.delay))
         due += (draws * (self.jitter + 1)).astype(np.int64)
         return np.maximum.accumulate(np.vstack([last, due]))[1:] if self.in_order else due
 
@@ -101,7 +104,7 @@ class Channel:
         bad = np.zeros((rounds, len(self.delay)), dtype=bool)
         if self.loss.share == 0.0:
             return bad
-        draws = _uniform(self.seed, Source.MESSAGES, first, rounds, len(self.delay))
+        draws = _uniform(self.seed, self.sources[0], first, rounds, len(self.delay))
         for t, draw in enumerate(draws):
             chance = np.where(was_bad, self.loss.stay, self.loss.enter) if first + t > 0 else self.loss.share
             was_bad = bad[t] = draw < chance
@@ -135,7 +138,7 @@ def channel(scenario: Scenario) -> Channel | None:
         impedance=settings.impedance if waves else 0.0,
         loss=loss,
         seed=scenario.seed,
-        silences=_silences(scenario, per_second),
+        silences=silences(settings.outages, per_second),
         silent_after=silent_after,
         jitter=settings.jitter_rounds,
         in_order=not settings.reordering,
@@ -150,9 +153,10 @@ def _delays(scenario: Scenario, team: Network) -> np.ndarray:
     return np.array([own.get(frozenset(pair), scenario.network.delay_rounds) for pair in pairs], dtype=np.int64)
 
 
-def _silences(scenario: Scenario, per_second: float) -> np.ndarray:
+def silences(outages: Sequence[Outage], per_second: float) -> np.ndarray:
+    """Return robot, first silent round and first round after of all outages, (S, 3), of so many rounds a second."""
     rows = []
-    for silence in scenario.network.outages:
+    for silence in outages:
         start = _first_round(silence.time * per_second)
         end = NEVER if silence.duration is None else _first_round((silence.time + silence.duration) * per_second)
         rows.append((silence.robot - 1, start, end))

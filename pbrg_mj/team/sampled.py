@@ -15,6 +15,9 @@ from pbrg_mj.team.network import Network
 
 MOST_ROBOTS = 300  # the work grows with n^3
 MOST_DOUBLINGS = 40  # 2^40 ticks
+MOST_DELAYED = 50  # robots whose delayed modes are counted; the work grows with n^3
+GROWS = 1e-5  # of a mode in a tick, from which on it counts as growing
+POINTS = 40  # of half the circle, for each tick of delay
 ROUNDING = 1e-12
 
 
@@ -71,3 +74,38 @@ def _row_growth(rows: np.ndarray, B: np.ndarray) -> np.ndarray:
         if np.all(most * growth <= largest):
             break
     return np.where(largest <= 1.0 + ROUNDING, 1.0, largest)
+
+
+def delay_margin(network: Network, control: Control, tick: float, delay: int) -> int | None:
+    """Return the longest delay in ticks, below `delay`, at which no mode of the team grows; None: `delay` is no longer.
+
+    Robots take their own p and xi as they are, and their neighbours' d ticks late. -1 when no delay is stable. Raises
+    ValueError for more than `MOST_DELAYED` robots, of which it is not computed.
+    """
+    if network.robots > MOST_DELAYED:
+        raise ValueError("too many robots")
+    if growing_modes(network, control, tick, delay) == 0:
+        return None
+    steady, growing = -1, delay
+    while growing - steady > 1:
+        middle = (steady + growing) // 2
+        grows = growing_modes(network, control, tick, middle) > 0
+        steady, growing = (steady, middle) if grows else (middle, growing)
+    return steady
+
+
+def growing_modes(network: Network, control: Control, tick: float, delay: int) -> int:
+    """Return how many modes z^t of x = (p - 1 m, xi) of one axis grow, neighbours being heard `delay` ticks late.
+
+    They are the zeros of det(z I - I - own - z^-d late) outside the unit circle, own and late being what of h A (eq. 9)
+    acts on a robot's own states and on its neighbours'. Divided by z^2n it is 1 at infinity, so that by the argument
+    principle they are its turns about 0, clockwise, along a circle just outside.
+    """
+    n, A = network.robots, tick * continuous_map(network, control)
+    own = np.kron(np.ones((2, 2)), np.eye(n)) * A
+    even = np.linspace(0.0, np.pi, POINTS * (delay + 10))
+    theta = np.union1d(even, np.geomspace(0.01 * GROWS, np.pi, POINTS * 20))
+    z = ((1.0 + GROWS) * np.exp(1j * theta))[:, None, None]
+    sign = np.linalg.slogdet(np.eye(2 * n) - (np.eye(2 * n) + own + z ** -float(delay) * (A - own)) / z)[0]
+    angle = np.unwrap(np.angle(sign))
+    return -round(float(angle[-1] - angle[0]) / np.pi)

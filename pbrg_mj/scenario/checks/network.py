@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from pbrg_mj.scenario.checks.robot_numbers import in_range
 from pbrg_mj.scenario.diagnostics import Diagnostic, KeyPath, yaml_text
 from pbrg_mj.scenario.schema import Scenario, edge_list, unreachable
+from pbrg_mj.scenario.schema.network import Network, PreStabiliserNetwork
 
 LONGEST_DELAY = 1000  # rounds: messages on their way are all kept
 
@@ -36,8 +37,17 @@ def messages(scenario: Scenario) -> Iterator[Diagnostic]:
     yield from _links(scenario)
     yield from _delays(scenario)
     yield from _jitter(scenario)
-    yield from _bursts(scenario)
+    yield from _bursts(scenario.network, ("network", "loss"))
     yield from _guarded(scenario)
+    yield from _pre_stabiliser(scenario)
+
+
+def _pre_stabiliser(scenario: Scenario) -> Iterator[Diagnostic]:
+    network, path = scenario.network.pre_stabiliser, ("network", "pre_stabiliser")
+    for key in ("delay_ticks", "jitter_ticks"):
+        if getattr(network, key) > LONGEST_DELAY:
+            yield Diagnostic((*path, key), f"is {getattr(network, key)} ticks; allowed: 0 to {LONGEST_DELAY}")
+    yield from _bursts(network, (*path, "loss"))
 
 
 def _guarded(scenario: Scenario) -> Iterator[Diagnostic]:
@@ -90,16 +100,15 @@ def _jitter(scenario: Scenario) -> Iterator[Diagnostic]:
         )
 
 
-def _bursts(scenario: Scenario) -> Iterator[Diagnostic]:
+def _bursts(network: Network | PreStabiliserNetwork, path: KeyPath) -> Iterator[Diagnostic]:
     """A link that is lost for `burst` rounds at a time and good for at least one loses at most burst / (1 + burst)."""
-    burst, loss = scenario.network.loss_burst, scenario.network.loss
+    burst, loss = network.loss_burst, network.loss
     if burst is None:
         return
     most = burst / (1.0 + burst)
     if loss > most:
-        yield Diagnostic(
-            ("network", "loss"), f"is {loss}; allowed: at most {most:.4g} in runs of loss_burst, {burst:g} rounds"
-        )
+        unit = "rounds" if isinstance(network, Network) else "ticks"
+        yield Diagnostic(path, f"is {loss}; allowed: at most {most:.4g} in runs of loss_burst, {burst:g} {unit}")
 
 
 def _edges(path: KeyPath, edges: Sequence[tuple[int, int]], n: int) -> Iterator[Diagnostic]:

@@ -34,6 +34,7 @@ def _single(scenario: Scenario) -> Iterator[tuple[KeyPath, int]]:
         ("disturbances", "dead_motors"): happen.dead_motors,
         ("disturbances", "kidnappings"): happen.kidnappings,
         ("network", "outages"): scenario.network.outages,
+        ("network", "pre_stabiliser", "outages"): scenario.network.pre_stabiliser.outages,
     }
     for path, several in entries.items():
         for k, entry in enumerate(several):

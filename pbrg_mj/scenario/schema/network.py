@@ -26,6 +26,25 @@ class Outage(Section):
     duration: Positive | None = Field(default=None, description="for how long [s]; null: for good")
 
 
+class PreStabiliserNetwork(Section):
+    """What happens to the p and xi that robots tell their neighbours once a tick, for eq. 2."""
+
+    delay_ticks: Rounds = Field(default=0, description="ticks from sending to use")
+    jitter_ticks: Rounds = Field(
+        default=0, description="a message takes up to this many ticks longer than the delay, all equally likely"
+    )
+    reordering: bool = Field(
+        default=True, description="messages overtake one another under jitter; false: a link delivers them in order"
+    )
+    loss: Probability = Field(default=0.0, description="share of messages lost [-]; the last one that came is kept")
+    loss_burst: Annotated[float, Field(ge=1, le=LARGEST)] | None = Field(
+        default=None, description="mean length of a run of lost messages, in ticks [-]; null: losses are independent"
+    )
+    outages: tuple[Outage, ...] = Field(
+        default=(), description="robots that neither send nor receive for a while", max_length=MOST_EVENTS
+    )
+
+
 class Network(Section):
     """What happens to the governor's messages on the links of the graph."""
 
@@ -54,6 +73,7 @@ class Network(Section):
     outages: tuple[Outage, ...] = Field(
         default=(), description="robots that neither send nor receive for a while", max_length=MOST_EVENTS
     )
+    pre_stabiliser: PreStabiliserNetwork = PreStabiliserNetwork()
     neighbour_timeout: Positive = Field(
         default=0.5, description="a neighbour from which nothing came for this long counts as lost [s]"
     )

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pbrg_mj.governor.certificate.predictive import PredictiveCertificate
+from pbrg_mj.governor.certificate.evaluate import NAMES, predicted_rows, worst_rows
 from pbrg_mj.loop.simulation import Simulation
+from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.load import load_scenario
 from pbrg_mj.scenario.schema import Scenario
 
@@ -23,13 +24,16 @@ def ideal(name: str, *overrides: str) -> Scenario:
 
 def shifted_points(scenario: Scenario) -> tuple[np.ndarray, float]:
     """Run it; return p (T, n, 2), and by how much the worst prediction of all ticks crosses."""
-    certificate, worst = PredictiveCertificate.of(scenario, 0.0), -np.inf
-    leader, points = scenario.team.leaders[0] - 1, []
+    leader, p, xi, m, spaces = scenario.team.leaders[0] - 1, [], [], [], []
     for tick in Simulation.build(scenario).control_ticks():
-        m, problem = tick.solution.m[leader], tick.problem
-        worst = max(worst, certificate.worst(tick.half_spaces, problem.p, problem.xi, m))
-        points.append(problem.p.copy())
-    return np.array(points), worst
+        p.append(tick.problem.p.copy())
+        xi.append(tick.problem.xi.copy())
+        m.append(tick.solution.m[leader][None].copy())
+        spaces.append(tick.half_spaces)
+    stacked = HalfSpaces(*(np.array([getattr(one, name) for one in spaces]) for name in ("G", "h", "active", "binds")))
+    states, formation = (np.array(p), np.array(xi), np.array(m)), np.array(scenario.team.formation)
+    worst = worst_rows(stacked, states, formation, predicted_rows(scenario))
+    return states[0], float(worst[:, NAMES.index("predictive")].max())
 
 
 def crossing(points: np.ndarray) -> np.ndarray:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from pbrg_mj.governor.certificate.directional_ball import DirectionalBall
+from pbrg_mj.governor.certificate.evaluate import rows_of_model, worst_rows
 from pbrg_mj.governor.certificate.predictive import PredictiveCertificate
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.certified.at_once import LayerGovernor
@@ -73,7 +74,9 @@ class Course:
     def violation(self, p: np.ndarray, xi: np.ndarray, m: np.ndarray) -> float:
         """By how much the scenario's own certificate is violated; negative: what it leaves."""
         if isinstance(self.judge, PredictiveCertificate):
-            return self.judge.worst(self.spaces, p, xi, m)
+            now = HalfSpaces(*(getattr(self.spaces, name)[None] for name in ("G", "h", "active", "binds")))
+            states = p[None], xi[None], m[None, None]
+            return float(worst_rows(now, states, self.formation, rows_of_model(self.model))[0, 2])
         if isinstance(self.judge, BallCertificate):
             return float(row_values(self.judge.rows(self.spaces), m, p, xi).max())
         assert isinstance(self.judge, DirectionalBall)

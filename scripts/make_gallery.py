@@ -132,16 +132,6 @@ VIDEOS = (
         camera="chase",
     ),
     Video(
-        "late_detection_guarded",
-        "The same wall with the guard",
-        "With guard and leak the team stops before the wall, and the problem becomes feasible again.",
-        "sensing/late_detection_guarded",
-        start=3.0,
-        end=18.0,
-        speed=2.5,
-        camera="chase",
-    ),
-    Video(
         "push",
         "A push towards the wall",
         "Robot 4 is pushed with 3 N for half a second. Its neighbours draw it back, and nobody touches the wall.",

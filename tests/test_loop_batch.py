@@ -60,7 +60,6 @@ def test_threads_change_nothing_and_every_tick_is_reported():
     [
         (("drive.kind=speed_loop",), "drive.kind"),
         (("radio.delay=0.02",), "radio"),
-        (("governor.guard=true",), "governor"),
         (("governor.kind=centralized",), "governor"),
         (("governor.backend=numpy",), "governor"),
         (("network.delay_rounds=5",), "governor"),

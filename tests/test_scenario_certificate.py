@@ -28,7 +28,10 @@ def test_a_kind_brings_its_certificate(kind: str, certificate: str) -> None:
             {"governor.kind": "rollout", "governor.certificate": "directional_ball"},
             "governor.certificate: is directional_ball with `kind: rollout`; allowed: predictive",
         ),
-        ({"governor.kind": "certified", "governor.guard": True}, "governor.guard: is true with `kind: certified`"),
+        (
+            {"governor.guard": True},
+            "governor.guard: is true, and the guard is no more; allowed: false, and in its place",
+        ),
         (
             {"governor.kind": "certified", "network.loss": 0.1, "team.leaders": [4, 5]},
             "team.leaders: are several while messages are lost or robots silent",

@@ -80,13 +80,6 @@ WRONG = {
         three(graph="{kind: edges, edges: [[1, 3]]}"),
         "x.yaml:10: graph.edges: leave robot 2 out of reach of robot 1; allowed: a connected graph of 3 robots",
     ),
-    "guard over a late network": (
-        three(governor="{guard: true}", network="{delay_rounds: 2}"),
-        (
-            "x.yaml:10: governor.guard: is true with messages that are late, lost or silent, which its own messages "
-            "would not be; allowed: with an immediate plain exchange only"
-        ),
-    ),
     "tick": (
         three(timing="{tick: 0.003, duration: 3}", reference="{period: 0.3}"),
         "x.yaml:10: timing.tick: is 0.003 s; allowed: a whole multiple of timing.physics_step, 0.002 s",

@@ -10,7 +10,8 @@ governed reference m_i, and beside it numbers that are never fed back.
 - `certified`: the recommended governor, which applies only what a certificate has verified
 - `rollout`: the same with messages that do not grow with the team
 - `distributed`: the paper's algorithm, rounds of messages between neighbours
-- `baselines`, `guard`, `plug_in`: other governors, what may stand behind one, governors of other packages
+- `optimizers`: how the robots agree on a candidate that the certified layer verifies
+- `baselines`, `plug_in`: other governors, governors of other packages
 - `velocity_filter`: what may change the velocities of eq. 2 before they are driven
 - `paper_program`: the paper's algorithm as the program of one robot; `plug_in_program`: programs of other packages
 - `monitor`: what is evaluated of every tick and never fed back

@@ -29,7 +29,6 @@ from pbrg_mj.governor.certified.robot import CertifiedProgram, repeats_for
 from pbrg_mj.governor.distributed.estimates import Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.distributed.penalty import exact_multiplier_cap
-from pbrg_mj.governor.guard import GuardedGovernor
 from pbrg_mj.governor.messaging.carrier import CarriedGovernor
 from pbrg_mj.governor.optimizers.by_name import OPTIMIZERS
 from pbrg_mj.governor.optimizers.synchronizer import Synchronizer
@@ -119,8 +118,7 @@ def _paper_flow(scenario: Scenario, lines: Channel | None) -> DistributedGoverno
 def _distributed(scenario: Scenario) -> Governor:
     if scenario.governor.backend == "program":
         return _paper_program(scenario)
-    optimizer = _paper_flow(scenario, channel(scenario))
-    return GuardedGovernor(optimizer) if scenario.governor.guard else optimizer
+    return _paper_flow(scenario, channel(scenario))
 
 
 def _paper_program(scenario: Scenario) -> Governor:

@@ -41,11 +41,11 @@ class BatchParameters:
 
     @classmethod
     def of(cls, scenario: Scenario) -> BatchParameters:
-        """Return a scenario's team. Raises InputError unless it has the distributed governor, plain and unguarded."""
+        """Return a scenario's team. Raises InputError unless it has the distributed governor, with plain messages."""
         graph, chosen = network(scenario), governor(scenario)
         sizes, motor = DifferentialDrive(load_robot_model(), scenario.drive.pwm_levels).parameters
         if not isinstance(chosen, DistributedGovernor) or chosen.channel is not None or chosen.backend != "compiled":
-            only = "a batch runs the distributed governor alone, compiled, without guard, delay, loss or outage"
+            only = "a batch runs the distributed governor alone, compiled, without delay, loss or outage"
             raise InputError(f"{only}; run the seeds one by one", key="governor")
         if exchange(scenario) is not None:
             only = "a batch exchanges p and xi at once"

@@ -10,7 +10,6 @@ from pbrg_mj.errors import PlugInError
 from pbrg_mj.governor.centralized.optimum import Optimum
 from pbrg_mj.governor.distributed.estimates import Estimates
 from pbrg_mj.governor.distributed.governor import DistributedGovernor, DistributedMemory
-from pbrg_mj.governor.guard import GuardedGovernor, GuardedMemory
 from pbrg_mj.governor.monitor.passivity import Passivity, flow_passivity, passivity
 from pbrg_mj.governor.monitor.passivity_blocks import flow_passivities_of_block, passivities_about_optima
 from pbrg_mj.governor.monitor.tick_block import TickBlock
@@ -33,8 +32,6 @@ class PassivityMonitor(Protocol):
 
 def passivity_monitor(governor: Governor) -> PassivityMonitor:
     """Return the monitor of a governor."""
-    if isinstance(governor, GuardedGovernor):
-        return GuardedPassivity(passivity_monitor(governor.inner))
     if isinstance(governor, DistributedGovernor):
         return DistributedPassivity(governor)
     return OwnPassivity(governor)
@@ -79,23 +76,6 @@ class DistributedPassivity:
         first, links, _ = self.governor.run(problem, memory, 1)
         second = self.governor.run(problem, DistributedMemory(first, memory.m, links), 1)[0]
         return flow_passivity(problem, self.governor.flow, (memory.estimates, first, second))
-
-
-@dataclass(frozen=True)
-class GuardedPassivity:
-    """Balances of the optimizer behind a guard."""
-
-    inner: PassivityMonitor
-
-    def about_optima(
-        self, block: TickBlock, memories: Sequence[GuardedMemory], optima: Sequence[Optimum]
-    ) -> list[Passivity]:
-        """Return the optimizer's balances about the optima."""
-        return self.inner.about_optima(block, [memory.inner for memory in memories], optima)
-
-    def of_velocity(self, block: TickBlock, memories: Sequence[GuardedMemory]) -> list[Passivity]:
-        """Return the balances of the optimizer's own velocity."""
-        return self.inner.of_velocity(block, [memory.inner for memory in memories])
 
 
 @dataclass(frozen=True)

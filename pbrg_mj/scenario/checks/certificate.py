@@ -36,8 +36,18 @@ def _program(scenario: Scenario) -> Iterator[Diagnostic]:
         return
     if governor.kind != "distributed":
         yield Diagnostic(path, f"is program with `kind: {governor.kind}`; allowed: with `kind: distributed` only")
-    if governor.guard or scenario.network.exchange != "plain":
-        yield Diagnostic(path, "is program; allowed: without governor.guard, and with `network.exchange: plain` only")
+    if scenario.network.exchange != "plain":
+        yield Diagnostic(path, "is program; allowed: with `network.exchange: plain` only")
+
+
+def guard(scenario: Scenario) -> Iterator[Diagnostic]:
+    """Yield that the guard of earlier versions is gone; their logs still open."""
+    if scenario.governor.guard:
+        yield Diagnostic(
+            ("governor", "guard"),
+            "is true, and the guard is no more; allowed: false, and in its place `kind: certified` with "
+            "`optimizer: paper_flow` and `certificate: ball`",
+        )
 
 
 def _barrier(scenario: Scenario) -> Iterator[Diagnostic]:
@@ -64,9 +74,6 @@ def _certified(scenario: Scenario) -> Iterator[Diagnostic]:
             ("governor", "certificate"),
             f"is {governor.certificate} with `kind: {governor.kind}`; allowed: {', '.join(allowed)}",
         )
-    if governor.guard:
-        needless = f"is true with `kind: {governor.kind}`, which needs none; allowed: false"
-        yield Diagnostic(("governor", "guard"), needless)
     if len(scenario.team.leaders) > 1 and (network.loss > 0 or network.outages):
         yield Diagnostic(
             ("team", "leaders"),

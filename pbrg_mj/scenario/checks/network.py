@@ -38,7 +38,6 @@ def messages(scenario: Scenario) -> Iterator[Diagnostic]:
     yield from _delays(scenario)
     yield from _jitter(scenario)
     yield from _bursts(scenario.network, ("network", "loss"))
-    yield from _guarded(scenario)
     yield from _pre_stabiliser(scenario)
 
 
@@ -48,18 +47,6 @@ def _pre_stabiliser(scenario: Scenario) -> Iterator[Diagnostic]:
         if getattr(network, key) > LONGEST_DELAY:
             yield Diagnostic((*path, key), f"is {getattr(network, key)} ticks; allowed: 0 to {LONGEST_DELAY}")
     yield from _bursts(network, (*path, "loss"))
-
-
-def _guarded(scenario: Scenario) -> Iterator[Diagnostic]:
-    network = scenario.network
-    delays = (network.delay_rounds, network.jitter_rounds, *(link.delay_rounds for link in network.links))
-    unsure = max(delays) > 0 or network.loss > 0 or network.outages or network.exchange != "plain"
-    if scenario.governor.guard and unsure:
-        yield Diagnostic(
-            ("governor", "guard"),
-            "is true with messages that are late, lost or silent, which its own messages would not be; "
-            "allowed: with an immediate plain exchange only",
-        )
 
 
 def _links(scenario: Scenario) -> Iterator[Diagnostic]:

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 
 from pbrg_mj.errors import InputError
+from pbrg_mj.scenario.checks.certificate import guard
 from pbrg_mj.scenario.checks.check import check
 from pbrg_mj.scenario.checks.physics import stable_step
 from pbrg_mj.scenario.checks.plug_ins import plug_ins
@@ -23,12 +24,12 @@ Known = TypeVar("Known", bound=Section)
 def build(document: Document, file: str, to_run: bool = True) -> Scenario:
     """Return the scenario that a document holds.
 
-    Parts of other packages must be installed and their options fit, and the physics step must suit today's model,
+    Parts of other packages must be installed and their options fit, and physics step and guard must suit today's model,
     unless `to_run` is false: of an earlier run it is enough that they did. Raises InputError with file, line and key of
     the first thing that is wrong.
     """
     scenario = read_section(Scenario, document.data, document, file)
-    now = (*plug_ins(scenario), *stable_step(scenario)) if to_run else ()
+    now = (*plug_ins(scenario), *stable_step(scenario), *guard(scenario)) if to_run else ()
     diagnostics = [*check(scenario), *now]
     if diagnostics:
         raise first_error(diagnostics, document, file)

@@ -141,7 +141,8 @@ class Governor(Section):
     )
     guard: bool = Field(
         default=False,
-        description="apply no reference that the robots' own rows forbid, though the optimizer lags; not in the paper",
+        description="of earlier versions; true is refused: `kind: certified` with `optimizer: paper_flow` and "
+        "`certificate: ball` is in its place",
     )
     backend: Literal["compiled", "numpy", "program"] = Field(
         default="compiled",

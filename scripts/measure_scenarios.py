@@ -29,7 +29,7 @@ from pbrg_mj.scenario.bundled import bundled_scenarios
 from pbrg_mj.scenario.load import load_scenario
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "scenarios.md"
-RECOMMENDED = ("governor.kind=certified", "governor.guard=false")
+RECOMMENDED = ("governor.kind=certified", "governor.optimizer=flooding", "governor.certificate=predictive")
 FLOORS = ("floor/friction_patches", "floor/even_floor", "floor/frictionless")
 
 

@@ -15,7 +15,6 @@ from pbrg_mj.governor.distributed import equations, rounds
 from pbrg_mj.governor.distributed.estimates import Estimates, Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.distributed.suspicion import some_row_cannot_be_met
-from pbrg_mj.governor.guard import admissible_radii
 from pbrg_mj.governor.monitor.diagnostics import diagnose
 from pbrg_mj.governor.monitor.equilibrium import dual_force, equilibrium
 from pbrg_mj.governor.monitor.tick_block import TickBlock
@@ -150,23 +149,6 @@ def test_a_row_that_no_reference_meets_is_suspected_when_it_is_so():
         assert some_row_cannot_be_met(z, *static.rows) == (least > 1e-7)
         met.add(least > 0)
     assert met == {True, False}
-
-
-def test_the_guards_radius_is_the_largest_whose_disc_is_admissible():
-    rng, bounded = np.random.default_rng(34), 0
-    angle = np.linspace(0, 2 * np.pi, 361)
-    circle = np.column_stack([np.cos(angle), np.sin(angle)])
-    for _ in range(6):
-        rows = random_directional(rng, inputs=facet_rows(graph(), 1.0, 8.0, 5)).rows
-        states = 0.3 * rng.normal(size=(5, 5, 4))
-        centre = states[:, :, :2].mean(axis=1)
-        for i, radius in enumerate(admissible_radii(rows, states, centre)):
-            own = Rows(*(array[i : i + 1] for array in rows))
-            p, xi = states[i, :, :2], states[i, :, 2:]
-            worst = max(row_values(own, m, p, xi).max() for m in centre[i] + max(radius, 0.0) * circle)
-            assert worst > 0 if radius < 0 else worst == pytest.approx(0.0, abs=3e-4)
-            bounded += radius > 0
-    assert bounded > 10
 
 
 def test_facets_hold_the_polygon_of_velocities_and_opposite_ones_share_a_row():

@@ -87,7 +87,6 @@ def test_a_robot_whose_estimates_run_away_holds_the_last_within_bounds():
     ("keys", "says"),
     [
         (["governor.kind=centralized"], "is program with `kind: centralized`; allowed: with `kind: distributed` only"),
-        (["governor.guard=true"], "is program; allowed: without governor.guard"),
         (["network.exchange=scattering", "network.delay_rounds=1"], "with `network.exchange: plain` only"),
     ],
 )

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pbrg_mj.governor.certificate.evaluate import VIOLATED, rows_of_model, worst_rows
 from pbrg_mj.governor.certificate.nearest import nearest_admissible
 from pbrg_mj.governor.certificate.predictive import PredictiveCertificate
 from pbrg_mj.governor.certificate.share import Spread
@@ -79,6 +80,8 @@ class Course:
 
     def run(self, apply: Applied) -> Moving:
         """Drive the team by what is applied."""
+        one, E = self.spaces, rows_of_model(self.model)
+        spaces = HalfSpaces(one.G[None], one.h[None], one.active[None], one.binds[None])
         p, xi = np.array(self.scenario.team.start)[:, :2] - self.formation, np.zeros((5, 2))
         m, gaps, violated, sent = p.mean(axis=0), [], [], []
         for _ in range(round(SECONDS / self.model.tick)):
@@ -86,7 +89,8 @@ class Course:
             m, bytes_sent = apply(self.problem(p, xi, rows))
             best, _ = nearest_admissible(rows, Spread.of(p, xi), self.reference)
             gaps.append(float(np.linalg.norm(m - best)))
-            violated.append(self.certificate.worst(self.spaces, p, xi, m) > 1e-6)
+            states = p[None], xi[None], m[None, None]
+            violated.append(worst_rows(spaces, states, self.formation, E)[0, 2] > VIOLATED)
             sent.append(bytes_sent)
             p, xi = self.model.predicted(p, xi, m, 1)
         return Moving(float(np.mean(gaps)), float(np.mean(violated)), float(np.mean(sent)))

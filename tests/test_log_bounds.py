@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pbrg_mj.analysis.export import export
 from pbrg_mj.analysis.figures.figure import plot, wanted_panels
 from pbrg_mj.analysis.metrics.log_metrics import log_metrics
 from pbrg_mj.analysis.metrics.run_metrics import metrics
@@ -124,6 +125,16 @@ def test_showing_costs_less_than_two_kilobytes_a_tick(tmp_path: Path, show: Call
 
     peak(few)
     assert (peak(many) - peak(few)) / 2400 < MOST_PER_TICK
+
+
+def test_a_table_of_text_is_written_some_ticks_at_a_time(tmp_path: Path) -> None:
+    run = open_run(written(tmp_path / "log.mcap", 4500))
+    tracemalloc.start()
+    export(run, tmp_path / "log.csv")
+    found = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert found / 4500 < MOST_PER_TICK / 2  # 3.6 kB, were all of them objects at once
+    assert (tmp_path / "log.csv").read_text(encoding="utf-8").count("\n") == 4501
 
 
 @pytest.mark.parametrize("ticks", [1, 20, BLOCK_MESSAGES + 40])

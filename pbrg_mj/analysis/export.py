@@ -16,6 +16,7 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.log.read.run import Run
 
 MAT_HEADER = b"MATLAB 5.0 MAT-file, pbrg-mj"
+CSV_ROWS = 200  # written at a time
 MAT_HEADER_LENGTH = 116  # free text at the start of a MAT-file
 
 
@@ -51,25 +52,34 @@ def _write_mat(run: Run, path: Path) -> None:
 
 
 def _write_csv(run: Run, path: Path) -> None:
-    names, columns = zip(*((name, column) for one in series(run) for name, column in _in_rows(run, one)), strict=True)
+    """Write a row per tick. Numbers become texts some ticks at a time: as objects they take ten times the memory."""
+    columns = [(_rows_of(run, one), name, values) for one in series(run) for name, values in one.columns()]
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(names)
-        writer.writerows(zip(*columns, strict=True))
+        writer.writerow([name for _, name, _ in columns])
+        for first in range(0, len(run.ticks.index), CSV_ROWS):
+            rows = range(first, min(first + CSV_ROWS, len(run.ticks.index)))
+            writer.writerows(zip(*(_in_rows(where, values, rows) for where, _, values in columns), strict=True))
 
 
-def _in_rows(run: Run, one: Series) -> list[tuple[str, list[object]]]:
-    """Return the columns with one entry per tick; blank where the series has none."""
-    rows = {int(index): row for row, index in enumerate(run.ticks.index)}
-    places = [(source, rows[int(index)]) for source, index in enumerate(one.index) if int(index) in rows]
-    columns = []
-    for name, values in one.columns():
-        column: list[object] = [""] * len(rows)
-        listed = (values.astype(int) if values.dtype == bool else values).tolist()
-        for source, row in places:
-            column[row] = listed[source]
-        columns.append((name, column))
-    return columns
+def _rows_of(run: Run, one: Series) -> np.ndarray:
+    """Return the row of each entry of a series among the ticks, -1 for one whose tick is lost."""
+    if one.index is run.ticks.index:
+        return np.arange(len(one.index))
+    rows = np.minimum(np.searchsorted(run.ticks.index, one.index), len(run.ticks.index) - 1)
+    return np.where(run.ticks.index[rows] == one.index, rows, -1)
+
+
+def _in_rows(where: np.ndarray, values: np.ndarray, rows: range) -> list[object]:
+    """Return one entry per row of some, blank where the series has none."""
+    column: list[object] = [""] * len(rows)
+    there = np.flatnonzero((where >= rows.start) & (where < rows.stop))
+    chosen = values[there]
+    for row, value in zip(
+        where[there].tolist(), (chosen.astype(int) if chosen.dtype == bool else chosen).tolist(), strict=True
+    ):
+        column[row - rows.start] = value
+    return column
 
 
 WRITERS: dict[str, Callable[[Run, Path], None]] = {".npz": _write_npz, ".mat": _write_mat, ".csv": _write_csv}

@@ -182,8 +182,9 @@ def diverged():
 def open_field():
     plan = scenario(plant="physics", estimator={})
     nothing = np.zeros((21, 2, 1), dtype=bool)
+    nobody = np.zeros((*nothing.shape, 2), dtype=bool)
     return run(
-        plan, ticks={"wall_margin": np.full((21, 2), np.inf), "half_space_active": nothing, "half_space_binds": nothing}
+        plan, ticks={"wall_margin": np.full((21, 2), np.inf), "half_space_active": nothing, "half_space_binds": nobody}
     )
 
 

@@ -53,7 +53,9 @@ def _write_mat(run: Run, path: Path) -> None:
 
 def _write_csv(run: Run, path: Path) -> None:
     """Write a row per tick. Numbers become texts some ticks at a time: as objects they take ten times the memory."""
-    columns = [(_rows_of(run, one), name, values) for one in series(run) for name, values in one.columns()]
+    known = series(run)
+    rows_of = {id(one.index): _rows_of(run, one) for one in known}
+    columns = [(rows_of[id(one.index)], name, values) for one in known for name, values in one.columns()]
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow([name for _, name, _ in columns])

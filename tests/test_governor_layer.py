@@ -196,3 +196,15 @@ def test_a_team_at_or_beyond_its_line_comes_back(certificate: str, back: float, 
         worst = max(worst, float((p @ G).max() - 3.0 * np.sqrt(0.5)))
     assert worst <= max(-distance, 0.0) + 1e-9
     assert (start - m) @ G > back
+
+
+@pytest.mark.slow
+def test_a_wall_seen_late_is_not_touched() -> None:
+    """In physics, faster than the robots see: the layer keeps the team off a wall that the paper's governor touches."""
+    keys = ["timing.duration=10.0", "reference.solver=none", "governor.sight_rows=false"]
+    scenario = load_scenario("sensing/late_detection_guarded", keys).scenario
+    tick = None
+    for tick in Simulation.build(scenario).control_ticks():
+        assert tick.hand_world[:, 0].max() < 1.35  # the hand points' line is at 1.4
+    assert tick is not None
+    assert tick.hand_world[:, 0].max() > 0.0  # and it has come nearer: the foremost started at -2.5

@@ -1,7 +1,7 @@
-"""Run worlds of all families under two governors; write docs/data/worlds.json and the tables of docs/worlds.md.
+"""Run worlds of all families under three set-ups; write docs/data/worlds.json and the tables of docs/worlds.md.
 
 python scripts/measure_worlds.py 101-104               # seeds not measured yet; some 3 s of processor a world
-python scripts/measure_worlds.py 101-104 certified     # under one of the governors
+python scripts/measure_worlds.py 101-104 certified     # under one of the set-ups
 python scripts/measure_worlds.py                       # write the table again
 """
 
@@ -22,7 +22,16 @@ from pbrg_mj.cli.batch import seeds_of
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 PAGE, DATA = DOCS / "worlds.md", DOCS / "data" / "worlds.json"
 DURATION = 8.0  # [s]
-GOVERNORS = ("distributed", "certified")  # governor.kind, all else default
+SET_UPS: dict[str, dict[str, Any]] = {  # all else default
+    "distributed": {"governor.kind": "distributed"},
+    "certified": {"governor.kind": "certified"},
+    "certified_points": {
+        "governor.kind": "certified",
+        "estimator.source": "points",
+        "estimator.scope": "own",
+        "estimator.half_spaces_per_robot": 6,
+    },
+}
 MARK = "<!-- rates -->\n"
 EVENTS = {
     "touches what stands still": "world_touching",
@@ -30,16 +39,16 @@ EVENTS = {
     "touches a moving box": "world_touching_moving",
     "robots touch": "world_touching_robots",
 }
-Worlds = dict[str, dict[str, dict[str, Any]]]  # of "governor family", by seed
+Worlds = dict[str, dict[str, dict[str, Any]]]  # of "set-up family", by seed
 
 
-def measure(seeds: tuple[int, ...], governors: tuple[str, ...]) -> None:
+def measure(seeds: tuple[int, ...], set_ups: tuple[str, ...]) -> None:
     families = [one.name for one in pbrg.list_scenarios() if one.family]
-    for seed, name, governor in product(seeds, families, governors):
-        key = f"{governor} {name}"
+    for seed, name, set_up in product(seeds, families, set_ups):
+        key = f"{set_up} {name}"
         if str(seed) in read().get(key, {}):
             continue
-        made = pbrg.batch(pbrg.load(name, {"governor.kind": governor}, duration=DURATION), [seed])
+        made = pbrg.batch(pbrg.load(name, SET_UPS[set_up], duration=DURATION), [seed])
         data = read()  # another process may have written meanwhile
         figures = {column: made[column][0].tolist() for column in made if column != "seeds"}
         data.setdefault(key, {})[str(seed)] = figures
@@ -52,10 +61,10 @@ def read() -> Worlds:
 
 
 def table() -> str:
-    """Return a table for each governor: a row a family, and one of all."""
+    """Return a table for each set-up: a row a family, and one of all."""
     data, parts = read(), []
-    for governor in GOVERNORS:
-        keys = [key for key in sorted(data) if key.startswith(f"{governor} ")]
+    for set_up, settings in SET_UPS.items():
+        keys = [key for key in sorted(data) if key.startswith(f"{set_up} ")]
         rows = {key.split(" ")[1]: list(data[key].values()) for key in keys}
         everything = [world for worlds in rows.values() for world in worlds]
         if not everything:
@@ -64,7 +73,8 @@ def table() -> str:
         lines = [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)]
         lines += [row(f"`{name}`", worlds) for name, worlds in rows.items()]
         lines.append(row("**all**", everything))
-        parts.append(f"`governor.kind={governor}`:\n\n" + "\n".join(lines) + "\n")
+        heading = ", ".join(f"`{key}={value}`" for key, value in settings.items())
+        parts.append(f"{heading}:\n\n" + "\n".join(lines) + "\n")
     return "\n".join(parts)
 
 
@@ -80,7 +90,7 @@ def row(name: str, worlds: list[dict[str, Any]]) -> str:
 
 def main(arguments: list[str]) -> None:
     if arguments:
-        measure(seeds_of(arguments[0]), tuple(arguments[1:]) or GOVERNORS)
+        measure(seeds_of(arguments[0]), tuple(arguments[1:]) or tuple(SET_UPS))
     text = PAGE.read_text(encoding="utf-8")
     before, _, after = text.split(MARK)
     PAGE.write_text(before + MARK + "\n" + table() + "\n" + MARK + after, encoding="utf-8")

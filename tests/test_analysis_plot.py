@@ -6,7 +6,6 @@ import pytest
 
 from pbrg_mj.cli.main import main
 from pbrg_mj.errors import InputError
-from pbrg_mj.log.read import run as reader
 from tests.needs import need_module
 from tests.runs import resting, run, scenario, walled
 
@@ -215,7 +214,7 @@ def test_panels_are_chosen_on_the_command_line(tmp_path, monkeypatch, capsys):
     from pbrg_mj.api import run as api_run
 
     drawn_panels = []
-    monkeypatch.setattr(reader, "open_run", lambda path: run())
+    monkeypatch.setattr(api_run, "open_reduced", lambda path, quantities: (run(), run()))
     monkeypatch.setattr(api_run, "plot", lambda run, path, panels: drawn_panels.append(panels))
     for wanted in ([], ["--panels", "gap,margin,gap"], ["--panels", "all"]):
         assert main(["plot", "a.mcap", "-o", "a.pdf", *wanted]) == 0

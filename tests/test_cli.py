@@ -37,6 +37,7 @@ def logs(monkeypatch, tmp_path):
     found = {}
     monkeypatch.setattr(reader, "open_run", lambda path: replaced(found[Path(path).name], path=str(path)))
     monkeypatch.setattr(api_run, "log_metrics", lambda path: metrics(reader.open_run(path)))
+    monkeypatch.setattr(api_run, "open_reduced", lambda path, _: (reader.open_run(path),) * 2)
     monkeypatch.chdir(tmp_path)
     return found
 
@@ -165,7 +166,8 @@ def test_every_metric_stands_in_the_table():
     nested = metrics(run()).as_dict()
     flat = {f"{name}.{k}" for name, one in nested.items() if isinstance(one, dict) for k in one}
     flat |= {name for name, one in nested.items() if not isinstance(one, dict)}
-    assert flat - keys == {"damage", "violation_kind"}
+    # Marked beside the governor's name and the share of its own certificate.
+    assert flat - keys == {"damage", "violation_kind", "centralized", "own_certificate_violated_share"}
     assert keys <= flat
 
 

@@ -59,7 +59,16 @@ def test_every_number_of_a_scenario_is_bounded_on_both_sides():
 ROBOTS = (
     "robot",
     *(f"{name}/{k}" for name in ("robots", "leaders", "edges") for k in (0, 1)),
-    *("robots/1/0", "edges/0/0", "edges/0/1", "delay_rounds", "jitter_rounds", "reserve_rounds/0"),
+    *(
+        "robots/1/0",
+        "edges/0/0",
+        "edges/0/1",
+        "delay_rounds",
+        "jitter_rounds",
+        "delay_ticks",
+        "jitter_ticks",
+        "reserve_rounds/0",
+    ),
 )
 
 

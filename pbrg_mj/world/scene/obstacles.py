@@ -15,6 +15,7 @@ from pbrg_mj.world.scene.footprints import Footprints, footprints_of
 
 LOW_FRICTION = (0.2, 0.005, 0.0001)  # friction: robots slide along obstacles rather than climb them
 MOVING_COLOUR = (0.80, 0.52, 0.16, 1.0)
+NOTHING = footprints_of()
 
 
 def add_obstacles(spec: mujoco.MjSpec, surroundings: World) -> None:
@@ -40,7 +41,9 @@ def box_centre(box: MovingBox, time: float) -> np.ndarray:
 def moving_footprints(boxes: Sequence[MovingBox], time: float) -> Footprints:
     """Return the footprints of moving boxes where they are at `time` [s]."""
     k = len(boxes)
-    return footprints_of()._replace(
+    if not k:  # asked for at every tick
+        return NOTHING
+    return NOTHING._replace(
         centre=np.array([box_centre(box, time) for box in boxes]).reshape(k, 2),
         axis=np.tile([1.0, 0.0], (k, 1)),
         half_size=np.array([box.size for box in boxes], dtype=float).reshape(k, 2) / 2,

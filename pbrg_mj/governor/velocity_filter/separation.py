@@ -54,7 +54,7 @@ class SeparationFilter:
         if distance is None:
             raise ValueError("the scenario asks for no separation")
         if scenario.plant == "physics":
-            camera, radio = scenario.sensors.camera, scenario.radio
+            camera, radio = scenario.assumed_sensors.camera, scenario.radio
             lag += load_robot_model().time_constant + 1.0 / camera.rate_hz + camera.delay + radio.delay + radio.jitter
         formation = np.array(scenario.team.formation, dtype=float)
         return cls(formation, distance, margin, 1.0 / (4.0 * lag), facets, scenario.timing.tick)

@@ -43,7 +43,7 @@ class PointParameters(NamedTuple):
 
 def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
     """Return the parameters for a scenario; the ideal plant is seen exactly."""
-    beams, exact = scenario.sensors.beams, scenario.plant == "ideal"
+    beams, exact = scenario.assumed_sensors.beams, scenario.plant == "ideal"
     angles = beam_angles(beams)
     return PointParameters(
         directions=np.column_stack([np.cos(angles), np.sin(angles)]),

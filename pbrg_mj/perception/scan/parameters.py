@@ -27,7 +27,7 @@ class LineParameters(NamedTuple):
 
 def line_parameters(scenario: Scenario) -> LineParameters:
     """Return the parameters for a scenario; the ideal plant is seen exactly."""
-    beams, estimator = scenario.sensors.beams, scenario.estimator
+    beams, estimator = scenario.assumed_sensors.beams, scenario.estimator
     exact = scenario.plant == "ideal"
     range_std = 0.0 if exact else math.hypot(beams.noise_std, beams.quantum / math.sqrt(12.0))
     return LineParameters(

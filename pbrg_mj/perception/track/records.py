@@ -52,7 +52,7 @@ def track_parameters(scenario: Scenario, agree: int, clearance: float) -> TrackP
     estimator = scenario.estimator
     return TrackParameters(
         range_max=scenario.sensors.beams.range_max,
-        silent=agree if scenario.sensors.beams.dropout > 0 else 1,
+        silent=agree if scenario.assumed_sensors.beams.dropout > 0 else 1,
         memory=estimator.memory,
         drift=estimator.drift_std,
         turn=float(np.deg2rad(estimator.drift_std_deg)),

@@ -16,7 +16,6 @@ import numpy as np
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.scan.line_fit import wrapped
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.sensing.noise import noise_parameters
 
 LONGEST = 0.5  # [s] speeds are not taken over longer gaps
 FRESH = 1e-6  # [s] a pose this old is as old as the scan
@@ -45,6 +44,7 @@ class PoseModel(NamedTuple):
     heading_var: float  # [rad^2]
     frame_period: float  # of the camera [s]
     scan_period: float  # of the beams [s]
+    dated_late: float  # by how much a frame is dated too late: its delay less the delay that is assumed [s]
 
 
 class Clock(NamedTuple):
@@ -71,17 +71,20 @@ class ScanPose(NamedTuple):
 
 def pose_model(scenario: Scenario) -> PoseModel:
     """Return the pose model for a scenario."""
-    noise, step = noise_parameters(scenario), scenario.timing.physics_step
-    camera, beams = scenario.sensors.camera, scenario.sensors.beams
+    step, camera, beams = scenario.timing.physics_step, scenario.assumed_sensors.camera, scenario.sensors.beams
+    exact = scenario.plant == "ideal"
+    position_std = 0.0 if exact else camera.position_std
+    heading_std = 0.0 if exact else math.radians(camera.heading_std_deg)
     frame, scan = max(1 / camera.rate_hz, step), max(1 / beams.rate_hz, step)
     shared = max(1.0, frame / scan)
-    return PoseModel(shared * noise.position_std**2, shared * noise.heading_std**2, frame, scan)
+    late = scenario.sensors.camera.delay - camera.delay
+    return PoseModel(shared * position_std**2, shared * heading_std**2, frame, scan, late)
 
 
 @kernel
 def pose_at_scan(estimate, clock, last, model):
     """Return the ScanPose of a scan from the `estimate` (3,) of the camera, and remember it in `last` (a ANCHOR)."""
-    exposed = clock.pose_frame * model.frame_period
+    exposed = clock.pose_frame * model.frame_period + model.dated_late
     age = min(max(clock.scan_frame * model.scan_period - exposed, 0.0), LONGEST)
     x, y, heading = estimate[0], estimate[1], estimate[2]
     position_var, heading_var = model.position_var, model.heading_var

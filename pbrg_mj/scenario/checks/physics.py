@@ -57,8 +57,13 @@ def _ignored(scenario: Scenario) -> Iterator[Diagnostic]:
 
 def _delays(scenario: Scenario) -> Iterator[Diagnostic]:
     camera, radio = scenario.sensors.camera, scenario.radio
-    if camera.delay > LONGEST_DELAY:
-        yield Diagnostic(("sensors", "camera", "delay"), f"is {camera.delay} s; allowed: at most {LONGEST_DELAY} s")
+    delays = {
+        ("sensors", "camera", "delay"): camera.delay,
+        ("estimator", "assumed", "camera", "delay"): scenario.estimator.assumed.camera.delay or 0.0,
+    }
+    for path, delay in delays.items():
+        if delay > LONGEST_DELAY:
+            yield Diagnostic(path, f"is {delay} s; allowed: at most {LONGEST_DELAY} s")
     if radio.delay + radio.jitter > LONGEST_DELAY:
         yield Diagnostic(
             ("radio",), f"has delay and jitter of {radio.delay + radio.jitter} s; allowed: at most {LONGEST_DELAY} s"

@@ -3,6 +3,7 @@
 scenario          the whole, with `outcome` and `log`
 timing, team, graph, operator
 world, sensors, estimator
+assumed           what the estimator takes the sensors' errors for
 actuation         `drive` and `radio`
 disturbances, network
 governor          `control`, `governor` and `reference`

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
+from pbrg_mj.scenario.schema.assumed import Assumed
 from pbrg_mj.scenario.schema.base import MOST_EVENTS, NonNegative, Number, Positive, RobotNumber, Section, Vector
 
 
@@ -53,3 +54,4 @@ class Estimator(Section):
     drift_std_deg: NonNegative = Field(
         default=0.2, description="growth of an unseen wall's angle uncertainty [deg], per square root of a second"
     )
+    assumed: Assumed = Assumed()

@@ -105,3 +105,8 @@ class Scenario(Section):
         """Robots that carry beams, counted from 0, ascending: the rows of every array of ranges."""
         listed = self.sensors.beams.robots
         return tuple(range(self.robots)) if listed == "all" else tuple(sorted(number - 1 for number in listed))
+
+    @property
+    def assumed_sensors(self) -> Sensors:
+        """The sensors as perception takes them to be."""
+        return self.estimator.assumed.of(self.sensors)

@@ -37,6 +37,12 @@ def test_margins_of_boxes_agree_with_the_nearest_of_many_points():
             assert distance == pytest.approx(sign * np.linalg.norm(faces - point, axis=1).min(), abs=1e-3)
 
 
+def test_a_box_at_the_rim_of_what_is_allowed_has_ends_beyond_it():
+    wall = Box(center=(1e6, 0.0), size=(1e9, 0.5)).as_wall()
+    assert wall.start == (1e6 - 5e8, 0.0)
+    assert wall.end == (1e6 + 5e8, 0.0)
+
+
 def test_boxes_stand_in_physics_where_the_margin_has_them():
     """Margin and beam agree: straight ahead lies the nearest corner of a turned box."""
     boxes = [{"center": (1.0, 0.0), "size": (0.4, 0.4), "angle_deg": 45.0}]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pbrg_mj.analysis.metrics import samples as module
-from pbrg_mj.analysis.metrics.joined import Joined, NotKeptError
+from pbrg_mj.analysis.metrics.index_join import IndexJoin, NotKeptError
 from pbrg_mj.analysis.metrics.run_metrics import metrics
 from pbrg_mj.analysis.metrics.samples import Samples
 from pbrg_mj.analysis.metrics.settling import Settling
@@ -47,7 +47,7 @@ def test_rows_find_their_partners_whatever_comes_first():
         np.testing.assert_array_equal(first["value"], 2 * second["index"])
         found.extend(first["index"].tolist())
 
-    joined = Joined(take, complete=True)
+    joined = IndexJoin(take, complete=True)
     firsts, seconds = np.array_split(index, 9), np.array_split(partners, 5)
     while firsts or seconds:
         if firsts and (not seconds or rng.random() < 0.5):
@@ -57,7 +57,7 @@ def test_rows_find_their_partners_whatever_comes_first():
             joined.second({"index": seconds.pop(0)})
     assert found == partners.tolist()
     with pytest.raises(NotKeptError):
-        Joined.second(joined, {"index": np.array([7])})
+        IndexJoin.second(joined, {"index": np.array([7])})
 
 
 @pytest.mark.parametrize("seed", range(12))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pbrg_mj.analysis.metrics.log_metrics import End
+from pbrg_mj.analysis.metrics.log_metrics import FinalColumns
 from pbrg_mj.analysis.metrics.per_tick import PerTick
 from pbrg_mj.log.read.columns import Columns
 from pbrg_mj.log.read.run import Run, TickSeries, open_run
@@ -24,7 +24,7 @@ def open_reduced(path: str | Path, quantities: Sequence[PerTick] = (), *, half_s
     are asked for. Raises what `open_run` raises.
     """
     scenario = read_header(Path(path)).scenario
-    end, without = End(scenario), LEFT_OUT if half_spaces else LEFT_OUT | HALF_SPACES
+    end, without = FinalColumns(scenario), LEFT_OUT if half_spaces else LEFT_OUT | HALF_SPACES
 
     def of_ticks(block: Columns) -> Columns:
         end.add(block)

@@ -32,7 +32,7 @@ HOPS = struct.Struct("<H")
 NUMBER = struct.Struct("<I")  # of the round in which a message was sent, where messages overtake one another
 
 
-class Heard(NamedTuple):
+class NeighbourState(NamedTuple):
     """What a robot keeps of one neighbour."""
 
     z: np.ndarray  # (4n + 2,)
@@ -50,7 +50,7 @@ class PaperMemory:
     own: OwnData
     estimate: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]  # z, zeta (4n + 2,), lambda (R,), nu (4,)
     m: np.ndarray  # (2,) the last within bounds [m]
-    heard: Mapping[int, Heard]  # by neighbour
+    heard: Mapping[int, NeighbourState]  # by neighbour
     hops: int  # links to the nearest robot that has lost a neighbour; n: none is known
     round: int
     diverged: bool = False
@@ -84,7 +84,7 @@ class PaperProgram:
         if facts.start is not None:
             z[:2] = own.p
             z[2 : 2 + 2 * n] = facts.start.reshape(-1)
-        nothing = Heard(np.zeros_like(z), np.zeros_like(z), n, 0, False)
+        nothing = NeighbourState(np.zeros_like(z), np.zeros_like(z), n, 0, False)
         estimate = (z, np.zeros_like(z), np.zeros(_rows(own).d.shape[1]), np.zeros(4))
         bounded, _ = self._limits(estimate)
         heard = dict.fromkeys(facts.neighbours, nothing)
@@ -108,7 +108,7 @@ class PaperProgram:
         """Keep what was sent last, and take a step of the flow unless a neighbour is lost somewhere."""
         if memory.diverged:
             return memory
-        came: dict[int, Heard] = {}
+        came: dict[int, NeighbourState] = {}
         for sender, content in inbox:
             new = self._read(sender, content, memory)
             if new.age <= came.get(sender, memory.heard[sender]).age:
@@ -130,7 +130,7 @@ class PaperProgram:
         )  # they are a round older by now
         return RobotAnswer(m, status, memory.estimate[2], lost), replace(memory, m=m, diverged=diverged)
 
-    def _read(self, sender: int, content: bytes, memory: PaperMemory) -> Heard:
+    def _read(self, sender: int, content: bytes, memory: PaperMemory) -> NeighbourState:
         n, at, age, hops = memory.facts.robots, 0, 0, memory.facts.robots
         if self.channel is not None:
             (hops,), at = HOPS.unpack_from(content), HOPS.size
@@ -139,24 +139,24 @@ class PaperProgram:
                 (sent,), at = NUMBER.unpack_from(content, at), at + NUMBER.size
                 age = memory.round - sent
         z, zeta = np.frombuffer(content, offset=at).reshape(2, 4 * n + 2)
-        return Heard(z, zeta, hops, age, True)
+        return NeighbourState(z, zeta, hops, age, True)
 
     def _delay(self, sender: int, memory: PaperMemory) -> int:
         return 0 if self.delays is None else self.delays[memory.facts.robot, sender]
 
-    def _overdue(self, neighbour: int, one: Heard, memory: PaperMemory) -> int:
+    def _overdue(self, neighbour: int, one: NeighbourState, memory: PaperMemory) -> int:
         """Return for how many rounds a neighbour has counted as lost; negative while it does not."""
         if self.channel is None:
             return -1
         longest = self._delay(neighbour, memory) + self.channel.jitter
         return one.age - longest - self.channel.silent_after
 
-    def _unheard(self, neighbour: int, memory: PaperMemory) -> Heard:
+    def _unheard(self, neighbour: int, memory: PaperMemory) -> NeighbourState:
         """Return what is kept of a neighbour from which nothing new has come; it counts as lost after a while."""
         one = memory.heard[neighbour]
         return one._replace(up=one.up and self._overdue(neighbour, one, memory) < 0)
 
-    def _count_hops(self, kept: Mapping[int, Heard], memory: PaperMemory) -> int:
+    def _count_hops(self, kept: Mapping[int, NeighbourState], memory: PaperMemory) -> int:
         nearest = memory.facts.robots
         for neighbour, one in kept.items():
             if one.up:
@@ -166,7 +166,7 @@ class PaperProgram:
         return nearest
 
     def _stepped(
-        self, kept: Mapping[int, Heard], memory: PaperMemory
+        self, kept: Mapping[int, NeighbourState], memory: PaperMemory
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return z, zeta, lambda, nu after one round."""
         facts, own = memory.facts, memory.own

@@ -9,7 +9,7 @@ outcome           how the run ended, in one word
 binding           what binds at the end, in words
 sensing_gap       what sensing costs: the optimum on sensed against true half-spaces
 samples           means and exact percentiles of numbers that are not held
-joined            ticks and optima brought together while both are read
+index_join        ticks and optima brought together while both are read
 settling          since when the team has been there
 per_tick          what metrics take from large columns, a number per tick
 safety_totals, certificate_totals, optimum_totals    sums over a run, a block of its log at a time

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pbrg_mj.analysis.metrics.per_tick import certificate_rows
-from pbrg_mj.governor.certificate.described import described
+from pbrg_mj.governor.certificate.description import describe
 from pbrg_mj.governor.certificate.evaluate import NAMES, VIOLATED
 from pbrg_mj.log.read.run import TickSeries
 from pbrg_mj.scenario.schema import Scenario
@@ -34,7 +34,7 @@ class CertificateTotals:
 
     def fields(self) -> dict[str, Any]:
         """Return the metrics by name; keys of the ball are plain `certificate`."""
-        own = described(self._scenario)
+        own = describe(self._scenario)
         known = np.where(np.isnan(self._worst), np.nan, self._violated / self._ticks)
         shares: dict[str, float] = dict(zip(NAMES, known.tolist(), strict=True))
         found = {f"{PREFIXES[name]}_worst_m": worst for name, worst in zip(NAMES, self._worst.tolist(), strict=True)}

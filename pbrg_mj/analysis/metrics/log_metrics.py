@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from pbrg_mj.analysis.metrics.binding import SECOND
-from pbrg_mj.analysis.metrics.joined import NotKeptError
+from pbrg_mj.analysis.metrics.index_join import NotKeptError
 from pbrg_mj.analysis.metrics.outcome import signs
 from pbrg_mj.analysis.metrics.per_tick import state_size
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics, Totals, summed_up
@@ -18,7 +18,7 @@ from pbrg_mj.log.read.run import OptimumSeries, Run, TickSeries, TimingSeries
 from pbrg_mj.log.read.ticks import read_header
 from pbrg_mj.scenario.schema import Scenario, whole_number
 
-TOLD = (  # the columns by which `outcome` tells how a run ended
+OUTCOME_COLUMNS = (  # the columns by which `outcome` tells how a run ended
     *("index", "time", "status", "reference", "hand_true", "body_pose_true", "wall_margin", "moving_margin"),
     *("wall_contact", "moving_contact", "robot_contact"),
 )
@@ -35,11 +35,11 @@ def log_metrics(path: str | Path) -> RunMetrics:
 
 
 def _read(path: str | Path, scenario: Scenario, every: int) -> RunMetrics:
-    totals, told, end = Totals(scenario, every), Told(scenario), End(scenario)
+    totals, reduced, end = Totals(scenario, every), OutcomeColumns(scenario), FinalColumns(scenario)
 
     def of_ticks(block: Columns) -> Columns:
         totals.add_ticks(block)
-        told.add(block)
+        reduced.add(block)
         end.add(block)
         return {}
 
@@ -53,10 +53,10 @@ def _read(path: str | Path, scenario: Scenario, every: int) -> RunMetrics:
         return {}
 
     run = reader.open_run(path, {"Tick": of_ticks, "Optimum": of_optima, "Timing": of_timings})
-    return summed_up(totals, told.run(run), end.run(run))
+    return summed_up(totals, reduced.run(run), end.run(run))
 
 
-class Last:
+class LastTicks:
     """Columns of the last ticks."""
 
     def __init__(self, ticks: int):
@@ -71,11 +71,11 @@ class Last:
             held -= len(self.blocks.pop(0)["index"])
 
 
-class End:
+class FinalColumns:
     """All columns of the last ticks, and of the last optimum: `bindings` needs no more."""
 
     def __init__(self, scenario: Scenario):
-        self._last = Last(2 + int((scenario.outcome.rest_time + SECOND) / scenario.timing.tick))
+        self._last = LastTicks(2 + int((scenario.outcome.rest_time + SECOND) / scenario.timing.tick))
         self._optimum: Columns = {}
 
     def add(self, block: Columns) -> None:
@@ -92,13 +92,13 @@ class End:
         return replace(run, ticks=TickSeries.of(joined(self._last.blocks)), optima=OptimumSeries.of(self._optimum))
 
 
-class Told:
+class OutcomeColumns:
     """The ticks by which `outcome` tells how a run ended: the first one, first signs, r's last change, last seconds."""
 
     def __init__(self, scenario: Scenario):
         self._scenario = scenario
         seconds = scenario.outcome.rest_time + min(scenario.outcome.trend_time, scenario.timing.duration)
-        self._last = Last(3 + int(seconds / scenario.timing.tick))
+        self._last = LastTicks(3 + int(seconds / scenario.timing.tick))
         self._kept: dict[str, Columns] = {}
 
     def add(self, block: Columns) -> None:
@@ -107,18 +107,18 @@ class Told:
             return
         with np.errstate(all="ignore"):  # as in the metrics
             size = state_size(TickSeries.of(block), self._scenario)
-        told = {name: block[name] for name in TOLD} | {state_size.__name__: size}
-        self._kept.setdefault("first", _rows(told, 0, 1))
-        for name, row in signs(_part(self._scenario, told)):
-            self._kept.setdefault(name, _rows(told, row, row + 1))
+        reduced = {name: block[name] for name in OUTCOME_COLUMNS} | {state_size.__name__: size}
+        self._kept.setdefault("first", _rows(reduced, 0, 1))
+        for name, row in signs(_part(self._scenario, reduced)):
+            self._kept.setdefault(name, _rows(reduced, row, row + 1))
         before = [self._last.blocks[-1]] if self._last.blocks else []
-        r = joined([*({"reference": one["reference"][-1:]} for one in before), {"reference": told["reference"]}])
+        r = joined([*({"reference": one["reference"][-1:]} for one in before), {"reference": reduced["reference"]}])
         changes = np.flatnonzero(np.any(np.diff(r["reference"], axis=0) != 0, axis=1)) + 1 - len(before)
         if len(changes):
             row = int(changes[-1])
-            self._kept["before"] = _rows(told, row - 1, row) if row else _rows(before[0], -1, None)
-            self._kept["change"] = _rows(told, row, row + 1)
-        self._last.add(told)
+            self._kept["before"] = _rows(reduced, row - 1, row) if row else _rows(before[0], -1, None)
+            self._kept["change"] = _rows(reduced, row, row + 1)
+        self._last.add(reduced)
 
     def run(self, run: Run) -> Run:
         """Return the run with these ticks alone."""
@@ -129,7 +129,7 @@ class Told:
         return replace(run, ticks=TickSeries.of(columns), reduced=reduced)
 
 
-def _part(scenario: Scenario, told: Columns) -> Run:
+def _part(scenario: Scenario, reduced: Columns) -> Run:
     """Return ticks as a run that has nothing else."""
     none: Columns = {}
     return Run(
@@ -139,11 +139,11 @@ def _part(scenario: Scenario, told: Columns) -> Run:
         scenario_yaml="",
         model_xml="",
         versions={},
-        ticks=TickSeries.of(told),
+        ticks=TickSeries.of(reduced),
         optima=OptimumSeries.of(none),
         timings=TimingSeries.of(none),
         damage=None,
-        reduced={state_size.__name__: told[state_size.__name__]},
+        reduced={state_size.__name__: reduced[state_size.__name__]},
     )
 
 

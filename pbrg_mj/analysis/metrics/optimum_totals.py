@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pbrg_mj.analysis.metrics.joined import Joined
+from pbrg_mj.analysis.metrics.index_join import IndexJoin
 from pbrg_mj.analysis.metrics.samples import Samples, WallClock
 from pbrg_mj.analysis.metrics.sensing_gap import TrueOptimum
 from pbrg_mj.governor.problem.near_reference import near_references
@@ -31,7 +31,7 @@ class OptimumTotals:
         self._true = TrueOptimum(scenario)
         self._ticks = self._not_ok = 0
         self._statuses: dict[str, int] = {}
-        self._joined = Joined(self._take, complete=True)
+        self._joined = IndexJoin(self._take, complete=True)
 
     def add_ticks(self, columns: Columns) -> None:
         """Take the next ticks, one or more."""
@@ -89,7 +89,7 @@ class WallClockTotals:
         self._with_optima = with_optima
         self._govern, self._build, self._solve = (Samples() for _ in range(3))
         self._spent = dict.fromkeys(STAGES, 0.0)
-        self._joined = Joined(self._take, complete=False)
+        self._joined = IndexJoin(self._take, complete=False)
 
     def add_timings(self, columns: Columns) -> None:
         """Take the next timings."""

@@ -12,7 +12,7 @@ from pbrg_mj.analysis.text import plain
 
 LABEL_WIDTH = 38
 COLUMN_WIDTH = 29  # two runs fit 100 columns
-WRAPPED = {"reason", "binding"}  # keys of sentences: on as many lines as they need
+WRAPPED = {"governor", "reason", "binding"}  # keys of texts that take as many lines as they need
 # group -> rows of (label with unit, key in the JSON)
 LAYOUT: dict[str, tuple[tuple[str, str], ...]] = {
     "run": (

@@ -12,7 +12,7 @@ import numpy as np
 
 from pbrg_mj.governor.distributed.estimates import Estimates, Flow
 from pbrg_mj.governor.distributed.link_states import NO_MESSAGE, LinkStates, reverse_links
-from pbrg_mj.governor.distributed.rounds import Heard, private_data, round_arguments, update_robots
+from pbrg_mj.governor.distributed.rounds import ReceivedStates, private_data, round_arguments, update_robots
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.kernel import kernel
 from pbrg_mj.team.channel import Channel
@@ -99,7 +99,9 @@ def _run(arguments, link_arrays, link_parameters, events):
     new = Estimates(estimates[0].copy(), estimates[1].copy(), estimates[2].copy(), estimates[3].copy())
     waves = parameters.impedance > 0.0
     seen = np.zeros_like(links.held) if waves else links.held
-    heard = Heard(np.zeros_like(parameters.first), np.zeros(len(parameters.delay), dtype=np.int64), seen[0], seen[1])
+    heard = ReceivedStates(
+        np.zeros_like(parameters.first), np.zeros(len(parameters.delay), dtype=np.int64), seen[0], seen[1]
+    )
     hops, moves = np.empty_like(links.hops), np.empty(len(links.hops), dtype=np.bool_)
     for t in range(len(bad)):
         now = Events(start + t, arrivals[t], bad[t], silent[t])
@@ -135,7 +137,7 @@ def _copy_row(old, new, i):
 
 @kernel
 def _list_heard(first, up, heard):
-    """List the links that are up, robot after robot: as `Heard` wants them."""
+    """List the links that are up, robot after robot: as `ReceivedStates` wants them."""
     count = 0
     for i in range(len(first) - 1):
         for e in range(first[i], first[i + 1]):

@@ -19,7 +19,7 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.team.network import GraphArrays
 
 
-class Heard(NamedTuple):
+class ReceivedStates(NamedTuple):
     """What robots heard in one round: robot i the rows which[first[i]:first[i + 1]] of z and zeta."""
 
     first: np.ndarray  # (n + 1,) int64
@@ -77,7 +77,7 @@ def write_rounds(estimates, graph, states, rows, flow, rounds, after):
     now, last, other = Estimates(*estimates), Estimates(*after), Estimates(*empty_estimates(estimates))
     for left in range(rounds, 0, -1):
         then = last if left % 2 == 1 else other  # so that the last round writes what is asked for
-        update_robots(now, then, Heard(net.first, net.neighbours, now.z, now.zeta), private, gains)
+        update_robots(now, then, ReceivedStates(net.first, net.neighbours, now.z, now.zeta), private, gains)
         now = then
     if rounds == 0:
         _copy(now.z, last.z)
@@ -120,10 +120,10 @@ def private_data(graph, states, rows):
 def update_robots(old, new, heard, private, flow):
     """Write every robot's row of `new` from its own row of `old`, from what it heard and from what it alone knows.
 
-    Arguments: `Estimates` twice, `Heard`, `Private`, `Flow`. `new.lam` has zeros where there are no rows: they are not
-    written again and again, for most slots are empty. The parts take whole arrays and index them: a view of one robot's
-    row is a reference that numba counts, up and down, by atomic instructions; forty of them for each robot would be
-    most of a small team's round.
+    Arguments: `Estimates` twice, `ReceivedStates`, `Private`, `Flow`. `new.lam` has zeros where there are no rows: they
+    are not written again and again, for most slots are empty. The parts take whole arrays and index them: a view of one
+    robot's row is a reference that numba counts, up and down, by atomic instructions; forty of them for each robot
+    would be most of a small team's round.
     """
     _consensus(old, new, heard, flow.step)
     if len(private.along) > 0:

@@ -8,7 +8,13 @@ import numpy as np
 
 from pbrg_mj.governor.centralized.optimum import Optimum
 from pbrg_mj.governor.distributed.estimates import Estimates, Flow
-from pbrg_mj.governor.distributed.rounds import Heard, check_limits, empty_estimates, private_data, update_robots
+from pbrg_mj.governor.distributed.rounds import (
+    ReceivedStates,
+    check_limits,
+    empty_estimates,
+    private_data,
+    update_robots,
+)
 from pbrg_mj.governor.monitor.passivity import Passivity, balance_about_optimum, flow_balance
 from pbrg_mj.governor.monitor.tick_block import BlockArrays, TickBlock, problem_at, stack_ticks
 from pbrg_mj.kernel import kernel
@@ -94,7 +100,7 @@ def _estimates_at(states, t):
 def _next_round(now, graph, private, flow):
     """Return the estimates a round later when every message arrives within it, arrays of their own."""
     new = Estimates(*empty_estimates(now))
-    update_robots(now, new, Heard(graph.first, graph.neighbours, now.z, now.zeta), private, flow)
+    update_robots(now, new, ReceivedStates(graph.first, graph.neighbours, now.z, now.zeta), private, flow)
     return new
 
 

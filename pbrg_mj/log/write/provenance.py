@@ -12,7 +12,7 @@ from pathlib import Path
 from google.protobuf.message import Message
 from mcap_protobuf.schema import build_file_descriptor_set
 
-from pbrg_mj.governor.certificate.described import described
+from pbrg_mj.governor.certificate.description import describe
 from pbrg_mj.log.schema import channels
 from pbrg_mj.log.schema.fields import SCHEMA_VERSION, Dims
 from pbrg_mj.log.write.mcap_writer import McapWriter
@@ -80,7 +80,7 @@ def embed_provenance(writer: McapWriter, loaded: Loaded, model_xml: str, dims: D
             writer.add_attachment(0, 0, name, media_type, text.encode())
     writer.add_metadata(channels.RUN_METADATA, run_metadata(loaded.name, loaded.scenario.seed, dims, centralized))
     writer.add_metadata(channels.VERSIONS_METADATA, versions())
-    writer.add_metadata(channels.CERTIFICATE_METADATA, described(loaded.scenario).as_metadata())
+    writer.add_metadata(channels.CERTIFICATE_METADATA, describe(loaded.scenario).as_metadata())
 
 
 def run_metadata(name: str, seed: int, dims: Dims, centralized: bool) -> dict[str, str]:

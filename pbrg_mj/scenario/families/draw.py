@@ -26,7 +26,7 @@ from pbrg_mj.scenario.schema.describe import describe_at
 
 
 @dataclass(frozen=True)
-class Piece:
+class DrawnValue:
     """A value that was drawn."""
 
     path: KeyPath  # of its key in the scenario; of a list that it is appended to
@@ -61,27 +61,27 @@ def draw_world(document: Document, file: str) -> Document:
     return Document(base, origins)
 
 
-def _pieces(draw: Draw, seed: int, document: Document, file: str) -> Iterator[Piece]:
+def _pieces(draw: Draw, seed: int, document: Document, file: str) -> Iterator[DrawnValue]:
     with _located(("draw", "team"), document, file):
         start, formation = _places(draw.team, seed)
-    yield Piece(("team", "start"), start.tolist(), ("draw", "team"))
-    yield Piece(("team", "formation"), formation.tolist(), ("draw", "team"))
+    yield DrawnValue(("team", "start"), start.tolist(), ("draw", "team"))
+    yield DrawnValue(("team", "formation"), formation.tolist(), ("draw", "team"))
     way = values(draw.reference, random_of(seed, "reference"))
     frame = WayFrame(way["direction_deg"])
     reference = frame.to_world(way["distance"], 0.0)
-    yield Piece(("operator", "reference"), reference, ("draw", "reference"))
+    yield DrawnValue(("operator", "reference"), reference, ("draw", "reference"))
     goal = np.array(reference) + formation
     for kind, (_, name) in SHAPES.items():
         for k in range(len(getattr(draw, kind))):
             path = ("draw", kind, k)
             with _located(path, document, file):
                 entries = placed(draw, kind, k, seed, frame, start, goal)
-            yield from (Piece(("world", name), entry, path, appended=True) for entry in entries)
+            yield from (DrawnValue(("world", name), entry, path, appended=True) for entry in entries)
     for name, drawn in draw.keys.items():
         random = random_of(seed, f"keys.{name}")
         many = isinstance(drawn, Distribution) and drawn.per_robot
         found = [value(drawn, random) for _ in start] if many else value(drawn, random)
-        yield Piece(tuple(name.split(".")), _lists(found), ("draw", "keys", name))
+        yield DrawnValue(tuple(name.split(".")), _lists(found), ("draw", "keys", name))
 
 
 def _places(team: TeamDraw, seed: int) -> tuple[np.ndarray, np.ndarray]:
@@ -97,7 +97,7 @@ def _places(team: TeamDraw, seed: int) -> tuple[np.ndarray, np.ndarray]:
     return start, np.round(formation - formation.mean(axis=0), DECIMALS)
 
 
-def _put(data: dict[str, Any], piece: Piece) -> KeyPath:
+def _put(data: dict[str, Any], piece: DrawnValue) -> KeyPath:
     """Put a value into the scenario's data; return its path there. Raises InputError where there is no section."""
     *way, last = piece.path
     place = data

@@ -12,7 +12,7 @@ from pbrg_mj.scenario.checks.distances import distances_to_column, distances_to_
 from pbrg_mj.scenario.diagnostics import yaml_text
 from pbrg_mj.scenario.families.distributions import random_of, value, values
 from pbrg_mj.scenario.families.frame import WayFrame
-from pbrg_mj.scenario.families.schema import Draw, Several
+from pbrg_mj.scenario.families.schema import Draw, Repeated
 from pbrg_mj.scenario.families.shapes import SHAPES, Entries
 from pbrg_mj.scenario.schema import Box, Column, Prism, Wall
 from pbrg_mj.scenario.schema.base import MOST_OBSTACLES
@@ -28,7 +28,7 @@ def placed(
 
     `start` and `goal` are hand points (n, 2) [m]. Raises InputError when there are too many, or no place is found.
     """
-    section: Several = getattr(draw, kind)[index]
+    section: Repeated = getattr(draw, kind)[index]
     random = random_of(seed, kind, index)
     count = value(section.count, random)
     if count != int(count) or not 0 <= count <= MOST_OBSTACLES:
@@ -42,7 +42,7 @@ def placed(
 
 
 def _free(
-    section: Several,
+    section: Repeated,
     kind: str,
     random: np.random.Generator,
     frame: WayFrame,

@@ -58,13 +58,13 @@ class ReferenceDraw(Section):
     direction_deg: Drawn = Field(default=0.0, description="of the way there, counter-clockwise from +x [deg]")
 
 
-class Several(Section):
+class Repeated(Section):
     """Obstacles of one kind."""
 
     count: Drawn = Field(default=1.0, description="how many, each drawn for itself [-]")
 
 
-class WallDraw(Several):
+class WallDraw(Repeated):
     """Walls across the way."""
 
     distance: Drawn = Field(description="of its face from the team's centre at the start [m]")
@@ -81,7 +81,7 @@ class DoorwayDraw(WallDraw):
     length: Drawn = Field(default=3.0, description="of the wall on either side [m]")
 
 
-class CorridorDraw(Several):
+class CorridorDraw(Repeated):
     """Two parallel walls along the way."""
 
     width: Drawn = Field(description="between their faces [m]")
@@ -92,7 +92,7 @@ class CorridorDraw(Several):
     thickness: Drawn = Field(default=0.1, description="of both walls [m]")
 
 
-class RoomDraw(Several):
+class RoomDraw(Repeated):
     """Closed rooms whose corners lie on a circle: convex."""
 
     along: Drawn = Field(default=0.0, description="of the circle's centre [m]")
@@ -106,7 +106,7 @@ class RoomDraw(Several):
     thickness: Drawn = Field(default=0.1, description="of the walls [m]")
 
 
-class LRoomDraw(Several):
+class LRoomDraw(Repeated):
     """Closed rooms of two arms at a right angle: not convex."""
 
     along: Drawn = Field(default=0.0, description="of the elbow's middle [m]")
@@ -117,7 +117,7 @@ class LRoomDraw(Several):
     thickness: Drawn = Field(default=0.1, description="of the walls [m]")
 
 
-class Scattered(Several):
+class Scattered(Repeated):
     """Things beside, on or behind the way."""
 
     along: Drawn = Field(description="of its middle [m]")
@@ -132,7 +132,7 @@ class BoxDraw(Scattered):
     width: Drawn = Field(description="of the footprint [m]")
 
 
-class ColumnDraw(Several):
+class ColumnDraw(Repeated):
     """Round columns."""
 
     along: Drawn = Field(description="of its axis [m]")
@@ -150,7 +150,7 @@ class PrismDraw(Scattered):
     )
 
 
-class MovingBoxDraw(Several):
+class MovingBoxDraw(Repeated):
     """Boxes along the world's axes that move once, straight on, whatever stands in their way."""
 
     along: Drawn = Field(description="of its middle before it moves [m]")

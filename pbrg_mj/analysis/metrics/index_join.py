@@ -13,7 +13,7 @@ class NotKeptError(LookupError):
     """A row whose partner was not kept."""
 
 
-class Joined:
+class IndexJoin:
     """Rows with the same `index`, from two tables that are given a block at a time, each in order.
 
     `take` is given the columns of the rows of either table, as soon as both are there. Rows of the first table without

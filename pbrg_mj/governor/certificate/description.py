@@ -10,7 +10,7 @@ from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.scenario.schema import WITHOUT_GOVERNOR, Scenario
 
 
-class Described(NamedTuple):
+class CertificateDescription(NamedTuple):
     """A certificate in a few words. The balls look at the present alone, and so have no steps."""
 
     name: str | None  # None: the governor asks none
@@ -31,14 +31,14 @@ class Described(NamedTuple):
         return found
 
 
-def described(scenario: Scenario) -> Described:
+def describe(scenario: Scenario) -> CertificateDescription:
     """Return what a scenario's certificate is; of another package's only the name is known."""
     name = scenario.governor.certificate
     if scenario.governor.kind in WITHOUT_GOVERNOR:
-        return Described(None, math.nan, 0, math.nan, 0)
+        return CertificateDescription(None, math.nan, 0, math.nan, 0)
     if name in ("ball", "directional_ball"):
-        return Described(name, 0.0, 0, math.nan, 0)
+        return CertificateDescription(name, 0.0, 0, math.nan, 0)
     if name != "predictive":
-        return Described(name, math.nan, 0, math.nan, 0)
+        return CertificateDescription(name, math.nan, 0, math.nan, 0)
     grid, tick = PredictionGrid.of(TeamModel.of_scenario(scenario)), scenario.timing.tick
-    return Described(name, grid.horizon * tick, grid.horizon, tick, len(grid.tick) - 1)
+    return CertificateDescription(name, grid.horizon * tick, grid.horizon, tick, len(grid.tick) - 1)

@@ -89,7 +89,7 @@ def _links(scenario: Scenario) -> float:
 def _world(scenario: Scenario) -> float:
     if scenario.plant == "ideal":
         return 0.0
-    return scenario.robots * ROBOT + len(scenario.beam_robots) * scenario.sensors.beams.count * BEAM
+    return scenario.robots * ROBOT + len(scenario.beam_robots) * scenario.sensors.beams.all_rays * BEAM
 
 
 def _free() -> float:

@@ -19,6 +19,9 @@ class Source(IntEnum):
     WORLDS = 6
     PRE_STABILISER_MESSAGES = 7
     PRE_STABILISER_JITTER = 8
+    BEAM_BIAS = 9
+    SIGNAL = 10
+    LOST_FRAMES = 11
 
 
 class Streams:

@@ -3,6 +3,9 @@
 noise           parameters of the noise, from a scenario
 noise_model     noise of another package in their place
 beam_model      what a range sensor makes of true ranges, one effect after the other
+cone            the nearest thing in a beam's view
+signal_strength echoes lost for want of light
+camera_faults   lost frames, robots not found or mixed up
 readings        `Readings`, the result
 sense           one tick: all of that for all robots
 """

@@ -11,7 +11,9 @@ import numpy as np
 from pbrg_mj import plugins
 from pbrg_mj.scenario.random_streams import Source, Streams
 from pbrg_mj.scenario.schema import Scenario, per_robot
+from pbrg_mj.sensing.camera_faults import CameraFaults, camera_faults
 from pbrg_mj.sensing.noise_model import PlugInNoise
+from pbrg_mj.sensing.signal_strength import SignalStrength
 
 
 @dataclass(frozen=True)
@@ -31,6 +33,10 @@ class SensorNoise:
     outliers: float = 0.0  # probability that a beam returns anything within the limits
     range_bias: tuple[float, ...] = ()  # of each row of the ranges [m]; empty: none
     pose_bias: tuple[tuple[float, float, float], ...] = ()  # of each robot's x, y [m], heading [rad]; empty: none
+    beam_bias_std: float = 0.0  # of the constant errors of single beams [m]
+    rays: int = 1  # that stand for a beam
+    signal: SignalStrength | None = None  # power that an echo takes; None: none
+    camera_faults: CameraFaults | None = None
     model: PlugInNoise | None = None  # in place of all that, but for the limits
 
     @cached_property
@@ -42,6 +48,19 @@ class SensorNoise:
     def beam_streams(self) -> Streams:
         """Random streams of the beams."""
         return Streams(self.seed, Source.BEAMS)
+
+    @cached_property
+    def signal_streams(self) -> Streams:
+        """Random streams of the power that comes back."""
+        return Streams(self.seed, Source.SIGNAL)
+
+    def beam_biases(self, beams: int) -> np.ndarray:
+        """Return the constant errors (R, beams) [m] of all beams: the robots' and the beams' own."""
+        streams, biases = Streams(self.seed, Source.BEAM_BIAS), np.zeros((len(self.beam_robots), beams))
+        if self.beam_bias_std:
+            for row, robot in enumerate(self.beam_robots):
+                biases[row] = self.beam_bias_std * streams.at(robot, 0).standard_normal(beams)
+        return biases + np.array(self.range_bias)[:, None] if self.range_bias else biases
 
 
 def sensor_noise(scenario: Scenario, given: Any = None) -> SensorNoise:
@@ -78,4 +97,8 @@ def noise_parameters(scenario: Scenario) -> SensorNoise:
         outliers=0.0 if exact else beams.outliers,
         range_bias=tuple(range_bias) if any(range_bias) and not exact else (),
         pose_bias=pose_bias if np.any(pose_bias) and not exact else (),
+        beam_bias_std=0.0 if exact else beams.beam_bias_std,
+        rays=beams.rays,
+        signal=None if exact or beams.signal_range is None else SignalStrength(beams.signal_range, beams.signal_spread),
+        camera_faults=camera_faults(scenario),
     )

@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from pbrg_mj.sensing.beam_model import noisy_scans
+from pbrg_mj.sensing.cone import nearest_in_cones, of_those_rays
 from pbrg_mj.sensing.noise import SensorNoise
 from pbrg_mj.sensing.readings import Readings
+from pbrg_mj.sensing.signal_strength import WHITE, echo_probability, relative_power
 from pbrg_mj.world.plant.interface import Observation
 
 
@@ -14,17 +16,23 @@ def sense(observation: Observation, previous: Readings | None, noise: SensorNois
     """Return what the robots see of `observation`; pass None as `previous` in the first tick.
 
     A reading changes only with its frame number and is held bit for bit in between. When several frames have
-    passed since the previous tick only the latest counts. Before a sensor's first frame its readings are NaN.
+    passed since the previous tick only the latest counts. Before a sensor's first frame its readings are NaN. A frame
+    of the camera that is lost is none.
     """
-    if previous is not None and observation.pose_frame == previous.pose_frame:
+    pose_frame, faults = observation.pose_frame, noise.camera_faults
+    if previous is not None and faults is not None and faults.loses(pose_frame, noise.seed):
+        pose_frame = previous.pose_frame
+    if previous is not None and pose_frame == previous.pose_frame:
         body_pose = previous.body_pose
     else:
         body_pose = _poses(observation, noise)
+        if faults is not None:
+            body_pose = faults.applied(body_pose, None if previous is None else previous.body_pose, pose_frame)
     if previous is not None and observation.scan_frame == previous.scan_frame:
         ranges, new_scan = previous.ranges, False
     else:
         ranges, new_scan = _ranges(observation, noise), observation.scan_frame >= 0
-    return Readings(body_pose, ranges, new_scan, observation.pose_frame, observation.scan_frame)
+    return Readings(body_pose, ranges, new_scan, pose_frame, observation.scan_frame)
 
 
 def _poses(observation: Observation, noise: SensorNoise) -> np.ndarray:
@@ -45,7 +53,7 @@ def _poses(observation: Observation, noise: SensorNoise) -> np.ndarray:
 
 def _ranges(observation: Observation, noise: SensorNoise) -> np.ndarray:
     """Return (beam robots, beams) noisy ranges [m], NaN where a beam returned nothing."""
-    raw = observation.ranges
+    raw = _echoes(observation, noise)
     if observation.scan_frame < 0:
         return np.full_like(raw, np.nan)
     streams, model = noise.beam_streams, noise.model
@@ -55,7 +63,22 @@ def _ranges(observation: Observation, noise: SensorNoise) -> np.ndarray:
             random = streams.at(robot, observation.scan_frame)
             seen[row] = model.scan(raw[row], random, noise.range_min, noise.range_max)
         return seen
-    if noise.range_bias:
+    if noise.range_bias or noise.beam_bias_std:
         there = (raw >= 0) & (raw < noise.range_max)  # what was hit; a range at the maximum is the sensor's cutoff
-        raw = np.where(there, np.maximum(raw + np.array(noise.range_bias)[:, None], 0.0), raw)
+        raw = np.where(there, np.maximum(raw + noise.beam_biases(raw.shape[1]), 0.0), raw)
     return noisy_scans(raw, noise, (streams.at(robot, observation.scan_frame) for robot in noise.beam_robots))
+
+
+def _echoes(observation: Observation, noise: SensorNoise) -> np.ndarray:
+    """Return (beam robots, beams) true ranges [m] of what beams have an echo of, -1 for nothing."""
+    raw, cosines = observation.ranges, observation.cosines
+    if noise.rays > 1:
+        raw, which = nearest_in_cones(raw, noise.rays)
+        cosines = None if cosines is None else of_those_rays(cosines, which, noise.rays)
+    if noise.signal is None or cosines is None or observation.scan_frame < 0:
+        return raw
+    likely = echo_probability(relative_power(raw, cosines, WHITE, noise.signal), noise.signal)
+    chance = np.empty(raw.shape)
+    for row, robot in enumerate(noise.beam_robots):
+        noise.signal_streams.at(robot, observation.scan_frame).random(out=chance[row])
+    return np.where(chance < likely, raw, -1.0)

@@ -86,6 +86,15 @@ def _sensing(scenario: Scenario) -> Iterator[Diagnostic]:
             ("sensors", "beams"),
             f"has range_min {beams.range_min} m; allowed: less than range_max, {beams.range_max} m",
         )
+    if beams.scan_time * beams.rate_hz > 1 + 1e-9:
+        yield Diagnostic(
+            ("sensors", "beams", "scan_time"),
+            f"is {beams.scan_time:g} s; allowed: at most {1 / beams.rate_hz:g} s, the time between scans",
+        )
+    for k, occlusion in enumerate(scenario.sensors.camera.occlusions):
+        if occlusion.time == 0:
+            path = ("sensors", "camera", "occlusions", k, "time")
+            yield Diagnostic(path, "is 0 s; allowed: later, when the robot has been seen")
     if estimator.source not in ("beams", "points"):
         return
     if scenario.plant == "ideal":

@@ -15,6 +15,8 @@ def robot_numbers(scenario: Scenario) -> Iterator[Diagnostic]:
     robots = scenario.sensors.beams.robots
     if robots != "all":
         yield from _listed(("sensors", "beams", "robots"), robots, n)
+    for k, swap in enumerate(scenario.sensors.camera.swaps):
+        yield from _listed(("sensors", "camera", "swaps", k, "robots"), swap.robots, n)
     for path, robot in _single(scenario):
         yield from in_range(path, robot, n)
 
@@ -33,6 +35,7 @@ def _single(scenario: Scenario) -> Iterator[tuple[KeyPath, int]]:
         ("disturbances", "pushes"): happen.pushes,
         ("disturbances", "dead_motors"): happen.dead_motors,
         ("disturbances", "kidnappings"): happen.kidnappings,
+        ("sensors", "camera", "occlusions"): scenario.sensors.camera.occlusions,
         ("network", "outages"): scenario.network.outages,
         ("network", "pre_stabiliser", "outages"): scenario.network.pre_stabiliser.outages,
     }

@@ -22,7 +22,7 @@ def work(scenario: Scenario) -> Iterator[Diagnostic]:
             f"is {governor.rounds}, by which {n} robots on this graph handle {numbers:.2g} numbers a tick; "
             f"allowed: at most {MOST_NUMBERS:.0e}, with fewer rounds, robots or links",
         )
-    beams = len(scenario.beam_robots) * scenario.sensors.beams.count
+    beams = len(scenario.beam_robots) * scenario.sensors.beams.all_rays
     if scenario.plant == "physics" and beams > MOST_BEAMS:
         yield Diagnostic(
             ("sensors", "beams"),

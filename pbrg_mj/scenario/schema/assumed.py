@@ -7,7 +7,8 @@ from typing import Any
 from pydantic import Field
 
 from pbrg_mj.scenario.schema.base import NonNegative, Probability, Section
-from pbrg_mj.scenario.schema.sensors import Deviation, Sensors
+from pbrg_mj.scenario.schema.sensor_errors import Deviation
+from pbrg_mj.scenario.schema.sensors import Sensors
 
 
 class AssumedBeams(Section):

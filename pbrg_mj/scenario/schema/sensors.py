@@ -8,51 +8,13 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from pbrg_mj.scenario.schema.base import NonNegative, Number, Positive, Probability, RobotNumber, Section
+from pbrg_mj.scenario.schema.beam_presets import PRESETS
+from pbrg_mj.scenario.schema.camera import Camera
+from pbrg_mj.scenario.schema.sensor_errors import Deviation, PerRobot
 
-PRESETS: dict[str, dict[str, float | int]] = {
-    "ideal": {"noise_std": 0.0},
-    # The Robotarium simulator's range model: 3 % multiplicative noise, 3.5 % dropout, 1.4 % outliers.
-    "robotarium": {"noise_std": 0.0, "noise_ratio": 0.03, "dropout": 0.035, "outliers": 0.014},
-    # A ring of time-of-flight modules of the VL53L1X class: ST's data sheet states millimetre steps, a ranging error of
-    # 20 mm in the dark (taken as two deviations at 1.5 m), 3.6 m on white and 1.7 m on dark targets, up to 30 Hz over
-    # the whole range; here half of that. Its 27 degrees of view are not modelled: beams are thin. Nor are the first
-    # 7 cm used, of which it could see 3 more: the robot itself is there.
-    "tof_ring": {
-        "count": 24,
-        "range_max": 3.0,
-        "rate_hz": 15.0,
-        "noise_std": 0.008,
-        "noise_ratio": 0.005,
-        "quantum": 0.001,
-        "dropout": 0.02,
-        "outliers": 0.005,
-    },
-    # A small scanning lidar of the RPLIDAR A1 class: Slamtec's data sheet states 0.15 to 12 m on white targets (8 m
-    # here), 360 samples a turn at 5.5 to 10 turns a second, better than 0.5 mm below 1.5 m and 1 % beyond (taken as
-    # two deviations); its protocol counts quarters of a millimetre. The whole turn is seen in one instant here.
-    "lidar": {
-        "count": 360,
-        "range_min": 0.15,
-        "range_max": 8.0,
-        "rate_hz": 8.0,
-        "noise_std": 0.003,
-        "noise_ratio": 0.005,
-        "quantum": 0.00025,
-        "dropout": 0.01,
-        "outliers": 0.001,
-    },
-}
-"""What a preset sets. Keys given beside it win."""
 EARLIER_GENERIC = "none"
 """What `generic` was called in earlier logs: it has beams all the same."""
 
-
-Deviation = Annotated[float, Field(ge=0, le=1000)]
-"""Of noise: a sensor that errs by more than a kilometre, or three turns, says nothing."""
-
-Bias = Annotated[float, Field(ge=-1000, le=1000)]
-PerRobot = Bias | tuple[Bias, ...]
-"""One for all robots, or one per robot."""
 
 Low = Annotated[float, Field(ge=0.02, le=0.04)]
 High = Annotated[float, Field(ge=0.045, le=0.053)]
@@ -63,7 +25,7 @@ is open above and below. Lower than the wheels' axles, beams would meet the floo
 class Beams(Section):
     """Range beams from the body's centre, counter-clockwise."""
 
-    preset: Literal["generic", "ideal", "robotarium", "tof_ring", "lidar"] = Field(
+    preset: Literal["generic", "ideal", "robotarium", "tof_ring", "tof_cones", "lidar", "lds_02"] = Field(
         default="generic",
         description="generic: this page's defaults; else a known sensor, whose numbers stand in for them",
     )
@@ -90,6 +52,37 @@ class Beams(Section):
         default=0.0, description="probability that a beam returns anything between range_min and range_max [-]"
     )
 
+    beam_bias_std: Deviation = Field(
+        default=0.0, description="standard deviation of a constant error of each beam, drawn once a run; never told [m]"
+    )
+    cone_deg: Annotated[float, Field(ge=0, le=60)] = Field(
+        default=0.0, description="a beam tells of the nearest thing in a fan so wide, level with it [deg]; 0: a ray"
+    )
+    cone_rays: Annotated[int, Field(ge=2, le=31)] = Field(
+        default=9, description="rays that stand for a cone, evenly from edge to edge"
+    )
+    signal_range: Positive | None = Field(
+        default=None,
+        description="range at which a white wall head-on (0.88 of the light comes back) gives an echo every other time "
+        "[m]; nearer if it is oblique; null: what is hit gives an echo",
+    )
+    signal_spread: Deviation = Field(
+        default=0.1, description="standard deviation of the power that comes back, relative [-]"
+    )
+    scan_time: Annotated[float, Field(ge=0, le=10)] = Field(
+        default=0.0, description="from the first beam of a scan to the end of its turn [s]; 0: all in one instant"
+    )
+
+    @property
+    def rays(self) -> int:
+        """How many rays stand for a beam."""
+        return self.cone_rays if self.cone_deg > 0 else 1
+
+    @property
+    def all_rays(self) -> int:
+        """How many rays stand for all beams of a robot."""
+        return self.count * self.rays
+
     @model_validator(mode="before")
     @classmethod
     def _preset(cls, keys: Any) -> Any:
@@ -98,22 +91,6 @@ class Beams(Section):
             keys = {**keys, "preset": "generic"}
         preset = PRESETS.get(str(keys.get("preset"))) if isinstance(keys, dict) else None
         return {**preset, **keys} if preset else keys
-
-
-class Camera(Section):
-    """Overhead camera that gives every robot its own pose; a kidnapped robot keeps the pose it was last seen at."""
-
-    rate_hz: Positive = Field(default=30.0, description="frames per second [Hz]")
-    position_std: Deviation = Field(default=0.001, description="standard deviation of x and y [m]")
-    heading_std_deg: Deviation = Field(default=0.2, description="standard deviation of the heading [deg]")
-    bias_x: PerRobot = Field(
-        default=0.0, description="constant error of x, one for all robots or one per robot; never told [m]"
-    )
-    bias_y: PerRobot = Field(default=0.0, description="the same of y [m]")
-    heading_bias_deg: PerRobot = Field(default=0.0, description="the same of the heading [deg]")
-    delay: NonNegative = Field(
-        default=0.0, description="from exposure to use, at most 10 s [s]; until then the start poses are known"
-    )
 
 
 class Sensors(Section):
@@ -127,11 +104,6 @@ class Sensors(Section):
     noise_options: dict[str, Any] = Field(default={}, description="of a plug-in's noise model")
 
 
-def per_robot(given: PerRobot, robots: int) -> tuple[float, ...]:
-    """Return one number for each robot."""
-    return given if isinstance(given, tuple) else (given,) * robots
-
-
 def beam_angles(beams: Beams) -> np.ndarray:
     """Return the directions (count,) [rad] of the beams from straight ahead, counter-clockwise, ascending.
 
@@ -141,3 +113,11 @@ def beam_angles(beams: Beams) -> np.ndarray:
     count, sweep = beams.count, np.deg2rad(beams.sweep_deg)
     gaps = count if beams.sweep_deg == 360 else max(count - 1, 1)
     return np.deg2rad(beams.start_deg) + sweep * np.arange(count) / gaps
+
+
+def ray_angles(beams: Beams) -> np.ndarray:
+    """Return the directions (count * rays,) [rad] of all rays: those of the first beam's cone, edge to edge, first."""
+    if beams.rays == 1:
+        return beam_angles(beams)
+    across = np.deg2rad(beams.cone_deg) * np.linspace(-0.5, 0.5, beams.rays)
+    return (beam_angles(beams)[:, None] + across).ravel()

@@ -29,6 +29,7 @@ from pbrg_mj.world.scene.footprints import Footprints, world_footprints
 from pbrg_mj.world.scene.model_index import index_model
 from pbrg_mj.world.scene.obstacles import moving_footprints
 from pbrg_mj.world.scene.robot import load_robot_model
+from pbrg_mj.world.sensors.beams import incidence_cosines, scan_frame
 from pbrg_mj.world.sensors.camera import camera_poses, fill_camera_history
 from pbrg_mj.world.sensors.sampling import Sampler
 
@@ -48,6 +49,7 @@ class PlantBatch:
         model = compose(scenario, self._robot).compile()
         self._index = index_model(model, scenario)
         self._camera = Sampler(camera.rate_hz, timing.physics_step, camera.delay)
+        self._beam_section = beams
         self._beams = Sampler(beams.rate_hz, timing.physics_step)
         self._disturbances = Disturbances(scenario)
         self._step = 0
@@ -69,15 +71,19 @@ class PlantBatch:
 
     def frames(self) -> tuple[int, int]:
         """Return the numbers of the camera's and the beams' frames that are held now; -1: no beams."""
-        return self._camera.frame(self._step), self._beams.frame(self._step) if len(self._index.beams) else -1
+        scan = scan_frame(self._beam_section, self._beams, self._step) if len(self._index.beams) else -1
+        return self._camera.frame(self._step), scan
 
     def observe(self) -> list[Observation]:
         """Return each world's last samples."""
-        pose_frame, scan_frame = self.frames()
+        pose_frame, scan = self.frames()
         readings, index = self._arrays.sensordata, self._index
         poses = [camera_poses(row, index.camera_position, index.camera_ahead) for row in readings]
         ranges = readings[:, index.beams]
-        return [Observation(pose, pose_frame, ranges[w], scan_frame) for w, pose in enumerate(poses)]
+        if self._beam_section.signal_range is None:
+            return [Observation(pose, pose_frame, ranges[w], scan) for w, pose in enumerate(poses)]
+        cosines = incidence_cosines(readings, index.beams)
+        return [Observation(pose, pose_frame, ranges[w], scan, cosines[w]) for w, pose in enumerate(poses)]
 
     def truth(
         self, hand_world: np.ndarray, wall_margin: np.ndarray, wall_contact: np.ndarray, robot_contact: np.ndarray

@@ -17,8 +17,9 @@ class Observation:
 
     body_pose: np.ndarray  # (n, 3) x, y [m], heading [rad] of each body in the world
     pose_frame: int
-    ranges: np.ndarray  # (beam robots, beams) [m]; -1 where nothing was hit
+    ranges: np.ndarray  # (beam robots, rays of all beams) [m]; -1 where nothing was hit
     scan_frame: int
+    cosines: np.ndarray | None = None  # of the rays' angles of incidence, like `ranges`; None where nobody asks
 
 
 class Truth(NamedTuple):

@@ -26,6 +26,7 @@ from pbrg_mj.world.scene.footprints import world_footprints
 from pbrg_mj.world.scene.model_index import index_model
 from pbrg_mj.world.scene.obstacles import box_centre, moving_footprints
 from pbrg_mj.world.scene.robot import load_robot_model
+from pbrg_mj.world.sensors.beams import incidence_cosines, scan_frame
 from pbrg_mj.world.sensors.camera import camera_poses, fill_camera_history
 from pbrg_mj.world.sensors.sampling import Sampler
 
@@ -50,6 +51,7 @@ class MujocoPlant:
         sensors = scenario.sensors
         self._index = index_model(self.model, scenario)
         self._camera = Sampler(sensors.camera.rate_hz, timing.physics_step, sensors.camera.delay)
+        self._beam_section = sensors.beams
         self._beams = Sampler(sensors.beams.rate_hz, timing.physics_step)
         self._truth_from = (
             tuple(mujoco_arrays(partial(getattr, self.data))),
@@ -82,10 +84,10 @@ class MujocoPlant:
     def observe(self) -> Observation:
         """Return the camera's and the beams' last samples; the same object while they are the last ones."""
         pose_frame = self._camera.frame(self._step)
-        scan_frame = self._beams.frame(self._step) if len(self._index.beams) else -1
+        scan = scan_frame(self._beam_section, self._beams, self._step) if len(self._index.beams) else -1
         last = self._observed
-        if last is None or (last.pose_frame, last.scan_frame) != (pose_frame, scan_frame):
-            self._observed = last = self._sample(pose_frame, scan_frame)
+        if last is None or (last.pose_frame, last.scan_frame) != (pose_frame, scan):
+            self._observed = last = self._sample(pose_frame, scan)
         return last
 
     def truth(self) -> Truth:
@@ -119,14 +121,17 @@ class MujocoPlant:
             return self._step + 1
         return min(self._radio.next_arrival, self._disturbances.next_change(self._step))
 
-    def _sample(self, pose_frame: int, scan_frame: int) -> Observation:
+    def _sample(self, pose_frame: int, scan: int) -> Observation:
         readings, index = self.data.sensordata, self._index
         body_pose = camera_poses(readings, index.camera_position, index.camera_ahead)
         if self._kidnappings:
             body_pose = self._kidnappings.camera_readings(body_pose, self._camera.step(pose_frame))
         last = self._observed
-        ranges = last.ranges if last and last.scan_frame == scan_frame else readings[index.beams]
-        return Observation(body_pose, pose_frame, ranges, scan_frame)
+        if last and last.scan_frame == scan:
+            return Observation(body_pose, pose_frame, last.ranges, scan, last.cosines)
+        asked = self._beam_section.signal_range is not None
+        cosines = incidence_cosines(readings, index.beams) if asked else None
+        return Observation(body_pose, pose_frame, readings[index.beams], scan, cosines)
 
     def _begin_step(self) -> None:
         """Move what forces do not move, then compute positions, contacts and sensors."""

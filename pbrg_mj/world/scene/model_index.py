@@ -28,14 +28,14 @@ class ModelIndex:
     wheel_speed: np.ndarray  # (n, 2) in qvel
     camera_position: np.ndarray  # (n, 2) x, y in sensordata
     camera_ahead: np.ndarray  # (n, 2) x, y of the body's x axis, in sensordata
-    beams: np.ndarray  # (b, count) in sensordata
+    beams: np.ndarray  # (b, rays of all beams) in sensordata
     contacts: np.ndarray  # (n, c) in sensordata: contacts with each kind of thing, see `contact_counters`
     earlier_contacts: np.ndarray  # (n, c, s) in history: the same at the s steps before
 
 
 def index_model(model: mujoco.MjModel, scenario: Scenario) -> ModelIndex:
     """Look the names of `compose` up. Raises KeyError when one is missing."""
-    every, beam_robots, beams = range(scenario.robots), scenario.beam_robots, scenario.sensors.beams.count
+    every, beam_robots, rays = range(scenario.robots), scenario.beam_robots, scenario.sensors.beams.all_rays
     counters = counter_names(len(scenario.world.moving_boxes))
 
     def sensor(name: str) -> int:
@@ -58,8 +58,8 @@ def index_model(model: mujoco.MjModel, scenario: Scenario) -> ModelIndex:
         wheel_speed=model.jnt_dofadr[wheel],
         camera_position=position[:, None] + np.arange(2),
         camera_ahead=ahead[:, None] + np.arange(2),
-        beams=np.array([[sensor(f"robot{j}/beam{k}") for k in range(beams)] for j in beam_robots], dtype=int).reshape(
-            len(beam_robots), beams
+        beams=np.array([[sensor(f"robot{j}/beam{k}") for k in range(rays)] for j in beam_robots], dtype=int).reshape(
+            len(beam_robots), rays
         ),
         contacts=np.array([[sensor(f"robot{j}/{name}") for name in counters] for j in every]),
         earlier_contacts=np.array(

@@ -8,25 +8,50 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from pbrg_mj.scenario.schema import Beams, beam_angles
+from pbrg_mj.scenario.schema import Beams, ray_angles
 from pbrg_mj.world.sensors.sampling import Sampler
+
+DISTANCE = (mujoco.mjtRayDataField.mjRAYDATA_DIST,)
+# In this order MuJoCo writes them: the distance, the ray's direction (3), the normal of what it meets (3).
+WITH_NORMAL = (*DISTANCE, mujoco.mjtRayDataField.mjRAYDATA_DIR, mujoco.mjtRayDataField.mjRAYDATA_NORMAL)
 
 
 def add_beams(robot: mujoco.MjSpec, beams: Beams, sampler: Sampler) -> None:
-    """Add the beams, all from the site of that name, put at their height. A beam leaves along its own site's z axis."""
+    """Add the rays of all beams, all from the site of that name, put at their height.
+
+    A ray leaves along its own site's z axis. In a scan that takes time a beam is sampled as much before the scan's end
+    as its turn comes before that.
+    """
     origin = robot.site("beams").pos
     origin[2] = beams.height - robot.body("robot").pos[2]
-    for k, angle in enumerate(beam_angles(beams).tolist()):
+    fields = WITH_NORMAL if beams.signal_range is not None else DISTANCE
+    for k, angle in enumerate(ray_angles(beams).tolist()):
         name = f"beam{k}"
+        early = beams.scan_time * (1.0 - (k // beams.rays + 1) / beams.count)
         robot.body("robot").add_site(name=name, pos=origin, quat=_quat_along(angle), size=[0.001] * 3, group=4)
         robot.add_sensor(
             name=name,
             type=mujoco.mjtSensor.mjSENS_RANGEFINDER,
             objtype=mujoco.mjtObj.mjOBJ_SITE,
             objname=name,
-            intprm=[1 << int(mujoco.mjtRayDataField.mjRAYDATA_DIST), 0, 0],
-            **sampler.sensor_options,
+            intprm=[sum(1 << int(field) for field in fields), 0, 0],
+            **sampler.options_before(early),
         )
+
+
+def scan_frame(beams: Beams, sampler: Sampler, step: int) -> int:
+    """Return the number of the scan held at a physics step; -1 before the first turn of one that takes time is over."""
+    frame = sampler.frame(step)
+    return -1 if frame == 0 and beams.scan_time > 0 else frame
+
+
+def incidence_cosines(readings: np.ndarray, beams: np.ndarray) -> np.ndarray:
+    """Return the cosines (..., b, rays) between rays and the normals of what they meet; 0 where nothing is met.
+
+    `readings` (..., values) are MuJoCo's, `beams` (b, rays) tells where each ray's distance stands in them.
+    """
+    direction, normal = (readings[..., beams[..., None] + np.arange(first, first + 3)] for first in (1, 4))
+    return np.abs(np.sum(direction * normal, axis=-1))
 
 
 def _quat_along(angle: float) -> list[float]:

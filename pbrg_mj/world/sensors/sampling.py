@@ -60,6 +60,14 @@ class Sampler:
         delay = {"delay": self.native_delay} if self.delay else {}
         return {"nsample": self.history, **period, **delay} if period or delay else {}
 
+    def options_before(self, early: float) -> dict:
+        """Return the same for a sensor whose samples are taken `early` [s], less than a period, before each frame.
+
+        The first is the one before frame 1.
+        """
+        options = self.sensor_options
+        return {**options, "interval": [self.interval, -early]} if early > 0 and self.interval > 0 else options
+
     def frame(self, step: int) -> int:
         """Return the number of the sample that is held at physics step `step` (0 at the start)."""
         return self.newest(max(step - self.delay_steps, 0))

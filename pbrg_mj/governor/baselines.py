@@ -19,7 +19,7 @@ class NoGovernor:
 
     def step(self, problem: Problem, memory: None) -> tuple[Solution, None]:
         """Return m_i = r for all robots."""
-        return _everywhere(problem, problem.reference, np.zeros_like(problem.rows.d), "ok"), None
+        return _everywhere(problem, problem.reference, np.zeros(problem.rows_shape), "ok"), None
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class CentralizedGovernor:
         optimum = self.solver.solve(problem)
         if optimum.status == "solved":
             return _everywhere(problem, optimum.m, optimum.multipliers, "ok"), optimum.m
-        return _everywhere(problem, memory, np.zeros_like(problem.rows.d), optimum.status), memory
+        return _everywhere(problem, memory, np.zeros(problem.rows_shape), optimum.status), memory
 
 
 def _everywhere(problem: Problem, m: np.ndarray, multipliers: np.ndarray, status: Status) -> Solution:

@@ -14,6 +14,7 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.governor.baselines import CentralizedGovernor, NoGovernor
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.centralized.optimum import CentralizedSolver
+from pbrg_mj.governor.certificate.advances import AdvanceCertificate
 from pbrg_mj.governor.certificate.ball import BallAtState
 from pbrg_mj.governor.certificate.directional_ball import DirectionalBall
 from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid
@@ -22,6 +23,7 @@ from pbrg_mj.governor.certificate.sight import SightLimit, sight
 from pbrg_mj.governor.certificate.speed import SpeedLimit, disc_facets, wheel_facets
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.certified.at_once import LayerGovernor, Schedule
+from pbrg_mj.governor.certified.compiled import CompiledDecision
 from pbrg_mj.governor.certified.decide import AdvanceLimit
 from pbrg_mj.governor.certified.governor import CertifiedGovernor
 from pbrg_mj.governor.certified.layer import LayerProgram
@@ -137,7 +139,7 @@ def _certified(scenario: Scenario) -> Governor:
     cycle_ticks = max(1, math.ceil(2 * team.diameter * (longest + repeats) / settings.rounds))
     if settings.optimizer == "flooding":
         if lines is None and cycle_ticks == 1:
-            return CertifiedGovernor(limits, team.diameter)
+            return CertifiedGovernor(limits, team.diameter, _compiled(scenario, team, limits))
         program = CertifiedProgram(team, _verified(scenario, team), model, limits, cycle_ticks, repeats)
         return CarriedGovernor(program, settings.rounds, lines)
     optimizer = OPTIMIZERS[settings.optimizer](scenario, team, _flow(scenario))
@@ -157,6 +159,14 @@ def _certified(scenario: Scenario) -> Governor:
     if lines is None and cycle_ticks == 1:
         return LayerGovernor(layer, at_once, settings.rounds, Schedule.of(team, settings.rounds))
     return CarriedGovernor(layer, settings.rounds, lines, tells_start=settings.initial == "start")
+
+
+def _compiled(scenario: Scenario, team: Network, limits: tuple[AdvanceLimit, ...]) -> CompiledDecision | None:
+    """Return the compiled decision, None where `governor.backend` asks for NumPy."""
+    found = CERTIFICATES[scenario.governor.certificate](scenario, team)
+    if scenario.governor.backend == "numpy" or not isinstance(found, AdvanceCertificate):
+        return None
+    return CompiledDecision.of(found, limits)
 
 
 def _verified(scenario: Scenario, team: Network) -> StateCertificate:

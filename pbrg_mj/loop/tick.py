@@ -7,12 +7,13 @@ physics -> raw ranges, raw poses -> readings -> half-spaces -> problem -> govern
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from pbrg_mj.governor.problem.interface import Certificate, Governor, Problem, Solution, StateCertificate
+from pbrg_mj.governor.problem.made_when_read import RowsToMake
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.governor.velocity_filter.interface import VelocityFilter
 from pbrg_mj.kernel import clock
@@ -72,7 +73,7 @@ class LoopState(NamedTuple):
     readings: Readings | None  # None before the first tick
     estimator: Any  # its memory
     half_spaces: HalfSpaces | None  # None before the first tick
-    rows: Rows | None  # of the half-spaces known then; likewise None before the first tick
+    rows: Rows | RowsToMake | None  # of the half-spaces known then; likewise None before the first tick
     pose: PoseEstimate | None  # likewise
     governor: Any  # likewise
     m: np.ndarray | None  # (n, 2) governed references [m]; likewise
@@ -118,7 +119,7 @@ def control_tick(loop: ClosedLoop, state: LoopState, index: int) -> tuple[LoopSt
         hand_world = hand_point(readings.body_pose, loop.hand_offset)
         pose = PoseEstimate(readings.body_pose, hand_world, hand_world - loop.formation)
     p = pose.p if state.displacement is None else pose.p - state.displacement
-    rows = _rows(loop, state, half_spaces, p)
+    rows: Any = _rows(loop, state, half_spaces, p)
     problem = Problem(
         network=loop.network,
         p=p,
@@ -172,12 +173,20 @@ def _pre_stabilise(
     return *loop.exchange.rates(control, (p, xi), m, heard), heard
 
 
-def _rows(loop: ClosedLoop, state: LoopState, half_spaces: HalfSpaces, p: np.ndarray) -> Rows:
-    """Return the certificate's rows: of the state at every tick, or those of before while the half-spaces stay."""
+def _rows(loop: ClosedLoop, state: LoopState, half_spaces: HalfSpaces, p: np.ndarray) -> Rows | RowsToMake:
+    """Return the certificate's rows: of the state, for who asks, or those of before while the half-spaces stay."""
     if loop.of_the_state is not None:
-        network, m = loop.network, state.m
-        held = p.mean(axis=0) if m is None else network.leader @ m / network.leaders
-        return loop.of_the_state.rows_at(half_spaces, p, state.xi, held)
+        owners, slots = half_spaces.h.shape
+        made = partial(_rows_of_the_state, loop, half_spaces, (p, state.xi, state.m))
+        return RowsToMake(made, (owners, 2 * slots))
     if state.rows is None or half_spaces is not state.half_spaces:
         return cast(Certificate, loop.certificate).rows(half_spaces)
     return state.rows
+
+
+def _rows_of_the_state(loop: ClosedLoop, half_spaces: HalfSpaces, state: tuple[Any, ...]) -> Rows:
+    """Return the rows at p, xi and the references applied in the tick before, None before the first one."""
+    p, xi, m = state
+    network, certificate = loop.network, cast(StateCertificate, loop.certificate)
+    held = p.mean(axis=0) if m is None else network.leader @ m / network.leaders
+    return certificate.rows_at(half_spaces, p, xi, held)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -20,9 +20,18 @@ class Advances(NamedTuple):
     high: np.ndarray  # (n, K) [m]; inf likewise
 
     @classmethod
-    def unbounded(cls, shape: tuple[int, ...]) -> Advances:
-        """Return advances that ask for nothing."""
-        return cls(np.full(shape, -np.inf), np.full(shape, np.inf))
+    def empty(cls, shape: tuple[int, ...]) -> Advances:
+        """Return advances that are still to be written."""
+        return cls(*np.empty((2, *shape)))
+
+
+@runtime_checkable
+class AdvanceCertificate(Protocol):
+    """A certificate that says of each half-space how far m may move along its normal."""
+
+    def advances(self, half_spaces: HalfSpaces, p: np.ndarray, xi: np.ndarray, held: np.ndarray) -> Advances:
+        """Return the advances with the states p, xi (n, 2) [m] while m (2,) [m] is held."""
+        ...
 
 
 def interval_rows(half_spaces: HalfSpaces, held: np.ndarray, allowed: Advances) -> Rows:
@@ -32,7 +41,7 @@ def interval_rows(half_spaces: HalfSpaces, held: np.ndarray, allowed: Advances) 
     """
     n, slots = half_spaces.h.shape
     C, d = np.empty((n, slots, 2, 2)), np.empty((n, slots, 2))
-    at = half_spaces.G @ held
+    at = half_spaces.G[:, :, 0] * held[0] + half_spaces.G[:, :, 1] * held[1]  # in this order on every processor
     C[:, :, 0], C[:, :, 1] = half_spaces.G, -half_spaces.G
     d[:, :, 0], d[:, :, 1] = at + allowed.high, -(at + allowed.low)
     active = half_spaces.active[:, :, None] & np.isfinite(d)

@@ -42,10 +42,14 @@ class DirectionalBall:
 
     def rows_at(self, half_spaces: HalfSpaces, p: np.ndarray, xi: np.ndarray, held: np.ndarray) -> Rows:
         """Return the rows with the states p, xi (n, 2) [m] while m (2,) [m] is held."""
-        allowed = Advances.unbounded(half_spaces.h.shape)
+        return interval_rows(half_spaces, held, self.advances(half_spaces, p, xi, held))
+
+    def advances(self, half_spaces: HalfSpaces, p: np.ndarray, xi: np.ndarray, held: np.ndarray) -> Advances:
+        """Return how far m may move along each normal; the arguments are those of `rows_at`."""
+        allowed = Advances.empty(half_spaces.h.shape)
         spaces = half_spaces.G, half_spaces.h, half_spaces.active, half_spaces.binds
         _write_advances(spaces, (p, xi, held), (self.formation, self.growth, self.margin), tuple(allowed))
-        return interval_rows(half_spaces, held, allowed)
+        return allowed
 
 
 @kernel
@@ -58,6 +62,7 @@ def _write_advances(half_spaces, state, team, allowed):
     n = len(formation)
     for i in range(h.shape[0]):
         for k in range(h.shape[1]):
+            low[i, k], high[i, k] = -np.inf, np.inf
             if not active[i, k]:
                 continue
             Gx, Gy = G[i, k, 0], G[i, k, 1]

@@ -17,7 +17,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid
+from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid, write_error, write_times_error
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.half_spaces import HalfSpaces
@@ -80,7 +80,7 @@ def _raise_worst(half_spaces, states, formation, E, reach, worst):
     n = len(formation)
     error, moved, known = np.empty((2 * n, 2)), np.empty((n, E.shape[1], 2)), np.empty(n, dtype=np.bool_)
     for t in range(len(m)):
-        rho = _write_error(p[t], xi[t], m[t], error)
+        rho = write_error(p[t], xi[t], m[t], error)
         known[:] = False
         ball = directional = predicted = -np.inf
         for i in range(h.shape[1]):
@@ -103,23 +103,12 @@ def _raise_worst(half_spaces, states, formation, E, reach, worst):
                     if not binds[t, i, k, j] or at + reach * size <= predicted:
                         continue  # no tick can be worse
                     if not known[j]:
-                        _write_moved(E, error, j, moved)
+                        write_times_error(E[j], 0, 1, error, moved[j])
                         known[j] = True
                     for r in range(E.shape[1]):
                         predicted = max(predicted, at + G_x * moved[j, r, 0] + G_y * moved[j, r, 1])
         worst[t, 0], worst[t, 1] = max(worst[t, 0], ball), max(worst[t, 1], directional)
         worst[t, 2] = max(worst[t, 2], predicted)
-
-
-@kernel
-def _write_error(p, xi, m, error):
-    """Write (p - m, xi), (2n, 2), and return rho."""
-    n, square = len(p), 0.0
-    for j in range(n):
-        for axis in range(2):
-            error[j, axis], error[n + j, axis] = p[j, axis] - m[axis], xi[j, axis]
-            square += error[j, axis] ** 2 + error[n + j, axis] ** 2
-    return math.sqrt(square)
 
 
 @kernel
@@ -129,14 +118,3 @@ def _size_along(error, G_x, G_y):
     for row in range(len(error)):
         square += (G_x * error[row, 0] + G_y * error[row, 1]) ** 2
     return math.sqrt(square)
-
-
-@kernel
-def _write_moved(E, error, j, moved):
-    """Write E_j(t) times both coordinates of the error, (K, 2)."""
-    for r in range(E.shape[1]):
-        x = y = 0.0
-        for c in range(len(error)):
-            x += E[j, r, c] * error[c, 0]
-            y += E[j, r, c] * error[c, 1]
-        moved[j, r, 0], moved[j, r, 1] = x, y

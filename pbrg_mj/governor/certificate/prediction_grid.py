@@ -18,6 +18,7 @@ from functools import lru_cache
 import numpy as np
 
 from pbrg_mj.governor.certificate.team_model import TeamModel
+from pbrg_mj.kernel import kernel
 
 BETWEEN = 1e-3  # largest bound between two grid points, per metre of ||e||
 
@@ -76,3 +77,28 @@ def _spacing(model: TeamModel, horizon: int, between: float) -> tuple[np.ndarray
         positions.append(model.after(width, positions[-1]))
     none = np.zeros((1, n))
     return np.array(ticks), np.maximum(np.vstack([none, gaps]), np.vstack([gaps, none])), positions
+
+
+@kernel
+def write_error(p, xi, m, error):
+    """Write (p - m, xi), (2n, 2), and return rho."""
+    n, square = len(p), 0.0
+    for j in range(n):
+        for axis in range(2):
+            error[j, axis], error[n + j, axis] = p[j, axis] - m[axis], xi[j, axis]
+            square += error[j, axis] ** 2 + error[n + j, axis] ** 2
+    return math.sqrt(square)
+
+
+@kernel
+def write_times_error(rows, first, step, error, found):
+    """Write rows `first`, `first + step`, ... of a matrix times the error (2n, 2), both coordinates, to `found` (K, 2).
+
+    Sums are taken in the order of columns, so that they are the same on every processor and for any number of rows.
+    """
+    for k in range(len(found)):
+        r, x, y = first + k * step, 0.0, 0.0
+        for c in range(len(error)):
+            x += rows[r, c] * error[c, 0]
+            y += rows[r, c] * error[c, 1]
+        found[k, 0], found[k, 1] = x, y

@@ -18,7 +18,7 @@ from functools import cached_property
 import numpy as np
 
 from pbrg_mj.governor.certificate.advances import Advances, interval_rows
-from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid
+from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid, write_error, write_times_error
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.kernel import kernel
@@ -44,38 +44,39 @@ class PredictiveCertificate:
 
     @cached_property
     def _rows(self) -> tuple[np.ndarray, ...]:
-        """What advances count with: bound, s + bound sqrt(n), s - bound sqrt(n), all (n, K)."""
-        spread = self.grid.bound * np.sqrt(len(self.formation))
-        return self.grid.bound, self.grid.s, self.grid.s + spread, self.grid.s - spread
+        """What advances count with: E (n * K, 2n), and bound, s, s + bound sqrt(n), s - bound sqrt(n), all (n, K)."""
+        grid, spread = self.grid, self.grid.bound * np.sqrt(len(self.formation))
+        return grid.E, grid.bound, grid.s, grid.s + spread, grid.s - spread
 
     def rows_at(self, half_spaces: HalfSpaces, p: np.ndarray, xi: np.ndarray, held: np.ndarray) -> Rows:
         """Return the rows with the states p, xi (n, 2) [m] while m (2,) [m] is held."""
-        error = np.vstack([p - held, xi])
-        allowed = Advances.unbounded(half_spaces.h.shape)
-        spaces = half_spaces.G, half_spaces.h, half_spaces.active, half_spaces.binds
-        state = error, self._moved(error), held
-        _write_advances(spaces, state, self._rows, (self.formation, self.margin), tuple(allowed))
-        return interval_rows(half_spaces, held, allowed)
+        return interval_rows(half_spaces, held, self.advances(half_spaces, p, xi, held))
 
-    def _moved(self, error: np.ndarray) -> np.ndarray:
-        """Return E e of both coordinates, (n, K, 2)."""
-        return (self.grid.E @ error).reshape(*self.grid.s.shape, 2)
+    def advances(self, half_spaces: HalfSpaces, p: np.ndarray, xi: np.ndarray, held: np.ndarray) -> Advances:
+        """Return how far m may move along each normal; the arguments are those of `rows_at`."""
+        allowed = Advances.empty(half_spaces.h.shape)
+        spaces = half_spaces.G, half_spaces.h, half_spaces.active, half_spaces.binds
+        _write_advances(spaces, (p, xi, held), self._rows, (self.formation, self.margin), tuple(allowed))
+        return allowed
 
 
 @kernel
 def _write_advances(half_spaces, state, rows, team, allowed):
     """Write low and high of `Advances`.
 
-    `half_spaces` are G, h, active, binds of HalfSpaces; `state` the error (2n, 2), E error (n, K, 2) and the held m;
-    `rows` those of `PredictiveCertificate._rows`; `team` the formation (n, 2) and the margin.
+    `half_spaces` are G, h, active, binds of HalfSpaces; `state` p, xi (n, 2) and the held m (2,); `rows` those of
+    `PredictiveCertificate._rows`; `team` the formation (n, 2) and the margin.
     """
     G, h, active, binds = half_spaces
-    error, moved, m = state
+    p, xi, m = state
     formation, margin = team
     low, high = allowed
-    n = len(formation)
+    n, points = rows[1].shape
+    error, moved, known = np.empty((2 * n, 2)), np.empty((n, points, 2)), np.zeros(n, dtype=np.bool_)
+    write_error(p, xi, m, error)
     for i in range(h.shape[0]):
         for k in range(h.shape[1]):
+            low[i, k], high[i, k] = -np.inf, np.inf
             if not active[i, k]:
                 continue
             Gx, Gy = G[i, k, 0], G[i, k, 1]
@@ -86,6 +87,9 @@ def _write_advances(half_spaces, state, rows, team, allowed):
             lowest, highest = -np.inf, np.inf
             for j in range(n):
                 if binds[i, k, j]:
+                    if not known[j]:
+                        write_times_error(rows[0], j * points, 1, error, moved[j])
+                        known[j] = True
                     c = room - (Gx * formation[j, 0] + Gy * formation[j, 1])
                     down, up = _interval_of_robot(Gx, Gy, j, moved, rows, c, norm)
                     lowest, highest = max(lowest, down), min(highest, up)
@@ -95,7 +99,7 @@ def _write_advances(half_spaces, state, rows, team, allowed):
 @kernel
 def _interval_of_robot(Gx, Gy, j, moved, rows, c, norm):
     """Return the least and the largest advance that the rows of robot j allow, c from the held m to its limit."""
-    bound, s, up, down = rows
+    _, bound, s, up, down = rows
     lowest, highest = -np.inf, np.inf
     for r in range(moved.shape[1]):
         rest = c - (Gx * moved[j, r, 0] + Gy * moved[j, r, 1]) - bound[j, r] * norm

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid
+from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid, write_times_error
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.track.confirmation import LONG
 from pbrg_mj.scenario.schema import Scenario
@@ -45,8 +45,12 @@ class SightLimit:
 
         `error` (2n, 2) [m] is x - (m, 0) at the held m; `heading` is that of the other limits, not needed here.
         """
-        moved = (self.E @ error).reshape(*self.s.shape, 2)
-        return _largest_share(moved, self.s, self.robots, self.sight, advance)
+        return sight_share(self.rows, error, advance)
+
+    @property
+    def rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+        """What `sight_share` takes: E, s, robots, sight."""
+        return self.E, self.s, self.robots, self.sight
 
 
 def sight(scenario: Scenario, robot: RobotModel) -> float:
@@ -62,12 +66,15 @@ def sight(scenario: Scenario, robot: RobotModel) -> float:
 
 
 @kernel
-def _largest_share(moved, s, robots, sight, advance):
-    """Compute `SightLimit.share` from E error (n, K, 2)."""
-    share = 1.0
+def sight_share(rows, error, advance):
+    """Compute `SightLimit.share`; `rows` are those of `SightLimit.rows`."""
+    E, s, robots, sight = rows
+    share, points = 1.0, s.shape[1]
+    moved = np.empty((points, 2))
     for j in robots:
-        for k in range(1, moved.shape[1]):
-            x, y = moved[j, k, 0] - moved[j, 0, 0], moved[j, k, 1] - moved[j, 0, 1]
+        write_times_error(E, j * points, 1, error, moved)
+        for k in range(1, points):
+            x, y = moved[k, 0] - moved[0, 0], moved[k, 1] - moved[0, 1]
             dx, dy = s[j, k] * advance[0], s[j, k] * advance[1]
             last = x * x + y * y - sight * sight
             half, first = x * dx + y * dy, dx * dx + dy * dy

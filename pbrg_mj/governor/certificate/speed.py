@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid
+from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid, write_times_error
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.kernel import kernel
 from pbrg_mj.world.scene.robot import RobotModel
@@ -50,25 +50,31 @@ class SpeedLimit:
 
         `error` (2n, 2) [m] is x - (m, 0) at the held m, `heading` (n,) [rad].
         """
-        rows = self.time, self.U @ error, self.v
-        return _largest_share(rows, heading, advance, self.facets, self.offset)
+        return speed_share(self.rows, error, heading, advance)
+
+    @property
+    def rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float]:
+        """What `speed_share` takes: time, U, v, facets, offset."""
+        return self.time, self.U, self.v, self.facets, self.offset
 
 
 @kernel
-def _largest_share(rows, heading, advance, facets, offset):
-    """Compute `SpeedLimit.share`; `rows` are time (K,), u = U error (K * n, 2) and v (K * n,)."""
-    time, u, v = rows
+def speed_share(rows, error, heading, advance):
+    """Compute `SpeedLimit.share`; `rows` are those of `SpeedLimit.rows`."""
+    time, U, v, facets, offset = rows
+    u = np.empty((len(time), 2))
     n, share, length = len(heading), 1.0, math.sqrt(advance[0] ** 2 + advance[1] ** 2)
     slowest = np.inf  # no velocity below this meets a facet at any heading
     for f in range(len(facets)):
         slowest = min(slowest, 1.0 / math.sqrt(facets[f, 0] ** 2 + facets[f, 1] ** 2))
     for j in range(n):
+        write_times_error(U, j, n, error, u)
         c, s = math.cos(heading[j]), math.sin(heading[j])
         for k in range(_rows_that_may_bind(u, v, n, j, length, slowest)):
             r = k * n + j
             if k > 0:
-                c, s = _turned(c, s, u[r - n, 0], u[r - n, 1], (time[k] - time[k - 1]) / offset)
-            ahead, across = c * u[r, 0] + s * u[r, 1], c * u[r, 1] - s * u[r, 0]
+                c, s = _turned(c, s, u[k - 1, 0], u[k - 1, 1], (time[k] - time[k - 1]) / offset)
+            ahead, across = c * u[k, 0] + s * u[k, 1], c * u[k, 1] - s * u[k, 0]
             more_ahead = v[r] * (c * advance[0] + s * advance[1])
             more_across = v[r] * (c * advance[1] - s * advance[0])
             for f in range(len(facets)):
@@ -82,10 +88,10 @@ def _largest_share(rows, heading, advance, facets, offset):
 @kernel
 def _rows_that_may_bind(u, v, n, j, length, slowest):
     """Return how many rows of robot j there are up to its last one fast enough to meet a facet."""
-    count = len(v) // n
+    count = len(u)
     while count > 0:
-        r = (count - 1) * n + j
-        if math.sqrt(u[r, 0] ** 2 + u[r, 1] ** 2) + abs(v[r]) * length > slowest:
+        k = count - 1
+        if math.sqrt(u[k, 0] ** 2 + u[k, 1] ** 2) + abs(v[k * n + j]) * length > slowest:
             break
         count -= 1
     return count

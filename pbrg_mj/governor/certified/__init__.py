@@ -1,6 +1,7 @@
 """The governor that applies only what a certificate of the whole team has verified.
 
 - `decide`: from what the half-spaces allow to the next reference
+- `compiled`: the same from a certificate's advances, in one compiled call
 - `flood`: how what one robot says reaches everybody
 - `robot`: the program of one robot whose leaders know everybody's rows
 - `governor`: that exchange within a tick, computed at once

@@ -95,7 +95,7 @@ class LayerGovernor:
         after = self._local(problem, [(_own_rows(rows, i), spread) for i in range(n)])
         solution = Solution(
             m=np.tile(m, (n, 1)),
-            multipliers=np.zeros_like(problem.rows.d),
+            multipliers=np.zeros(problem.rows_shape),
             status=status,
             rounds=self.rounds,
             bytes_sent=self._bytes(problem.network, rows if memory.forbidden else None),

@@ -33,7 +33,7 @@ def next_reference(problem: Problem, held: np.ndarray, limits: Sequence[AdvanceL
     """
     rows = problem.rows
     normals = rows.C[rows.active]
-    offsets = rows.d[rows.active] - normals @ held
+    offsets = rows.d[rows.active] - (normals[:, 0] * held[0] + normals[:, 1] * held[1])
     aim = problem.reference - held
     found, x, y = nearest_allowed(aim[0], aim[1], normals, offsets, 0.0)
     if not found:

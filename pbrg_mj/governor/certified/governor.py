@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pbrg_mj.governor.certified.compiled import CompiledDecision, Decision
 from pbrg_mj.governor.certified.decide import AdvanceLimit, next_reference
 from pbrg_mj.governor.certified.flood import COUNT, ITEM
 from pbrg_mj.governor.certified.robot import INTERVAL, STATE
@@ -22,6 +23,7 @@ class CertifiedGovernor:
 
     limits: tuple[AdvanceLimit, ...]
     diameter: int  # of the graph: rounds until an item has reached everybody
+    compiled: CompiledDecision | None = None  # of the same limits; None: by the problem's rows, in NumPy
 
     def init(self, problem: Problem) -> np.ndarray:
         """Return the first held reference, the mean of the shifted hand points, (2,)."""
@@ -29,15 +31,21 @@ class CertifiedGovernor:
 
     def step(self, problem: Problem, memory: np.ndarray) -> tuple[Solution, np.ndarray]:
         """Return this tick's reference; `infeasible` where no reference is admissible."""
-        m, admissible = next_reference(problem, memory, self.limits)
-        n, there = problem.network.robots, problem.rows.active.reshape(-1, 2)
-        intervals = np.count_nonzero(there[:, 0] | there[:, 1])
+        n, decided = problem.network.robots, (self._by_rows if self.compiled is None else self.compiled.next_reference)
+        m, admissible, intervals = decided(problem, memory)
         flooded = n * (ITEM.size + STATE.size + ITEM.size + COUNT.size) + intervals * INTERVAL.size  # bytes
         solution = Solution(
-            m=m[None].repeat(n, axis=0),
-            multipliers=np.zeros_like(problem.rows.d),
+            m=m,
+            multipliers=np.zeros(problem.rows_shape),
             status="ok" if admissible else "infeasible",
             rounds=2 * self.diameter,
-            bytes_sent=(problem.network.degree * flooded).astype(np.int64),
+            bytes_sent=problem.network.degree * flooded,
+            lost=np.zeros(n, dtype=np.int64),
         )
-        return solution, m
+        return solution, m[0]
+
+    def _by_rows(self, problem: Problem, held: np.ndarray) -> Decision:
+        m, admissible = next_reference(problem, held, self.limits)
+        there = problem.rows.active.reshape(-1, 2)
+        intervals = int(np.count_nonzero(there[:, 0] | there[:, 1]))
+        return Decision(m[None].repeat(problem.network.robots, axis=0), admissible, intervals)

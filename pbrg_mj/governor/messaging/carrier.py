@@ -151,7 +151,7 @@ def _addressed(team: Network, sender: int, outbox: Any) -> list[tuple[bytes, int
 
 def _team_answer(problem: Problem, answers: Sequence[RobotAnswer], rounds: int, sent: np.ndarray) -> Solution:
     """Return what the robots answered, as one; `sent` (n,) are the bytes that they put on their links."""
-    multipliers = np.zeros_like(problem.rows.d)
+    multipliers = np.zeros(problem.rows_shape)
     for i, answer in enumerate(answers):
         if answer.multipliers is not None:
             multipliers[i] = answer.multipliers

@@ -10,6 +10,7 @@ from typing import Any, Literal, Protocol, runtime_checkable
 
 import numpy as np
 
+from pbrg_mj.governor.problem.made_when_read import RowsToMake, made_when_read
 from pbrg_mj.governor.problem.near_reference import near_references
 from pbrg_mj.governor.problem.rows import Rows, row_values
 from pbrg_mj.perception.half_spaces import HalfSpaces
@@ -29,6 +30,7 @@ failed        a solver gave up
 """
 
 
+@made_when_read("rows")
 @dataclass(frozen=True)
 class Problem:
     """min sum_i delta_i ||r_i - m||^2 subject to a rho(m, p, xi) + C m - d <= 0 for all rows (eqs. 10-13).
@@ -40,11 +42,17 @@ class Problem:
     network: Network
     p: np.ndarray  # (n, 2) shifted hand points q_j - b_j as estimated [m]
     xi: np.ndarray  # (n, 2) integral states [m]
-    rows: Rows  # (n, R) rows of g_i
+    rows: Rows  # (n, R) rows of g_i; given as `RowsToMake`, they are made when they are first read
     reference: np.ndarray  # (2,) the operator's r, heard by the leaders only [m]
     half_spaces: HalfSpaces | None = None  # that the rows were made of; row i is private to robot i; None: not kept
     heading: np.ndarray | None = None  # (n,) of the bodies as estimated [rad]; None: not kept
     reference_range: float = math.inf  # [m]
+
+    @property
+    def rows_shape(self) -> tuple[int, int]:
+        """(n, R), known before rows are made."""
+        rows = vars(self)["rows"]
+        return rows.shape if isinstance(rows, RowsToMake) else rows.d.shape
 
     @cached_property
     def near_references(self) -> np.ndarray:
@@ -92,7 +100,7 @@ class Solution:
         """Return the answer of a governor without messages and multipliers; m (n, 2), or (2,) for all robots [m]."""
         n = problem.network.robots
         known = np.array(np.broadcast_to(m, (n, 2)), dtype=float)
-        return cls(known, np.zeros_like(problem.rows.d), status, 0, np.zeros(n, dtype=np.int64))
+        return cls(known, np.zeros(problem.rows_shape), status, 0, np.zeros(n, dtype=np.int64))
 
 
 class Certificate(Protocol):
@@ -108,7 +116,10 @@ class StateCertificate(Protocol):
     """How half-spaces and the present state become constraints that are linear in m."""
 
     def rows_at(self, half_spaces: HalfSpaces, p: np.ndarray, xi: np.ndarray, held: np.ndarray) -> Rows:
-        """Return the rows of all robots with states p, xi (n, 2) [m] while m (2,) [m] is held; a is 0 in all."""
+        """Return the rows of all robots, two for each slot, with states p, xi (n, 2) [m] while m (2,) [m] is held.
+
+        a is 0 in all.
+        """
         ...
 
 

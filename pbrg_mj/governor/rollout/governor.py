@@ -54,7 +54,7 @@ class RolloutGovernor(NamedTuple):
         m = np.where(leads, memory.held, memory.known)
         solution = Solution(
             m=np.where(np.isnan(m), memory.first, m),
-            multipliers=np.zeros_like(problem.rows.d),
+            multipliers=np.zeros(problem.rows_shape),
             status=memory.status,
             rounds=self.rounds,
             bytes_sent=sent,

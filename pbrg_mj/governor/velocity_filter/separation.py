@@ -67,7 +67,7 @@ class SeparationFilter:
         driven = np.empty(velocity.shape)
         _write_driven(
             (spaces.G, spaces.h, spaces.active, spaces.binds),
-            (hand_world, hand_world - self.formation - problem.p, velocity),
+            (hand_world, problem.p, self.formation, velocity),
             (problem.heading, self.facets),
             (self.distance, self.margin, self.gain, self.tick),
             driven,
@@ -92,11 +92,16 @@ def separation(scenario: Scenario) -> float | None:
 
 @kernel
 def _write_driven(half_spaces, state, wheels, numbers, driven):
-    """Write w; `half_spaces` are G, h, active, binds; `state` q, the displacements and u, each (n, 2)."""
-    q, displacement, u = state
+    """Write w; `half_spaces` are G, h, active, binds; `state` q, p, b and u, each (n, 2)."""
+    q, p, formation, u = state
     heading, facets = wheels
     distance, margin, gain, tick = numbers
     n, (owners, slots) = len(q), half_spaces[1].shape
+    displacement = np.empty((n, 2))
+    for j in range(n):
+        for axis in range(2):
+            displacement[j, axis] = q[j, axis] - formation[j, axis] - p[j, axis]
+    moved = q, displacement, u
     normals, offsets = np.empty((n + owners * slots, 2)), np.empty(n + owners * slots)
     for j in range(n):
         x, y = u[j, 0] - gain * displacement[j, 0], u[j, 1] - gain * displacement[j, 1]
@@ -104,7 +109,7 @@ def _write_driven(half_spaces, state, wheels, numbers, driven):
         wx, wy = scale * x, scale * y
         speed = math.sqrt(wx * wx + wy * wy)
         rows = _robots_in_the_way(q, j, (distance, gain, speed), normals, offsets)
-        rows = _half_spaces_in_the_way(half_spaces, state, j, (margin, gain, tick, speed), normals, offsets, rows)
+        rows = _half_spaces_in_the_way(half_spaces, moved, j, (margin, gain, tick, speed), normals, offsets, rows)
         found, x, y = nearest_allowed(wx, wy, normals[:rows], offsets[:rows], 0.0)
         scale = _scale(x, y, heading[j], facets) if found else 0.0  # but for rounding, 0 is allowed
         driven[j, 0], driven[j, 1] = scale * x, scale * y

@@ -1,0 +1,115 @@
+"""The certified decision of a tick for the team at once, compiled: what `decide.next_reference` does of the rows.
+
+Between two ticks of physics every call of NumPy costs microseconds, so rows are not laid out here: half-planes are made
+from the advances of a certificate as they are needed, number by number as `certificate.advances` and `decide` do.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from pbrg_mj.governor.certificate.advances import AdvanceCertificate
+from pbrg_mj.governor.certificate.prediction_grid import write_error
+from pbrg_mj.governor.certificate.projection import least_violating, nearest_allowed
+from pbrg_mj.governor.certificate.sight import SightLimit, sight_share
+from pbrg_mj.governor.certificate.speed import SpeedLimit, speed_share
+from pbrg_mj.governor.certified.decide import BISECTIONS, AdvanceLimit
+from pbrg_mj.governor.problem.interface import Problem
+from pbrg_mj.kernel import kernel
+
+NOTHING = np.zeros(0), np.zeros((0, 0)), np.zeros(0), np.zeros((0, 2)), 1.0
+"""`SpeedLimit.rows` that limit nothing."""
+NOWHERE = np.zeros((0, 0)), np.zeros((0, 1)), np.zeros(0, dtype=np.int64), 1.0
+"""`SightLimit.rows` that limit nothing."""
+
+
+class Decision(NamedTuple):
+    """What a tick's half-spaces allow."""
+
+    m: np.ndarray  # (n, 2) the next reference, the same for all robots [m]
+    admissible: bool  # some reference is
+    intervals: int  # half-spaces that ask for something
+
+
+@dataclass(frozen=True)
+class CompiledDecision:
+    """A certificate and the limits of advances, as arrays."""
+
+    certificate: AdvanceCertificate
+    speed: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float]  # `SpeedLimit.rows`
+    sight: tuple[np.ndarray, np.ndarray, np.ndarray, float]  # `SightLimit.rows`
+    limited: bool  # whether there are any limits
+
+    @classmethod
+    def of(cls, certificate: AdvanceCertificate, limits: Sequence[AdvanceLimit]) -> CompiledDecision:
+        """Return the decision by a certificate and limits, one of each kind at most."""
+        speed = [one.rows for one in limits if isinstance(one, SpeedLimit)]
+        sight = [one.rows for one in limits if isinstance(one, SightLimit)]
+        if len(speed) > 1 or len(sight) > 1 or len(speed) + len(sight) < len(limits):
+            raise ValueError("other limits than one of speed and one of sight are not compiled")
+        return cls(certificate, (speed or [NOTHING])[0], (sight or [NOWHERE])[0], limited=bool(limits))
+
+    def next_reference(self, problem: Problem, held: np.ndarray) -> Decision:
+        """Return what `decide.next_reference` does with the certificate's rows at the held m (2,)."""
+        spaces, heading = problem.half_spaces, problem.heading
+        if spaces is None or heading is None:
+            raise ValueError("the certified governor needs half-spaces and headings in the problem")
+        allowed = self.certificate.advances(spaces, problem.p, problem.xi, held)
+        state, m = (problem.p, problem.xi, heading, held, problem.reference), np.empty(problem.p.shape)
+        limits = self.speed, self.sight, self.limited
+        return Decision(m, *_write_next((spaces.G, spaces.active), tuple(allowed), state, limits, m))
+
+
+@kernel
+def _write_next(half_spaces, allowed, state, limits, m):
+    """Write m (n, 2); return whether some reference is admissible, and how many half-spaces ask for something.
+
+    `half_spaces` are G and active of HalfSpaces, `allowed` those of Advances; `state` p, xi (n, 2), headings (n,), the
+    held m and r (2,); `limits` the rows of both limits, and whether there are any.
+    """
+    p, xi, heading, held, reference = state
+    speed, sight, limited = limits
+    G, active = half_spaces
+    normals, offsets = np.empty((2 * active.size, 2)), np.empty(2 * active.size)
+    count, intervals = _write_half_planes(G, active, allowed, held, normals, offsets)
+    normals, offsets = normals[:count], offsets[:count]
+    found, x, y = nearest_allowed(reference[0] - held[0], reference[1] - held[1], normals, offsets, 0.0)
+    if not found:
+        x, y = least_violating(normals, offsets, BISECTIONS)
+        x, y = held[0] + x, held[1] + y
+    elif limited:
+        _, back_x, back_y = nearest_allowed(0.0, 0.0, normals, offsets, 0.0)  # 0 where the held m is admissible
+        error, advance = np.empty((2 * len(p), 2)), np.empty(2)
+        write_error(p, xi, held, error)
+        for j in range(len(p)):
+            error[j, 0], error[j, 1] = error[j, 0] - back_x, error[j, 1] - back_y
+        advance[0], advance[1] = x - back_x, y - back_y
+        share = min(speed_share(speed, error, heading, advance), sight_share(sight, error, advance))
+        x, y = held[0] + back_x + share * advance[0], held[1] + back_y + share * advance[1]
+    else:
+        x, y = held[0] + x, held[1] + y
+    for j in range(len(m)):
+        m[j, 0], m[j, 1] = x, y
+    return found, intervals
+
+
+@kernel
+def _write_half_planes(G, active, allowed, held, normals, offsets):
+    """Write the half-planes of all advances as seen from the held m; return how many, and of how many half-spaces."""
+    low, high = allowed
+    count = intervals = 0
+    for i in range(active.shape[0]):
+        for k in range(active.shape[1]):
+            at, before = G[i, k, 0] * held[0] + G[i, k, 1] * held[1], count
+            for sign, limit in ((1.0, at + high[i, k]), (-1.0, -(at + low[i, k]))):
+                if active[i, k] and math.isfinite(limit):
+                    normals[count, 0], normals[count, 1] = sign * G[i, k, 0], sign * G[i, k, 1]
+                    offsets[count] = limit - (normals[count, 0] * held[0] + normals[count, 1] * held[1])
+                    count += 1
+            intervals += count > before
+    return count, intervals

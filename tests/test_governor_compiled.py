@@ -1,0 +1,86 @@
+"""The certified decision of a tick, compiled, against the same in NumPy; and rows that are made for who reads them."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from pbrg_mj.governor.certificate.directional_ball import DirectionalBall
+from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid
+from pbrg_mj.governor.certificate.predictive import PredictiveCertificate
+from pbrg_mj.governor.certificate.sight import SightLimit
+from pbrg_mj.governor.certificate.speed import SpeedLimit, disc_facets
+from pbrg_mj.governor.certificate.team_model import TeamModel
+from pbrg_mj.governor.certified.compiled import CompiledDecision
+from pbrg_mj.governor.certified.governor import CertifiedGovernor
+from pbrg_mj.governor.problem.interface import Problem
+from pbrg_mj.governor.problem.made_when_read import RowsToMake
+from pbrg_mj.loop.simulation import Simulation
+from pbrg_mj.perception.half_spaces import HalfSpaces
+from pbrg_mj.scenario.load import load_scenario
+from pbrg_mj.team.graph import network
+
+SCENARIO = load_scenario("paper/simulation_inadmissible", ["governor.kind=certified"]).scenario
+TEAM, MODEL = network(SCENARIO), TeamModel.of_scenario(SCENARIO)
+GRID, FORMATION = PredictionGrid.of(MODEL), np.array(SCENARIO.team.formation)
+SPEED = SpeedLimit.of(MODEL, GRID, disc_facets(0.5, 8), 0.1)
+SIGHT = SightLimit.of(GRID, np.array([0, 3]), 0.6)
+
+
+def random_problem(rng: np.random.Generator, certificate: DirectionalBall | PredictiveCertificate) -> tuple:
+    """Return a problem and a held m: some half-spaces empty, held m's beyond some, references near and far."""
+    p, xi = 0.2 * rng.normal(size=(5, 2)), 0.1 * rng.normal(size=(5, 2))
+    spaces, angle = HalfSpaces.empty(5, 2), rng.uniform(-np.pi, np.pi, size=(5, 2))
+    spaces.active[:] = rng.random((5, 2)) < 0.4
+    spaces.G[spaces.active] = np.stack([np.cos(angle), np.sin(angle)], axis=-1)[spaces.active]
+    spaces.binds[spaces.active] = rng.random((5, 2, 5))[spaces.active] < 0.5
+    reach = np.max(spaces.G @ FORMATION.T, axis=2) + rng.uniform(-0.1, 2.0)
+    spaces.h[:] = np.where(spaces.active, reach, 0.0)
+    held = p.mean(axis=0) + 0.1 * rng.normal(size=2)
+    rows = certificate.rows_at(spaces, p, xi, held)
+    reference = 10.0 ** rng.uniform(-2, 3) * rng.normal(size=2)
+    return Problem(TEAM, p, xi, rows, reference, spaces, rng.uniform(-np.pi, np.pi, size=5)), held
+
+
+@pytest.mark.parametrize("limits", [(), (SPEED,), (SPEED, SIGHT)], ids=["free", "speed", "speed and sight"])
+@pytest.mark.parametrize(
+    "certificate",
+    [PredictiveCertificate(GRID, FORMATION, 0.01), DirectionalBall(FORMATION, MODEL.growth, 0.0)],
+    ids=["predictive", "directional ball"],
+)
+def test_the_compiled_decision_is_the_one_in_numpy_bit_for_bit(certificate, limits) -> None:
+    rng, seen = np.random.default_rng(31), set()
+    in_numpy = CertifiedGovernor(limits, 2)
+    compiled = CertifiedGovernor(limits, 2, CompiledDecision.of(certificate, limits))
+    for _ in range(150):
+        problem, held = random_problem(rng, certificate)
+        one, one_held = compiled.step(problem, held)
+        other, other_held = in_numpy.step(problem, held)
+        np.testing.assert_array_equal(one.m, other.m)
+        np.testing.assert_array_equal(one_held, other_held)
+        np.testing.assert_array_equal(one.bytes_sent, other.bytes_sent)
+        assert one.status == other.status
+        assert one.multipliers.shape == other.multipliers.shape
+        values = problem.row_values(held)
+        admissible_now = values.max() <= 0.0
+        seen.add((one.status, bool(admissible_now), bool(np.allclose(one.m[0], problem.reference))))
+    assert {("infeasible", False, False), ("ok", False, False), ("ok", True, False), ("ok", True, True)} <= seen
+
+
+def test_the_closed_loop_makes_no_rows_of_the_state_and_who_reads_them_gets_them() -> None:
+    scenario = load_scenario("obstacles/corner", ["governor.kind=certified", "timing.duration=0.05"]).scenario
+    ticks = list(Simulation.build(scenario).control_ticks())
+    held = ticks[0].problem.p.mean(axis=0)
+    certificate = PredictiveCertificate.of(scenario, 0.01)
+    for tick in ticks:
+        problem = tick.problem
+        assert isinstance(vars(problem)["rows"], RowsToMake)
+        assert problem.rows_shape == tick.solution.multipliers.shape
+        expected = certificate.rows_at(tick.half_spaces, problem.p, problem.xi, held)
+        for ours, theirs in zip(problem.rows, expected, strict=True):
+            np.testing.assert_array_equal(ours, theirs)
+        assert problem.rows is problem.rows
+        assert dataclasses.replace(problem, reference=np.ones(2)).rows is problem.rows
+        held = tick.solution.m[0]

@@ -302,6 +302,26 @@ def test_the_share_is_the_largest_that_the_wheels_can_follow(facets: np.ndarray)
     assert partial > 10
 
 
+def test_an_advance_changes_velocities_by_no_more_than_motors_take_up() -> None:
+    """Against the velocities of eq. 2 before and after, at rest and far from every other limit."""
+    team, rng, facets, cut = team_of("ring of 5"), np.random.default_rng(29), wheel_facets(load_robot_model()), 0
+    model, n = model_of(team), 5
+    limit = SpeedLimit.of(model, PredictionGrid.of(model), facets, load_robot_model().hand_offset, change=0.1)
+    for _ in range(30):
+        error, heading = np.zeros((2 * n, 2)), rng.uniform(-np.pi, np.pi, size=n)
+        advance = 0.08 * rng.normal(size=2)
+        share = limit.share(error, heading, advance)
+        moved = error.copy()
+        moved[:n] -= share * advance
+        u, c, s = model.rate @ moved, np.cos(heading), np.sin(heading)
+        used = np.column_stack([c * u[:, 0] + s * u[:, 1], c * u[:, 1] - s * u[:, 0]]) @ facets.T
+        assert used.max() <= 0.1 + 1e-12
+        if share < 1.0:
+            cut += 1
+            assert used.max() == pytest.approx(0.1)
+    assert 5 < cut < 30
+
+
 def turned(limit: SpeedLimit, error: np.ndarray, heading: np.ndarray) -> np.ndarray:
     """Return the headings (K, n) at the rows' times: fine Euler steps of dtheta/dt = |u| sin(beta) / offset."""
     n = len(heading)

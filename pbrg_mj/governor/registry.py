@@ -21,6 +21,7 @@ from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid
 from pbrg_mj.governor.certificate.predictive import PredictiveCertificate
 from pbrg_mj.governor.certificate.sight import SightLimit, sight
 from pbrg_mj.governor.certificate.speed import SpeedLimit, disc_facets, wheel_facets
+from pbrg_mj.governor.certificate.steering import mean_delay, steerable_speed
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.certified.at_once import LayerGovernor, Schedule
 from pbrg_mj.governor.certified.compiled import CompiledDecision
@@ -133,10 +134,10 @@ def _paper_program(scenario: Scenario) -> Governor:
 def _certified(scenario: Scenario) -> Governor:
     team, lines, settings = network(scenario), channel(scenario), scenario.governor
     model = TeamModel.of_scenario(scenario)
-    limits = _advance_limits(scenario, model)
     repeats = 1 if lines is None else repeats_for(lines.loss.share, lines.loss.stay)
     longest = 0 if lines is None else int(lines.longest.max(initial=0))
     cycle_ticks = max(1, math.ceil(2 * team.diameter * (longest + repeats) / settings.rounds))
+    limits = _advance_limits(scenario, model, cycle_ticks)
     if settings.optimizer == "flooding":
         if lines is None and cycle_ticks == 1:
             return CertifiedGovernor(limits, team.diameter, _compiled(scenario, team, limits))
@@ -182,12 +183,14 @@ def _verified(scenario: Scenario, team: Network) -> StateCertificate:
     return found
 
 
-def _advance_limits(scenario: Scenario, model: TeamModel) -> tuple[AdvanceLimit, ...]:
-    """Return what stops advances of a certified m. Raises InputError where beams are too short to move at all."""
+def _advance_limits(scenario: Scenario, model: TeamModel, cycle_ticks: int) -> tuple[AdvanceLimit, ...]:
+    """Return what stops advances of m. Raises InputError where beams are too short to move at all."""
     facets, robot, limits = speed_facets(scenario, scenario.governor.speed_rows), load_robot_model(), []
     grid = PredictionGrid.of(model)
     if len(facets):
-        limits.append(SpeedLimit.of(model, grid, facets, robot.hand_offset))
+        wheels = scenario.plant == "physics" and scenario.governor.speed_rows
+        change = cycle_ticks * model.tick / robot.time_constant if wheels else math.inf
+        limits.append(SpeedLimit.of(model, grid, facets, robot.hand_offset, change))
     if (
         scenario.governor.sight_rows
         and scenario.estimator.source in ("beams", "points")
@@ -221,6 +224,9 @@ def speed_facets(scenario: Scenario, wheels: bool) -> np.ndarray:
     facets = [np.zeros((0, 2))]
     if scenario.plant == "physics" and wheels:
         facets.append(wheel_facets(robot))
+        steerable = steerable_speed(robot, mean_delay(scenario))
+        if steerable < robot.loaded_speed * robot.wheel_radius:
+            facets.append(disc_facets(steerable, control.speed_facets))
     if control.speed_limit is not None:
         facets.append(disc_facets(control.speed_limit, control.speed_facets))
     return np.concatenate(facets)

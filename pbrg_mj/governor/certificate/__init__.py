@@ -9,6 +9,7 @@ With constant m the team follows a linear model, so a certificate is a statement
 - `ball`: the paper's ball, one row for each half-space
 - `predictive`: all predicted positions, on a grid with a bound between its points
 - `speed`: how large a share of an advance the motors can follow
+- `steering`: how fast robots can go and still steer by poses that are old
 - `sight`: how large a share keeps every robot's way within what it has seen
 - `share`: how large a share of the way to a candidate all rows allow, by closed form
 - `projection`: the nearest point to r that all half-spaces allow

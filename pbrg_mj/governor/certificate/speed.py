@@ -9,6 +9,10 @@ in the body's axes: facets that are linear in kappa at a given heading. The head
 velocity, dtheta/dt = |u| sin(beta) / offset with beta between them, so tan(beta / 2) falls by exp(-|u| t / offset): the
 headings are predicted along the held plan. A velocity beyond the limit without any advance may not grow; it asks for no
 retreat, since walls come first.
+
+Motors do not follow at once, either: with time constant tau a wheel takes up at most R w T / tau in a time T. So an
+advance that is held for T may change what is asked for now, v_j(0) d, by a share T / tau of the facets. m then runs
+where a face gives way, and does not jump.
 """
 
 from __future__ import annotations
@@ -35,15 +39,18 @@ class SpeedLimit:
     v: np.ndarray  # (K * n,) [1/s]
     facets: np.ndarray  # (F, 2) of the polygon of velocities in the body's axes, facet . u <= 1 [s/m]
     offset: float  # of the hand point [m]
+    change: float = math.inf  # largest facet . (change of a velocity by one advance)
 
     @classmethod
-    def of(cls, model: TeamModel, grid: PredictionGrid, facets: np.ndarray, offset: float) -> SpeedLimit:
-        """Return the rows at the grid's ticks, for facets (F, 2) and an offset of the hand point [m]."""
+    def of(
+        cls, model: TeamModel, grid: PredictionGrid, facets: np.ndarray, offset: float, change: float = math.inf
+    ) -> SpeedLimit:
+        """Return the rows at the grid's ticks, for facets (F, 2), an offset of the hand point [m] and a `change`."""
         ticks, velocities = grid.tick[:-1], [model.after(0, model.rate)]
         for width in np.diff(ticks).tolist():
             velocities.append(model.after(width, velocities[-1]))
         U = np.concatenate(velocities)
-        return cls(ticks * model.tick, U, -(U @ model.at_rest), facets, offset)
+        return cls(ticks * model.tick, U, -(U @ model.at_rest), facets, offset, change)
 
     def share(self, error: np.ndarray, heading: np.ndarray, advance: np.ndarray) -> float:
         """Return the largest kappa in [0, 1] for an advance (2,) [m].
@@ -53,15 +60,15 @@ class SpeedLimit:
         return speed_share(self.rows, error, heading, advance)
 
     @property
-    def rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float]:
-        """What `speed_share` takes: time, U, v, facets, offset."""
-        return self.time, self.U, self.v, self.facets, self.offset
+    def rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float, float]:
+        """What `speed_share` takes: time, U, v, facets, offset, change."""
+        return self.time, self.U, self.v, self.facets, self.offset, self.change
 
 
 @kernel
 def speed_share(rows, error, heading, advance):
     """Compute `SpeedLimit.share`; `rows` are those of `SpeedLimit.rows`."""
-    time, U, v, facets, offset = rows
+    time, U, v, facets, offset, change = rows
     u = np.empty((len(time), 2))
     n, share, length = len(heading), 1.0, math.sqrt(advance[0] ** 2 + advance[1] ** 2)
     slowest = np.inf  # no velocity below this meets a facet at any heading
@@ -70,6 +77,10 @@ def speed_share(rows, error, heading, advance):
     for j in range(n):
         write_times_error(U, j, n, error, u)
         c, s = math.cos(heading[j]), math.sin(heading[j])
+        for f in range(len(facets)):
+            turned = facets[f, 0] * (c * advance[0] + s * advance[1]) + facets[f, 1] * (c * advance[1] - s * advance[0])
+            if v[j] * turned > change:
+                share = min(share, change / (v[j] * turned))
         for k in range(_rows_that_may_bind(u, v, n, j, length, slowest)):
             r = k * n + j
             if k > 0:

@@ -22,7 +22,7 @@ from pbrg_mj.governor.certified.decide import BISECTIONS, AdvanceLimit
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.kernel import kernel
 
-NOTHING = np.zeros(0), np.zeros((0, 0)), np.zeros(0), np.zeros((0, 2)), 1.0
+NOTHING = np.zeros(0), np.zeros((0, 0)), np.zeros(0), np.zeros((0, 2)), 1.0, np.inf
 """`SpeedLimit.rows` that limit nothing."""
 NOWHERE = np.zeros((0, 0)), np.zeros((0, 1)), np.zeros(0, dtype=np.int64), 1.0
 """`SightLimit.rows` that limit nothing."""
@@ -41,7 +41,7 @@ class CompiledDecision:
     """A certificate and the limits of advances, as arrays."""
 
     certificate: AdvanceCertificate
-    speed: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float]  # `SpeedLimit.rows`
+    speed: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float, float]  # `SpeedLimit.rows`
     sight: tuple[np.ndarray, np.ndarray, np.ndarray, float]  # `SightLimit.rows`
     limited: bool  # whether there are any limits
 

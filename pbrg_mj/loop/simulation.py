@@ -15,12 +15,11 @@ import numpy as np
 from pbrg_mj.governor.monitor.passivity_monitor import passivity_monitor
 from pbrg_mj.governor.plug_in import PlugInGovernor
 from pbrg_mj.governor.registry import certificate, governor, reference_solver, velocity_filters
-from pbrg_mj.governor.velocity_filter.separation import separation
 from pbrg_mj.kernel import clock
 from pbrg_mj.loop.monitor import CompletedTick, Monitor, MonitorState, evaluate
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.loop.resources import check_memory
-from pbrg_mj.loop.tick import ClosedLoop, ControlTick, LoopState, control_tick
+from pbrg_mj.loop.tick import ClosedLoop, ControlTick, control_tick, initial_state
 from pbrg_mj.perception.estimator import estimator
 from pbrg_mj.plugins import Objects, is_centralized
 from pbrg_mj.scenario.schema import Scenario, whole_number
@@ -130,10 +129,7 @@ class Simulation:
 
     def _run_ticks(self) -> Iterator[ControlTick]:
         """Yield every tick; the caller advances the world before it asks for the next."""
-        loop = self.loop
-        xi = np.zeros((loop.network.robots, 2))
-        displacement = None if separation(loop.scenario) is None else np.zeros_like(xi)
-        state = LoopState(None, loop.estimator.init(), None, None, None, None, None, xi, displacement)
+        loop, state = self.loop, initial_state(self.loop)
         for index in range(self.ticks + 1):
             state, tick = control_tick(loop, state, index)
             yield tick

@@ -16,6 +16,7 @@ from pbrg_mj.governor.problem.interface import Certificate, Governor, Problem, S
 from pbrg_mj.governor.problem.made_when_read import RowsToMake
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.governor.velocity_filter.interface import VelocityFilter
+from pbrg_mj.governor.velocity_filter.separation import separation
 from pbrg_mj.kernel import clock
 from pbrg_mj.perception.estimator import Estimator, GuidedEstimator
 from pbrg_mj.perception.half_spaces import HalfSpaces
@@ -82,6 +83,19 @@ class LoopState(NamedTuple):
     exchange: ExchangeMemory | None = None  # of the pre-stabiliser's messages; None: before the first, or at once
 
 
+class SeenTick(NamedTuple):
+    """What the robots saw in one tick."""
+
+    index: int  # pyright: ignore[reportIncompatibleMethodOverride] - not the one of tuples
+    time: float  # [s]
+    readings: Readings
+    estimator: Any  # its memory after this tick
+    half_spaces: HalfSpaces
+    pose: PoseEstimate
+    p: np.ndarray  # (n, 2) of the governor's problem: q - b less the displacement [m]
+    timestamps: tuple[float, float, float]  # wall clock before sensing, and after sensing and perception [s]
+
+
 class ControlTick(NamedTuple):
     """What the robots saw, concluded and commanded in one tick."""
 
@@ -99,12 +113,29 @@ class ControlTick(NamedTuple):
     timestamps: tuple[float, ...]  # wall clock before sensing, and after sensing, perception, governor, control [s]
 
 
+class Demand(NamedTuple):
+    """What somebody asks of the robots from outside; None: the operator's r, the velocities of eq. 2."""
+
+    reference: np.ndarray | None = None  # (2,) in place of the operator's r [m]
+    velocity: np.ndarray | None = None  # (n, 2) in place of u of eq. 2, before velocity filters [m/s]
+
+
+def initial_state(loop: ClosedLoop) -> LoopState:
+    """Return the state before the first tick."""
+    xi = np.zeros((loop.network.robots, 2))
+    displacement = None if separation(loop.scenario) is None else np.zeros_like(xi)
+    return LoopState(None, loop.estimator.init(), None, None, None, None, None, xi, displacement)
+
+
 def control_tick(loop: ClosedLoop, state: LoopState, index: int) -> tuple[LoopState, ControlTick]:
     """Do all of a tick but the physics; return the next state and what was done."""
-    scenario = loop.scenario
-    time = index * scenario.timing.tick
-    began = clock()
+    return commanded(loop, state, seen(loop, state, index))
 
+
+def seen(loop: ClosedLoop, state: LoopState, index: int) -> SeenTick:
+    """Do the first half of a tick: sense and perceive."""
+    time = index * loop.scenario.timing.tick
+    began = clock()
     readings = sense(loop.world.observe(), state.readings, loop.noise)
     sensed = clock()
 
@@ -119,13 +150,25 @@ def control_tick(loop: ClosedLoop, state: LoopState, index: int) -> tuple[LoopSt
         hand_world = hand_point(readings.body_pose, loop.hand_offset)
         pose = PoseEstimate(readings.body_pose, hand_world, hand_world - loop.formation)
     p = pose.p if state.displacement is None else pose.p - state.displacement
-    rows: Any = _rows(loop, state, half_spaces, p)
+    return SeenTick(index, time, readings, estimator, half_spaces, pose, p, (began, sensed, perceived))
+
+
+def commanded(
+    loop: ClosedLoop,
+    state: LoopState,
+    sight: SeenTick,
+    demand: Demand = Demand(),  # noqa: B008 - a tuple
+) -> tuple[LoopState, ControlTick]:
+    """Do the second half: govern, control and command; return the next state and what was done."""
+    scenario, readings, half_spaces = loop.scenario, sight.readings, sight.half_spaces
+    rows: Any = _rows(loop, state, half_spaces, sight.p)
+    asked = operator_reference(scenario.operator, sight.time) if demand.reference is None else demand.reference
     problem = Problem(
         network=loop.network,
-        p=p,
+        p=sight.p,
         xi=state.xi,
         rows=rows,
-        reference=operator_reference(scenario.operator, time),
+        reference=asked,
         half_spaces=half_spaces,
         heading=readings.body_pose[:, 2],
         reference_range=scenario.governor.reference_range,
@@ -135,20 +178,22 @@ def control_tick(loop: ClosedLoop, state: LoopState, index: int) -> tuple[LoopSt
     governed = clock()
 
     velocity, xi_rate, exchange = _pre_stabilise(loop, state, problem, solution.m)
+    if demand.velocity is not None:
+        velocity = demand.velocity
     driven = velocity
     for one in loop.velocity_filters:
-        driven = one.filtered(problem, pose.hand_world, solution.m, driven)
+        driven = one.filtered(problem, sight.pose.hand_world, solution.m, driven)
     displacement = state.displacement
     if displacement is not None:
         displacement = displacement + scenario.timing.tick * (driven - velocity)
     command = loop.drive.command(driven, readings.body_pose)
-    timestamps = (began, sensed, perceived, governed, clock())
+    timestamps = (*sight.timestamps, governed, clock())
 
     tick = ControlTick(
-        index=index,
-        time=time,
+        index=sight.index,
+        time=sight.time,
         readings=readings,
-        hand_world=pose.hand_world,
+        hand_world=sight.pose.hand_world,
         half_spaces=half_spaces,
         problem=problem,
         solution=solution,
@@ -159,7 +204,8 @@ def control_tick(loop: ClosedLoop, state: LoopState, index: int) -> tuple[LoopSt
         timestamps=timestamps,
     )
     xi = state.xi + scenario.timing.tick * xi_rate
-    return LoopState(readings, estimator, half_spaces, rows, pose, memory, solution.m, xi, displacement, exchange), tick
+    kept = (sight.estimator, half_spaces, rows, sight.pose, memory, solution.m, xi, displacement, exchange)
+    return LoopState(readings, *kept), tick
 
 
 def _pre_stabilise(

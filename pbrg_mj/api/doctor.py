@@ -35,6 +35,8 @@ OPTIONAL = {
     "matplotlib": ("pbrg plot", "pip install matplotlib"),
     "av": ("pbrg render", "pip install av"),
     "xarray": ("Run.to_xarray", "pip install xarray"),
+    "gymnasium": ("pbrg_mj.environments", "pip install gymnasium"),
+    "pettingzoo": ("pbrg_mj.environments", "pip install pettingzoo"),
 }
 
 

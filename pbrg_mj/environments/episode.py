@@ -1,0 +1,135 @@
+"""One world with its closed loop, an action at a time: what all environments are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pbrg_mj.environments.observation import Layout
+from pbrg_mj.environments.options import Options
+from pbrg_mj.environments.reward import Step
+from pbrg_mj.errors import PlugInError
+from pbrg_mj.loop.tick import ClosedLoop, ControlTick, Demand, commanded, initial_state, seen
+from pbrg_mj.scenario.schema import operator_reference, whole_number
+
+
+class TrueState(NamedTuple):
+    """What an episode takes of ground truth at a tick; the names are those of `Truth`."""
+
+    hand_world: np.ndarray
+    wall_margin: np.ndarray
+    moving_margin: np.ndarray
+    wall_contact: np.ndarray
+    moving_contact: np.ndarray
+    robot_contact: np.ndarray
+
+
+class Episode:
+    """One episode. The world is moved on by the caller: `command`, then `world.advance`, then `arrive`."""
+
+    def __init__(self, loop: ClosedLoop, options: Options):
+        """Take over a closed loop at time 0."""
+        self._loop, self._options, scenario = loop, options, loop.scenario
+        self.layout = Layout.of(scenario, loop.network, options)
+        self.acting = options.acting(loop.network)
+        self._end = whole_number(scenario.timing.duration, scenario.timing.tick)
+        self._ticks = options.ticks(scenario)
+        state = initial_state(loop)
+        self._state = state._replace(displacement=None) if options.actions == "velocities" else state
+        self._sight = seen(loop, self._state, 0)
+        self._demand, self._last, self._began = Demand(), None, 0
+        self._passed: list[TrueState] = []
+
+    @property
+    def loop(self) -> ClosedLoop:
+        """What it was begun with."""
+        return self._loop
+
+    @property
+    def ticks_to_come(self) -> int:
+        """How many ticks the next action is held for: fewer at the end of the run."""
+        return min(self._ticks, self._end - self._sight.index)
+
+    @property
+    def over(self) -> bool:
+        """Whether the scenario's duration has passed."""
+        return self._sight.index >= self._end
+
+    def observations(self) -> np.ndarray:
+        """Return what the acting robots know, (agents, size) float32."""
+        loop = self._loop
+        return self.layout.observations(loop.scenario, loop.network, self._sight, self._state.xi)[list(self.acting)]
+
+    def act(self, actions: np.ndarray) -> None:
+        """Take the acting robots' actions, (agents, 2), for the ticks to come; those beyond [-1, 1] are clipped."""
+        options, wanted = self._options, np.clip(np.asarray(actions, dtype=float), -1.0, 1.0)
+        if options.actions == "velocities":
+            self.demand(Demand(velocity=options.speed * wanted))
+        else:
+            self.demand(Demand(reference=np.mean(self._sight.p[list(self.acting)] + options.reach * wanted, axis=0)))
+
+    def demand(self, demand: Demand) -> None:
+        """Take what is asked of the robots for the ticks to come."""
+        self._demand, self._began, self._passed = demand, self._sight.index, []
+
+    def command(self) -> np.ndarray:
+        """Return what the motors get in this tick, (n, 2)."""
+        self._state, self._last = commanded(self._loop, self._state, self._sight, self._demand)
+        return self._last.command
+
+    def arrive(self, truth: TrueState) -> None:
+        """Take note of the state a tick later, and look."""
+        self._passed.append(truth)
+        self._sight = seen(self._loop, self._state, self._sight.index + 1)
+
+    def step(self) -> Step:
+        """Return what came of the last action."""
+        scenario, end, last = self._loop.scenario, self._passed[-1], self._done()
+        reference = operator_reference(scenario.operator, self._sight.time)
+        limit, states = scenario.outcome.diverged_beyond, (end.hand_world, self._state.xi, last.solution.m)
+        return Step(
+            time=self._sight.time,
+            lasted=(self._sight.index - self._began) * scenario.timing.tick,
+            left=(self._end - self._sight.index) * scenario.timing.tick,
+            hand_world=end.hand_world,
+            target=reference + self._loop.formation,
+            wall_margin=np.min([one.wall_margin for one in self._passed], axis=0),
+            moving_margin=np.min([one.moving_margin for one in self._passed], axis=0),
+            touched=np.any([self._violated(one) for one in self._passed], axis=0),
+            diverged=last.solution.status == "diverged" or not all(np.abs(one).max() <= limit for one in states),
+            tick=last,
+        )
+
+    def rewards(self, step: Step) -> np.ndarray:
+        """Return the acting robots' rewards (agents,). Raises PlugInError for a reward of another shape.
+
+        With velocities each robot has its own; with references every leader has the mean of the whole team.
+        """
+        rewards = np.asarray(self._options.reward(step), dtype=float)
+        if rewards.shape != (self._loop.network.robots,):
+            raise PlugInError(f"the reward's shape is {rewards.shape}; allowed: a number for each robot")
+        own = self._options.actions == "velocities"
+        return rewards if own else np.full(len(self.acting), rewards.mean())
+
+    def info(self, step: Step) -> Mapping[str, Any]:
+        """Return what is told beside: ground truth, for measuring and never for acting."""
+        return {
+            "time_s": step.time,
+            "wall_margin_m": float(step.wall_margin.min()),
+            "touched": bool(step.touched.any()),
+            "diverged": step.diverged,
+            "status": step.tick.solution.status,
+        }
+
+    def _done(self) -> ControlTick:
+        assert self._last is not None, "no action was taken"
+        return self._last
+
+    def _violated(self, truth: TrueState) -> np.ndarray:
+        """Return which robots met what the scenario calls a violation, (n,)."""
+        rules = self._loop.scenario.outcome.contacts
+        touched = {"walls": truth.wall_contact, "moving": truth.moving_contact, "robots": truth.robot_contact}
+        counted = [flags for kind, flags in touched.items() if getattr(rules, kind) == "violation"]
+        return np.any(counted, axis=0) if counted else np.zeros(len(truth.wall_contact), dtype=bool)

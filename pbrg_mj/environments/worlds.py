@@ -1,0 +1,72 @@
+"""The worlds that seeds draw: of a scenario other noise, of a family other obstacles, starts and references."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from pbrg_mj.api.scenario import Scenario, as_scenario
+from pbrg_mj.environments.episode import Episode, TrueState
+from pbrg_mj.environments.options import Options
+from pbrg_mj.environments.reward import Step
+from pbrg_mj.errors import InputError
+from pbrg_mj.loop.simulation import Simulation
+from pbrg_mj.scenario.schema import Scenario as Settings
+
+LARGEST_SEED = 2**31
+
+
+class Worlds:
+    """Episodes by their seeds. All have the same agents and the same spaces."""
+
+    def __init__(self, scenario: Scenario | str | Path, options: Options):
+        """Draw the first world, that of the scenario's own seed. Raises InputError."""
+        self.scenario, self.options = as_scenario(scenario), options
+        options.check(self.scenario.settings)
+        self._random = np.random.default_rng(self.scenario.settings.seed)
+        self.first = self._episode(self.scenario.settings)
+        self.acting, self.layout = self.first.acting, self.first.layout
+
+    def next_seed(self, seed: int | None) -> int:
+        """Return the seed given, or the next one drawn; a seed given is where drawing goes on from."""
+        if seed is not None:
+            self._random = np.random.default_rng(seed)
+            return seed
+        return int(self._random.integers(LARGEST_SEED))
+
+    def episode(self, seed: int) -> Episode:
+        """Return the episode of a seed. Raises InputError for a world whose agents or spaces would be others."""
+        made = self._episode(self.settings(seed))
+        if (made.acting, made.layout.size) != (self.acting, self.layout.size):
+            raise InputError(
+                f"seed {seed} draws a team of other agents or observations; allowed in an environment: as many robots, "
+                "half-spaces and beams in every world, such as by draw.team.robots=4"
+            )
+        return made
+
+    def settings(self, seed: int) -> Settings:
+        """Return what the seed draws, without a centralized optimum."""
+        if self.scenario.family_yaml is not None:
+            drawn = self.scenario.override(seed=seed).settings
+        else:
+            drawn = self.scenario.settings.model_copy(update={"seed": seed})
+        return _without_optimum(drawn)
+
+    def _episode(self, settings: Settings) -> Episode:
+        return Episode(Simulation.build(_without_optimum(settings)).loop, self.options)
+
+
+def advance(episode: Episode, actions: np.ndarray) -> Step:
+    """Let the next step of an episode pass in its own world, and return what came of it."""
+    episode.act(actions)
+    world = episode.loop.world
+    for _ in range(episode.ticks_to_come):
+        world.advance(episode.command())
+        truth = world.truth()
+        episode.arrive(TrueState(*(getattr(truth, name) for name in TrueState._fields)))
+    return episode.step()
+
+
+def _without_optimum(settings: Settings) -> Settings:
+    return settings.model_copy(update={"reference": settings.reference.model_copy(update={"solver": "none"})})

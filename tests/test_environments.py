@@ -1,0 +1,227 @@
+"""Environments for learning: the libraries' own tests, and the closed loop's values."""
+
+import re
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pbrg_mj as pbrg
+from pbrg_mj.loop.simulation import Simulation
+from pbrg_mj.loop.tick import Demand
+from pbrg_mj.scenario.schema import operator_reference
+from tests.needs import need_module
+
+check_env = need_module("gymnasium.utils.env_checker").check_env
+zoo = need_module("pettingzoo.test")
+
+from pbrg_mj.environments import Options, Step, TeamEnv, TeamVectorEnv, distance_reward, parallel_env  # noqa: E402
+from pbrg_mj.environments.episode import Episode  # noqa: E402
+from pbrg_mj.environments.worlds import Worlds  # noqa: E402
+
+ROOT = Path(__file__).parents[1]
+
+IDEAL = pbrg.load("paper/simulation_near", {"reference.solver": "none"}, duration=1.0)
+PHYSICS = pbrg.load("paper/experiment_near", {"reference.solver": "none"}, seed=5, duration=0.5)
+FILTERED = {"governor.kind": "cbf"}
+TO_THE_WALL = np.array([1.0, 1.0])
+
+
+def test_pettingzoo_accepts_references_and_velocities() -> None:
+    zoo.parallel_api_test(parallel_env(IDEAL), num_cycles=30)
+    zoo.parallel_api_test(parallel_env(IDEAL.override(FILTERED), actions="velocities"), num_cycles=30)
+    zoo.parallel_seed_test(lambda: parallel_env(PHYSICS), num_cycles=5)
+
+
+def test_gymnasium_accepts_half_spaces_and_scans() -> None:
+    check_env(TeamEnv(IDEAL), skip_render_check=True)
+    check_env(TeamEnv(PHYSICS, observations="scans"), skip_render_check=True)
+
+
+@pytest.mark.parametrize("kind", ["distributed", "certified"])
+@pytest.mark.parametrize("scenario", [IDEAL, PHYSICS], ids=["ideal", "physics"])
+def test_asking_for_the_operators_reference_is_the_run(scenario: pbrg.Scenario, kind: str) -> None:
+    settings = scenario.override({"governor.kind": kind}).settings
+    simulation = Simulation.build(settings)
+    alone = [(tick.problem.p, tick.solution.m, tick.command) for tick in simulation.control_ticks()]
+    episode = Episode(Simulation.build(settings).loop, Options(period=settings.timing.tick))
+    for k, (p, m, command) in enumerate(alone[:-1]):
+        episode.demand(Demand(reference=operator_reference(settings.operator, k * settings.timing.tick)))
+        np.testing.assert_array_equal(episode.command(), command)
+        episode.loop.world.advance(command)
+        truth = episode.loop.world.truth()
+        episode.arrive(truth)
+        tick = episode.step().tick
+        np.testing.assert_array_equal(tick.problem.p, p)
+        np.testing.assert_array_equal(tick.solution.m, m)
+    assert episode.over
+
+
+def test_eq_2_as_actions_is_the_team_without_a_governor() -> None:
+    """What robots observe is enough for the velocities of eq. 2; actions are float32 shares of the speed."""
+    scenario = IDEAL.override({"governor.kind": "none"})
+    env = parallel_env(scenario, actions="velocities", period=scenario.settings.timing.tick, speed=20.0)
+    alone = [tick.hand_world for tick in Simulation.build(scenario.settings).control_ticks()]
+    alpha_r, parts = scenario.settings.control.alpha_r, env.layout.parts
+    told, _ = env.reset(seed=1)
+    while env.agents:
+        actions = {}
+        for name, seen in told.items():
+            apart, turned = np.split(seen[parts["neighbours"]].reshape(-1, 4).sum(axis=0), 2)
+            actions[name] = (apart - turned + alpha_r * seen[parts["goal"]]) / 20.0
+        told, *_ = env.step(actions)
+    goal = operator_reference(scenario.settings.operator, 0.0)
+    leader = int(np.flatnonzero([name == f"robot_{scenario.settings.team.leaders[0]}" for name in told])[0])
+    seen = list(told.values())[leader]
+    place = goal - seen[parts["goal"]] + np.array(scenario.settings.team.formation)[leader]
+    np.testing.assert_allclose(place, alone[-1][leader], atol=1e-4)
+
+
+def test_worlds_side_by_side_are_those_of_their_seeds() -> None:
+    scenario = PHYSICS.override({"governor.kind": "certified"})
+    many, alone = TeamVectorEnv(scenario, 2, threads=1), TeamEnv(scenario)
+    actions = np.random.default_rng(3).uniform(-1, 1, (5, *many.action_space.shape)).astype(np.float32)
+    first, told = many.reset(seed=[7, 3])
+    assert told["seed"].tolist() == [7, 3]
+    together = [first, *(many.step(action)[0] for action in actions)]
+    rewards = many.reset(seed=[7, 3]) and [many.step(action)[1] for action in actions]
+    for world, seed in enumerate((7, 3)):
+        observed, _ = alone.reset(seed=seed)
+        np.testing.assert_array_equal(together[0][world], observed)
+        for k, action in enumerate(actions):
+            observed, reward, terminated, truncated, _ = alone.step(action[world])
+            np.testing.assert_array_equal(together[k + 1][world], observed)
+            assert reward == rewards[k][world]
+            assert (terminated, truncated) == (False, k == len(actions) - 1)
+    with pytest.raises(pbrg.InputError, match="call reset first"):
+        many.step(actions[0])
+
+
+def test_a_family_draws_another_world_for_every_seed() -> None:
+    family = pbrg.load("families/boxes", {"draw.team.robots": 4}, duration=0.2)
+    env = TeamEnv(family)
+    worlds = [env.reset(seed=seed)[0] for seed in (1, 2, 1)]
+    assert not np.array_equal(worlds[0], worlds[1])
+    np.testing.assert_array_equal(worlds[0], worlds[2])
+    with pytest.raises(pbrg.InputError, match=r"draw\.team\.robots=4"):
+        varied = TeamEnv(pbrg.load("families/boxes", {"governor.kind": "none"}, duration=0.2), actions="velocities")
+        for seed in range(1, 20):
+            varied.reset(seed=seed)
+
+
+def test_contact_ends_an_episode_and_costs_ten() -> None:
+    """The wall stands behind x + y = 3."""
+    env = parallel_env(_towards_the_wall("none"), actions="velocities", speed=1.0)
+    env.reset(seed=1)
+    rewards, ended = {}, {}
+    for _ in range(60):
+        _, rewards, ended, _, told = env.step(dict.fromkeys(env.agents, TO_THE_WALL))
+        if not env.agents:
+            break
+    assert all(ended.values())
+    assert min(rewards.values()) < -10.0
+    assert all(one["touched"] for one in told.values())
+
+
+@pytest.mark.parametrize(("kind", "actions"), [("certified", "references"), ("cbf", "velocities")])
+def test_the_safety_layer_keeps_the_line_that_actions_alone_cross(kind: str, actions: str) -> None:
+    """Robot 5, the leader, alone knows of the line, so it alone moves where robots have velocities."""
+    least = {}
+    for one in ("none", kind):
+        env = parallel_env(_towards_the_wall(one), actions=actions, speed=1.0, reach=5.0)
+        env.reset(seed=1)
+        least[one] = np.inf
+        while env.agents:
+            wanted = dict.fromkeys(env.agents, np.zeros(2)) | {"robot_5": TO_THE_WALL}
+            *_, told = env.step(wanted)
+            least[one] = min(least[one], *(info["wall_margin_m"] for info in told.values()))
+    assert least["none"] < 0.0
+    assert least[kind] > -1e-9
+
+
+def test_a_reward_of_ones_own_is_taken() -> None:
+    def still(step: Step) -> np.ndarray:
+        return distance_reward(step) * 0.0 + step.time
+
+    env = TeamEnv(IDEAL, reward=still)
+    env.reset(seed=1)
+    assert env.step(np.zeros(2))[1] == pytest.approx(0.1)
+    wrong = TeamEnv(IDEAL, reward=lambda step: np.zeros(1))
+    wrong.reset(seed=1)
+    with pytest.raises(pbrg.PlugInError, match="a number for each robot"):
+        wrong.step(np.zeros(2))
+
+
+@pytest.mark.parametrize(
+    ("scenario", "keys", "said"),
+    [
+        (IDEAL, {"actions": "torques"}, "allowed: references or velocities"),
+        (IDEAL, {"period": 0.0145}, "whole number of ticks"),
+        (IDEAL, {"reach": -1.0}, "a number above 0"),
+        (IDEAL, {"actions": "velocities"}, "governor.kind: is distributed; allowed with velocities"),
+        (IDEAL, {"observations": "scans"}, "no robot has beams"),
+    ],
+)
+def test_wrong_options_are_one_line(scenario: pbrg.Scenario, keys: dict[str, object], said: str) -> None:
+    with pytest.raises(pbrg.InputError, match=said) as error:
+        TeamEnv(scenario, **keys)
+    assert "\n" not in str(error.value)
+
+
+def test_an_episode_that_ends_early_pays_for_the_time_left() -> None:
+    """As if the robots had stood there until the end: 2 m from its place for 0.1 + 3 s, and a contact."""
+    n, env = 5, TeamEnv(IDEAL, reward=lambda step: steps.append(step) or distance_reward(step))
+    steps: list[Step] = []
+    env.reset(seed=1)
+    env.step(np.zeros(2))
+    away, touched = np.tile([2.0, 0.0], (n, 1)), np.arange(n) == 1
+    step = steps[0]._replace(hand_world=steps[0].target + away, lasted=0.1, left=3.0, touched=touched)
+    np.testing.assert_allclose(distance_reward(step), -6.2 - 10.0 * touched)
+    np.testing.assert_allclose(distance_reward(step._replace(touched=np.zeros(n, dtype=bool))), -0.2)
+
+
+def test_what_no_batch_steps_is_refused() -> None:
+    with pytest.raises(pbrg.InputError, match="plant"):
+        TeamVectorEnv(IDEAL, 2)
+    with pytest.raises(pbrg.InputError, match="SyncVectorEnv"):
+        TeamVectorEnv(pbrg.load("families/boxes", duration=0.2), 2)
+
+
+def test_drawing_goes_on_from_a_seed_given() -> None:
+    worlds = Worlds(IDEAL, Options())
+    assert worlds.next_seed(4) == 4
+    after = [worlds.next_seed(None), worlds.next_seed(None)]
+    assert worlds.next_seed(4) == 4
+    assert [worlds.next_seed(None), worlds.next_seed(None)] == after
+
+
+def _towards_the_wall(kind: str) -> pbrg.Scenario:
+    return pbrg.load("paper/simulation_near", {"reference.solver": "none", "governor.kind": kind}, duration=6.0)
+
+
+def test_the_pages_snippet_runs() -> None:
+    for snippet in re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "learn.md").read_text("utf-8"), re.DOTALL):
+        exec(compile(snippet, "learn.md", "exec"), {"__name__": "page"})
+
+
+def test_without_the_libraries_one_line_says_what_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "gymnasium", None)
+    monkeypatch.delitem(sys.modules, "pbrg_mj.environments.team")
+    with pytest.raises(pbrg.InputError, match="environments need gymnasium: pip install gymnasium"):
+        import_module("pbrg_mj.environments").TeamEnv  # noqa: B018
+
+
+@pytest.mark.slow
+def test_the_worked_example_learns() -> None:
+    """Four iterations from another seed than the page's earn more than doing nothing, in other worlds."""
+    sys.path.insert(0, str(ROOT / "scripts"))
+    try:
+        example = import_module("train_policy")
+    finally:
+        sys.path.pop(0)
+    env = example.environment()
+    learned = np.array(example.trained(env, iterations=4, seed=2)[-1]["gains"])
+    earned = [[example.episode_return(env, gains, k) for k in range(2001, 2006)] for gains in (learned, 0.0 * learned)]
+    assert np.median(earned[0]) > np.median(earned[1]) + 1.0

@@ -9,6 +9,7 @@
 
 Scenarios   `load`, `draw`, `list_scenarios`, `validate`, `schema`, `template`; `Scenario`
 Runs        `run`, `simulate`, `serve`, `batch`, `reproduce`; `Run`, `Batch`, `TickRecord`, `Interrupted`
+Studies     `sweep`; `Sweep`
 Logs        `open`, `compare`, `report`, `render`, `verify`, `repair`; `Comparison`, `Verification`, `Repair`
 Governors   `RobotProgram`, `RobotFacts`, `TeamConstants`, `OwnData`, `RobotAnswer`: a distributed governor, written for
             one robot; `Governor`, `Problem`, `Solution`, `Status`: one that sees the whole team; `check_governor`
@@ -46,6 +47,7 @@ __all__ = [
     "Scenario",
     "Solution",
     "Status",
+    "Sweep",
     "TeamConstants",
     "TickRecord",
     "Verification",
@@ -66,6 +68,7 @@ __all__ = [
     "schema",
     "serve",
     "simulate",
+    "sweep",
     "template",
     "validate",
     "verify",
@@ -87,6 +90,7 @@ if TYPE_CHECKING:
     from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer, RobotFacts, RobotProgram, TeamConstants
     from pbrg_mj.governor.problem.interface import Governor, Problem, Solution, Status
     from pbrg_mj.loop.record import TickRecord
+    from pbrg_mj.studies.sweep import Sweep, sweep
 
 _MODULES = {
     "api.batch": ("Batch", "batch"),
@@ -104,6 +108,7 @@ _MODULES = {
     "governor.messaging.program": ("OwnData", "RobotAnswer", "RobotFacts", "RobotProgram", "TeamConstants"),
     "governor.problem.interface": ("Governor", "Problem", "Solution", "Status"),
     "loop.record": ("TickRecord",),
+    "studies.sweep": ("Sweep", "sweep"),
 }
 _HOMES = {name: f"{__name__}.{module}" for module, names in _MODULES.items() for name in names}
 

@@ -34,6 +34,7 @@ stderr, a line each. Where no output stands below, there is none.
 | 141 | nobody reads standard output any more, as behind `head`; nothing is said |
 """
 WRONG = "team:\n  start: [[0, 0]]\n  formation: [[0, 0]]\n  leaders: [2]\noperator: {reference: [1, 0]}\n"
+SWEEP = "scenario: paper/simulation_near\nseeds: 1-4\nduration: 2\ngrid: {governor.rounds: [2, 10]}\n"
 # Not shown: it compiles the kernels, which would pass for the speed of the first run that is.
 FIRST = "pbrg run paper/experiment_near --duration 1 --quiet -o near.mcap && rm near.mcap"
 # Each paragraph, and the commands that show it.
@@ -59,6 +60,8 @@ PARTS: tuple[tuple[str, tuple[str, ...]], ...] = (
             "pbrg run paper/experiment_near --duration 20 --set governor.rounds=2 -o coarse.mcap --quiet",
             "pbrg run paper/experiment_near --duration 5 --profile -o short.mcap",
             "pbrg batch paper/experiment_near --duration 20 --seeds 1-8 -o seeds.npz",
+            "cat rounds.yaml",
+            "pbrg sweep rounds.yaml -o rounds",
         ),
     ),
     ("Distributed against centralized: [metrics](metrics.md)", ("pbrg compare near.mcap coarse.mcap",)),
@@ -107,6 +110,7 @@ def page() -> str:
         folder = Path(place)
         run(FIRST, folder)
         (folder / "wrong.yaml").write_text(WRONG)
+        (folder / "rounds.yaml").write_text(SWEEP)
         for title, commands in PARTS:
             shown = "\n".join(run(command, folder) for command in commands)
             block = "\n".join(f"    {line}".rstrip() for line in shown.splitlines())

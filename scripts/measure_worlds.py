@@ -17,7 +17,7 @@ import numpy as np
 
 import pbrg_mj as pbrg
 from pbrg_mj.analysis.metrics.rates import Rate
-from pbrg_mj.cli.batch import seeds_of
+from pbrg_mj.api.seeds import seeds_of
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 PAGE, DATA = DOCS / "worlds.md", DOCS / "data" / "worlds.json"

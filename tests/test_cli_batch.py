@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from pbrg_mj.cli.batch import MOST, seeds_of
+from pbrg_mj.api.seeds import MOST, seeds_of
 from pbrg_mj.cli.main import main
 from pbrg_mj.errors import InputError
 

@@ -1,6 +1,7 @@
 """The Python API: what `import pbrg_mj` offers, and what the command line is written on.
 
 scenario      a file, a bundled name or data -> Scenario
+seeds         `1-8,20`
 simulate      Scenario, governor -> Run, tick by tick or to the end; live server
 batch         many seeds side by side
 run           a log -> Run: arrays, numbers, figures, page, export

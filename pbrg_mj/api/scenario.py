@@ -58,7 +58,7 @@ class Scenario:
 
         Of a world that was drawn, another seed draws another world; other values change no more than themselves.
         """
-        texts = _override_texts(overrides, seed, duration)
+        texts = override_texts(overrides, seed, duration)
         if family := self.loaded.family:
             return Scenario(load_text(family.text, self.name, [*family.overrides, *texts], file=family.file))
         return Scenario(load_text(self.yaml, self.name, texts, file=self.name))
@@ -116,7 +116,7 @@ def load(
 
     Raises InputError: one line with file, line, key, what is wrong and what is allowed.
     """
-    texts = _override_texts(overrides, seed, duration)
+    texts = override_texts(overrides, seed, duration)
     if isinstance(source, Mapping):
         return Scenario(load_text(write_document(_plain(source)), "scenario", texts, file="<scenario>"))
     return Scenario(load_scenario(source, texts))
@@ -185,17 +185,18 @@ def as_scenario(scenario: Scenario | str | Path) -> Scenario:
     return scenario if isinstance(scenario, Scenario) else load(scenario)
 
 
+def override_texts(overrides: Overrides, seed: int | None = None, duration: float | None = None) -> list[str]:
+    """Return overrides as `path.to.key=value`; the arguments are those of `load`."""
+    texts = [_text(*item) for item in overrides.items()] if isinstance(overrides, Mapping) else list(overrides)
+    shorthands = {"seed": seed, "timing.duration": duration}
+    return texts + [f"{key}={value}" for key, value in shorthands.items() if value is not None]
+
+
 def _write(path: Path, text: str) -> None:
     def write(whole: Path) -> None:
         whole.write_text(text, encoding="utf-8")
 
     write_atomically(path, write)
-
-
-def _override_texts(overrides: Overrides, seed: int | None, duration: float | None) -> list[str]:
-    texts = [_text(*item) for item in overrides.items()] if isinstance(overrides, Mapping) else list(overrides)
-    shorthands = {"seed": seed, "timing.duration": duration}
-    return texts + [f"{key}={value}" for key, value in shorthands.items() if value is not None]
 
 
 def _text(key: str, value: Any) -> str:

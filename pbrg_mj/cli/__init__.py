@@ -3,10 +3,11 @@
 main          the commands and their exit codes
 scenarios     list, show, new, schema, validate
 run, batch, reproduce    simulate
+sweep         many runs as one table
 compare, export, plot, render, report    read logs
 replay, repair    a log again, or what is whole in it
 doctor        this machine
-arguments     what several commands take
+arguments, study    what several commands take
 failures      how a command that fails ends
 answers       stdout for answers alone
 console, progress, real_time    the terminal, and the clock of those who look on

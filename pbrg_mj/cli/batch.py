@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import os
-import re
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 import pbrg_mj as pbrg
+from pbrg_mj.api.seeds import seeds_of
 from pbrg_mj.cli.arguments import Duration, Force, Overrides, ScenarioName, without_drawing
 from pbrg_mj.cli.console import emit, emit_json
 from pbrg_mj.cli.progress import compiling_noted
-from pbrg_mj.errors import InputError
-
-MOST = 100_000  # seeds in one go
 
 
 def batch(
@@ -40,19 +37,6 @@ def batch(
     else:
         emit(_text(made.summary()))
     return 1 if made.failed else 0
-
-
-def seeds_of(text: str) -> tuple[int, ...]:
-    """Return the seeds that `1-8,20` names, in that order. Raises InputError for anything else."""
-    seeds: dict[int, None] = {}
-    for part in text.split(","):
-        match = re.fullmatch(r"\s*(\d{1,19})(?:-(\d{1,19}))?\s*", part)
-        first, last = (int(match[1]), int(match[2] or match[1])) if match else (1, 0)
-        if not first <= last < 2**63 or last - first >= MOST or len(seeds) + last - first >= MOST:
-            allowed = f"allowed: seeds and ranges such as 1-64 or 1-8,20, at most {MOST} in all"
-            raise InputError(f"--seeds is {text!r}; {allowed}")
-        seeds.update(dict.fromkeys(range(first, last + 1)))
-    return tuple(seeds)
 
 
 def _text(numbers: dict[str, Any]) -> str:

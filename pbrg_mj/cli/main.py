@@ -18,7 +18,21 @@ import typer
 
 from pbrg_mj import __version__
 from pbrg_mj.api.interrupt import stoppable
-from pbrg_mj.cli import batch, compare, doctor, export, plot, render, repair, replay, report, reproduce, run, scenarios
+from pbrg_mj.cli import (
+    batch,
+    compare,
+    doctor,
+    export,
+    plot,
+    render,
+    repair,
+    replay,
+    report,
+    reproduce,
+    run,
+    scenarios,
+    sweep,
+)
 from pbrg_mj.cli.answers import answering
 from pbrg_mj.cli.console import Notes, emit, keep_standard_streams
 from pbrg_mj.cli.failures import DEFECT, explain, one_line_each
@@ -60,6 +74,7 @@ app.command("schema")(answering(scenarios.schema))
 app.command("validate")(answering(scenarios.validate))
 app.command("run")(answering(run.run))
 app.command("batch")(answering(batch.batch))
+app.command("sweep")(answering(sweep.sweep))
 app.command("compare")(answering(compare.compare))
 app.command("export")(answering(export.export))
 app.command("plot")(answering(plot.plot))

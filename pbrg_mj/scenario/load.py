@@ -47,8 +47,14 @@ def load_scenario(source: str | Path, overrides: Sequence[str] = ()) -> Loaded:
 
     Raises InputError: one line with file, line, key, what is wrong and what is allowed.
     """
+    text, name, file = scenario_text(source)
+    return load_text(text, name, overrides, file=file)
+
+
+def scenario_text(source: str | Path) -> tuple[str, str, str]:
+    """Return the YAML text of a file or a bundled scenario, its name, and the file. Raises InputError."""
     path, name = _find(source)
-    return load_text(_read(path), name, overrides, file=str(path))
+    return read_text(path), name, str(path)
 
 
 def load_text(text: str, name: str, overrides: Sequence[str] = (), *, file: str) -> Loaded:
@@ -118,7 +124,8 @@ def _is_there(path: Path) -> bool:
         return False
 
 
-def _read(path: Path) -> str:
+def read_text(path: Path) -> str:
+    """Return the text of a YAML file. Raises InputError when it cannot be read, is too large or no UTF-8."""
     try:
         with _opened(path) as stream:
             content = stream.read(MOST_BYTES + 1)

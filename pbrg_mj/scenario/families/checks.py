@@ -19,6 +19,11 @@ def check_draw(draw: Draw, base: dict[str, Any]) -> list[Diagnostic]:
     return [*_distributions(draw, ("draw",)), *_names(draw), *_drawn_twice(base)]
 
 
+def check_distributions(entry: Any) -> Iterator[Diagnostic]:
+    """Yield what is wrong with the distributions within a section, of another file than a family's as well."""
+    yield from _distributions(entry, ())
+
+
 def _distributions(entry: Any, path: KeyPath) -> Iterator[Diagnostic]:
     """Yield what is wrong with the distributions within an entry."""
     if isinstance(entry, Distribution):

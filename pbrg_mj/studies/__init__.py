@@ -1,0 +1,12 @@
+"""Many runs of one question, written on the API: sweeps, and what is built on them.
+
+task          one run: scenario, settings, seed
+run_task      a task -> its record
+backends      processes of this machine, or workers of Dask
+journal       finished runs on disk
+runner        the runs of a study in a folder, none made twice
+document      a study's YAML file
+records       records as Parquet
+sweep_plan    SWEEP.yaml -> tasks
+sweep         `pbrg sweep`
+"""

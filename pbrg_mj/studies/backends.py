@@ -1,0 +1,90 @@
+"""Where the runs of a study are made: in this process, in processes of this machine, or on the workers of Dask."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Generator, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import Any
+
+from pbrg_mj.errors import InputError, PbrgError
+from pbrg_mj.studies.run_task import Result, run_task
+from pbrg_mj.studies.task import Task
+
+BACKENDS = ("joblib", "dask")
+PATIENCE = 10.0  # [s] for a scheduler to answer
+
+
+@dataclass(frozen=True)
+class Backend:
+    """How runs are made. What they give does not depend on it."""
+
+    name: str = "joblib"
+    jobs: int | None = None  # processes of joblib; one for each core if not given
+    scheduler: str | None = None  # address of Dask's
+
+    def check(self) -> None:
+        """Raise InputError for a backend that is not there, or options that do not belong to it."""
+        if self.name not in BACKENDS:
+            raise InputError(f"is {self.name!r}; allowed: {', '.join(BACKENDS)}", key="backend")
+        if self.name == "joblib" and self.scheduler is not None:
+            raise InputError("goes with the backend dask alone", key="scheduler")
+        if self.name == "dask" and self.scheduler is None:
+            raise InputError(
+                "is missing; required with the backend dask: an address such as tcp://host:8786", key="scheduler"
+            )
+        if self.name == "dask" and find_spec("distributed") is None:
+            raise InputError("the backend dask needs the extra `dask`: pip install 'pbrg-mj[dask]'")
+
+    def run(self, tasks: Sequence[Task], keep_logs: bool) -> Generator[Result, None, None]:
+        """Yield the results in the order in which they come. Closing the iterator ends what is under way."""
+        jobs = min(self.jobs or os.cpu_count() or 1, len(tasks))
+        if self.name == "dask":
+            return _dask(tasks, keep_logs, str(self.scheduler))
+        return _processes(tasks, keep_logs, jobs) if jobs > 1 else _here(tasks, keep_logs)
+
+
+def _here(tasks: Sequence[Task], keep_logs: bool) -> Generator[Result, None, None]:
+    for task in tasks:
+        yield run_task(task, keep_logs)
+
+
+def _processes(tasks: Sequence[Task], keep_logs: bool, jobs: int) -> Generator[Result, None, None]:
+    from joblib import Parallel, delayed
+    from joblib.externals.loky import get_reusable_executor
+    from joblib.externals.loky.process_executor import TerminatedWorkerError
+
+    pool = Parallel(n_jobs=jobs, backend="loky", return_as="generator_unordered", batch_size=1)  # pyright: ignore[reportArgumentType]
+    one: Callable[..., Any] = delayed(run_task)
+    finished = False
+    try:
+        with closing(pool(one(task, keep_logs, worker=True) for task in tasks)) as results:  # type: ignore[type-var]
+            yield from results
+        finished = True
+    except TerminatedWorkerError:
+        raise PbrgError("a process that made runs was killed; the same command goes on where it ended") from None
+    finally:
+        if not finished:
+            get_reusable_executor().shutdown(wait=True, kill_workers=True)
+
+
+def _dask(tasks: Sequence[Task], keep_logs: bool, scheduler: str) -> Generator[Result, None, None]:
+    from distributed import Client, KilledWorker, as_completed
+
+    try:
+        client = Client(scheduler, timeout=PATIENCE)
+    except (OSError, ValueError) as error:
+        raise InputError(f"no scheduler answers at {scheduler!r}: {error}", key="scheduler") from None
+    with client:
+        futures = [client.submit(run_task, task, keep_logs, pure=False, key=f"run-{task.digest}") for task in tasks]
+        waiting = as_completed(futures)
+        try:
+            for future in waiting:
+                yield future.result()
+                future.release()
+        except KilledWorker as error:
+            raise PbrgError(f"workers are killed again and again: {error}") from None
+        finally:
+            client.cancel(futures)

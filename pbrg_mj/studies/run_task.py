@@ -1,0 +1,118 @@
+"""A task run to its record: what the simulation gives, apart from the wall clock's times."""
+
+from __future__ import annotations
+
+import logging
+import signal
+import tempfile
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, fields
+from functools import cache
+from pathlib import Path
+from typing import Any, get_type_hints
+
+from pbrg_mj.analysis.metrics.run_metrics import RunMetrics
+from pbrg_mj.analysis.metrics.samples import Statistics, WallClock
+from pbrg_mj.api.simulate import record
+from pbrg_mj.log.write.provenance import versions
+from pbrg_mj.studies.task import Task
+
+MACHINE = ("platform", "processor")  # of the versions: runs may be made on several machines
+LEFT_OUT = ("log", "scenario", "seed")  # of the metrics: a record has them already, or they are no property of the run
+LONGEST = 500  # characters of an error
+Record = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Result:
+    """What became of a task."""
+
+    digest: str
+    record: Record  # the same at every repetition
+    timings: Record  # wall-clock times [ms]
+    versions: Mapping[str, str]
+    log: bytes | None = None
+
+
+def run_task(task: Task, keep_log: bool = False, worker: bool = False) -> Result:
+    """Run a task. A run that fails is a record whose `status` is `failed`, with the `error` in one line.
+
+    `worker`: this is another process than the user's, to which Ctrl-C is left. Raises OSError and MemoryError when the
+    machine is short of something: that is no property of the run.
+    """
+    if worker and threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with tempfile.TemporaryDirectory(prefix="pbrg-") as folder, _silent():
+        log = Path(folder) / "run.mcap"
+        try:
+            metrics = record(task.scenario(), log)
+        except (OSError, MemoryError):
+            raise
+        except Exception as error:  # of whatever kind: the other runs go on
+            text = " ".join(f"{type(error).__name__}: {error}".split())[:LONGEST]
+            return Result(task.digest, {"status": "failed", "error": text}, {}, packages())
+        found = {"status": "ok", "error": None, **numbers(metrics)}
+        return Result(task.digest, found, timings(metrics), packages(), log.read_bytes() if keep_log else None)
+
+
+def numbers(metrics: RunMetrics) -> Record:
+    """Return the metrics that are the same at every repetition, those within others as `name.part`."""
+    data = metrics.as_dict()
+    return _flat({name: data[name] for name in columns(timings=False)})
+
+
+def timings(metrics: RunMetrics) -> Record:
+    """Return the wall-clock times."""
+    data = metrics.as_dict()
+    return _flat({name: data[name] for name in columns(timings=True)})
+
+
+@cache
+def columns(*, timings: bool) -> tuple[str, ...]:
+    """Return the names of the metrics that are wall-clock times, or of all others."""
+    hints = get_type_hints(RunMetrics)
+    clocks = {name for name, kind in hints.items() if kind is WallClock} | {"real_time_factor"}
+    return tuple(one.name for one in fields(RunMetrics) if one.name not in LEFT_OUT and (one.name in clocks) == timings)
+
+
+@cache
+def column_types(*, timings: bool) -> dict[str, type]:
+    """Return the type of each number of a record: bool, int, float or str."""
+    hints, found = get_type_hints(RunMetrics), {}
+    for name in columns(timings=timings):
+        kind = hints[name]
+        if kind in (Statistics, WallClock):
+            found |= {f"{name}.{part.name}": float for part in fields(kind)}
+        else:
+            found[name] = next((one for one in (bool, int, float) if kind in (one, one | None)), str)
+    return found
+
+
+@cache
+def packages() -> dict[str, str]:
+    """Return the versions of the code that a run's numbers depend on."""
+    return {name: version for name, version in versions().items() if name not in MACHINE}
+
+
+def _flat(data: Record) -> Record:
+    flat: Record = {}
+    for name, value in data.items():
+        if isinstance(value, dict):
+            flat |= {f"{name}.{part}": number for part, number in value.items()}
+        else:
+            flat[name] = "; ".join(value) if isinstance(value, list | tuple) else value
+    return flat
+
+
+@contextmanager
+def _silent() -> Iterator[None]:
+    """Print no warnings: a study would print them once for every run; `pbrg validate` tells them."""
+    logger = logging.getLogger("pbrg_mj")
+    before = logger.level
+    logger.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        logger.setLevel(before)

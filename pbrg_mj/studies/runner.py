@@ -1,0 +1,116 @@
+"""The runs of a study in a folder: those that are there already are not made again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack, closing
+from pathlib import Path
+from typing import Self
+
+from pbrg_mj.analysis.output_file import write_atomically
+from pbrg_mj.errors import InputError, Interrupted, PbrgError, Stopped
+from pbrg_mj.studies.backends import Backend
+from pbrg_mj.studies.journal import FILE, Journal
+from pbrg_mj.studies.run_task import Record, Result, packages
+from pbrg_mj.studies.task import Task
+
+LOGS = "logs"
+Watch = Callable[[int, int, int], object]
+"""Called with the numbers of runs that are over, of all runs, and of those that failed."""
+
+
+def nobody(done: int, total: int, failed: int) -> None:
+    """Watch nothing."""
+
+
+class Runner:
+    """Makes runs in a folder, which it holds for as long as its context lasts."""
+
+    def __init__(
+        self, folder: Path, source: tuple[str, bytes], backend: Backend, *, force: bool = False, watch: Watch = nobody
+    ):
+        """`source` is the name of the study's own file in the folder, and what it holds.
+
+        `force`: what another study left in the folder is thrown away. Raises InputError when the folder cannot be used.
+        """
+        backend.check()
+        self.folder, self._backend, self._watch = folder, backend, watch
+        _prepare(folder, *source, force=force)
+        self._journal = Journal(folder, packages())
+        self._open = ExitStack()
+
+    def __enter__(self) -> Self:
+        """Lock the folder. Raises InputError when another study holds it, or other code made its runs."""
+        self._open.enter_context(self._journal)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Unlock the folder."""
+        self._open.close()
+
+    def run(self, tasks: Sequence[Task], logs: Sequence[str] = ()) -> list[tuple[Record, Record]]:
+        """Return each task's record and timings; write its log under that name into `logs/`, if names are given.
+
+        Raises Interrupted on Ctrl-C, after which the same call goes on where it ended.
+        """
+        names = dict(zip((task.digest for task in tasks), logs, strict=True)) if logs else {}
+        left = {task.digest: task for task in tasks if not self._is_done(task, names)}
+        if names:
+            (self.folder / LOGS).mkdir(exist_ok=True)
+        everything = len({task.digest for task in tasks})
+        there = (self._journal[one][0] for one in {task.digest for task in tasks} - left.keys())
+        failed = sum(record["status"] != "ok" for record in there)
+        try:
+            with closing(self._backend.run(list(left.values()), bool(names))) as results:
+                self._watch(everything - len(left), everything, failed)
+                for result in results:
+                    self._keep(result, names)
+                    del left[result.digest]
+                    failed += result.record["status"] != "ok"
+                    self._watch(everything - len(left), everything, failed)
+        except Stopped as stopped:
+            raise Interrupted(self._so_far(everything - len(left), everything), stopped.signal) from None
+        except KeyboardInterrupt:
+            raise Interrupted(self._so_far(everything - len(left), everything)) from None
+        return [self._journal[task.digest] for task in tasks]
+
+    def _so_far(self, done: int, total: int) -> str:
+        return f"{done} of {total} runs are in {self.folder}; the same command goes on from there"
+
+    def _is_done(self, task: Task, names: dict[str, str]) -> bool:
+        if task.digest not in self._journal:
+            return False
+        record, name = self._journal[task.digest][0], names.get(task.digest)
+        return name is None or record["status"] != "ok" or (self.folder / LOGS / name).is_file()
+
+    def _keep(self, result: Result, names: dict[str, str]) -> None:
+        if result.versions != packages():
+            changed = sorted(name for name, version in packages().items() if result.versions.get(name) != version)
+            raise PbrgError(f"a worker has another {', '.join(changed)} than this machine; its runs are not taken")
+        if result.log is not None:  # before the line that says it is there
+            content = result.log
+            write_atomically(self.folder / LOGS / names[result.digest], lambda path: _write(path, content))
+        self._journal.add(result)
+
+
+def _prepare(folder: Path, name: str, content: bytes, *, force: bool) -> None:
+    """Make the folder and put the study's file into it. Raises InputError."""
+    if folder.exists() and not folder.is_dir():
+        raise InputError("this is not a folder", file=str(folder))
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        there = (folder / name).read_bytes() if (folder / name).is_file() else None
+    except OSError as error:
+        raise InputError(f"cannot be used: {error.strerror}", file=str(folder)) from None
+    if force:
+        (folder / FILE).unlink(missing_ok=True)
+    elif there is None and (folder / FILE).exists():
+        raise InputError("holds the runs of another study; allowed: a new folder, or --force", file=str(folder))
+    elif there is not None and there != content:
+        raise InputError("is another one by now; allowed: a new folder, or --force", file=str(folder / name))
+    if there != content:
+        write_atomically(folder / name, lambda path: _write(path, content))
+
+
+def _write(path: Path, content: bytes) -> None:
+    path.write_bytes(content)

@@ -25,6 +25,7 @@ from pbrg_mj.governor.certificate.steering import mean_delay, steerable_speed
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.certified.at_once import LayerGovernor, Schedule
 from pbrg_mj.governor.certified.compiled import CompiledDecision
+from pbrg_mj.governor.certified.cycles import CycleGovernor
 from pbrg_mj.governor.certified.decide import AdvanceLimit
 from pbrg_mj.governor.certified.governor import CertifiedGovernor
 from pbrg_mj.governor.certified.layer import LayerProgram
@@ -140,7 +141,11 @@ def _certified(scenario: Scenario) -> Governor:
     limits = _advance_limits(scenario, model, cycle_ticks)
     if settings.optimizer == "flooding":
         if lines is None and cycle_ticks == 1:
-            return CertifiedGovernor(limits, team.diameter, _compiled(scenario, team, limits))
+            found = CERTIFICATES[settings.certificate](scenario, team)
+            return CertifiedGovernor(limits, team.diameter, _compiled(scenario, found, limits))
+        decision = _compiled(scenario, _verified(scenario, team), limits)
+        if lines is None and decision is not None:
+            return CycleGovernor(team, model, decision, settings.rounds, cycle_ticks)
         program = CertifiedProgram(team, _verified(scenario, team), model, limits, cycle_ticks, repeats)
         return CarriedGovernor(program, settings.rounds, lines)
     optimizer = OPTIMIZERS[settings.optimizer](scenario, team, _flow(scenario))
@@ -162,9 +167,8 @@ def _certified(scenario: Scenario) -> Governor:
     return CarriedGovernor(layer, settings.rounds, lines, tells_start=settings.initial == "start")
 
 
-def _compiled(scenario: Scenario, team: Network, limits: tuple[AdvanceLimit, ...]) -> CompiledDecision | None:
-    """Return the compiled decision, None where `governor.backend` asks for NumPy."""
-    found = CERTIFICATES[scenario.governor.certificate](scenario, team)
+def _compiled(scenario: Scenario, found: Any, limits: tuple[AdvanceLimit, ...]) -> CompiledDecision | None:
+    """Return the compiled decision by a certificate, None where `governor.backend` asks for NumPy."""
     if scenario.governor.backend == "numpy" or not isinstance(found, AdvanceCertificate):
         return None
     return CompiledDecision.of(found, limits)

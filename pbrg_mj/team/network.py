@@ -46,13 +46,19 @@ class Network:
         return np.diff(self.first)
 
     @cached_property
+    def hops(self) -> np.ndarray:
+        """Number of links between any two robots, (n, n)."""
+        n = self.robots
+        reached, linked, hops = np.eye(n, dtype=bool), self.laplacian != 0.0, np.zeros((n, n), dtype=int)
+        while not reached.all():
+            hops += ~reached
+            reached = (reached.astype(float) @ linked) > 0.0
+        return hops
+
+    @cached_property
     def diameter(self) -> int:
         """Number of links between the two robots that are the most links apart."""
-        reached, hops = np.eye(self.robots, dtype=bool), 0
-        linked = self.laplacian != 0.0
-        while not reached.all():
-            reached, hops = (reached.astype(float) @ linked) > 0.0, hops + 1
-        return hops
+        return int(self.hops.max())
 
     @cached_property
     def receiver(self) -> np.ndarray:

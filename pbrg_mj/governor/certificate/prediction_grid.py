@@ -94,11 +94,17 @@ def write_error(p, xi, m, error):
 def write_times_error(rows, first, step, error, found):
     """Write rows `first`, `first + step`, ... of a matrix times the error (2n, 2), both coordinates, to `found` (K, 2).
 
-    Sums are taken in the order of columns, so that they are the same on every processor and for any number of rows.
+    Sums are taken in the order of columns, so that they are the same on every processor and for any number of rows. Two
+    rows at a time: their sums do not wait for each other.
     """
-    for k in range(len(found)):
-        r, x, y = first + k * step, 0.0, 0.0
+    for k in range(0, len(found), 2):
+        r, last = first + k * step, first + min(k + 1, len(found) - 1) * step
+        x = y = last_x = last_y = 0.0
         for c in range(len(error)):
             x += rows[r, c] * error[c, 0]
             y += rows[r, c] * error[c, 1]
+            last_x += rows[last, c] * error[c, 0]
+            last_y += rows[last, c] * error[c, 1]
         found[k, 0], found[k, 1] = x, y
+        if last != r:
+            found[k + 1, 0], found[k + 1, 1] = last_x, last_y

@@ -5,6 +5,7 @@
 - `flood`: how what one robot says reaches everybody
 - `robot`: the program of one robot whose leaders know everybody's rows
 - `governor`: that exchange within a tick, computed at once
+- `cycles`: the same where the exchange takes several ticks
 - `consensus`: the smallest of the robots' shares, and whether all have told theirs
 - `layer`: the program of one robot behind any optimizer: of its candidate what all owners of half-spaces have verified
 - `at_once`: the layer within a tick, for all robots at once

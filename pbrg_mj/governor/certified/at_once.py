@@ -35,7 +35,7 @@ class Schedule(NamedTuple):
     @classmethod
     def of(cls, network: Network, rounds: int) -> Schedule:
         """Return the schedule of ticks of so many rounds."""
-        hops = _hops(network)
+        hops = network.hops
         known, n = hops.max(axis=1), network.robots
         masks = [1 << i if known[i] == 0 else 0 for i in range(n)]
         told, verdicts, filled = [0] * n, np.zeros(n, dtype=int), np.zeros(n, dtype=int)
@@ -144,13 +144,3 @@ def _facts(problem: Problem, i: int) -> RobotFacts:
     network = problem.network
     neighbours = network.neighbours[network.first[i] : network.first[i + 1]]
     return RobotFacts(i, network.robots, tuple(neighbours.tolist()), bool(network.leader[i]))
-
-
-def _hops(network: Network) -> np.ndarray:
-    """Return how many links robots are apart, (n, n)."""
-    n = network.robots
-    reached, linked, hops = np.eye(n, dtype=bool), network.laplacian != 0.0, np.zeros((n, n), dtype=int)
-    while not reached.all():
-        hops += ~reached
-        reached = (reached.astype(float) @ linked) > 0.0
-    return hops

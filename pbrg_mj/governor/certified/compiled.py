@@ -21,6 +21,7 @@ from pbrg_mj.governor.certificate.speed import SpeedLimit, speed_share
 from pbrg_mj.governor.certified.decide import BISECTIONS, AdvanceLimit
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.half_spaces import HalfSpaces
 
 NOTHING = np.zeros(0), np.zeros((0, 0)), np.zeros(0), np.zeros((0, 2)), 1.0, np.inf
 """`SpeedLimit.rows` that limit nothing."""
@@ -59,10 +60,16 @@ class CompiledDecision:
         spaces, heading = problem.half_spaces, problem.heading
         if spaces is None or heading is None:
             raise ValueError("the certified governor needs half-spaces and headings in the problem")
-        allowed = self.certificate.advances(spaces, problem.p, problem.xi, held)
-        state, m = (problem.p, problem.xi, heading, held, problem.reference), np.empty(problem.p.shape)
-        limits = self.speed, self.sight, self.limited
-        return Decision(m, *_write_next((spaces.G, spaces.active), tuple(allowed), state, limits, m))
+        return self.decide(spaces, (problem.p, problem.xi, heading), held, problem.reference)
+
+    def decide(
+        self, spaces: HalfSpaces, state: tuple[np.ndarray, ...], held: np.ndarray, reference: np.ndarray
+    ) -> Decision:
+        """Return the same from half-spaces, p, xi and headings."""
+        p, xi, heading = state
+        allowed, m = self.certificate.advances(spaces, p, xi, held), np.empty(p.shape)
+        given, limits = (p, xi, heading, held, reference), (self.speed, self.sight, self.limited)
+        return Decision(m, *_write_next((spaces.G, spaces.active), tuple(allowed), given, limits, m))
 
 
 @kernel

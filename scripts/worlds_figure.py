@@ -14,8 +14,9 @@ from matplotlib.patches import Circle, Polygon
 
 from pbrg_mj.analysis.metrics.obstacles import footprints, moving_footprints, outlines
 from pbrg_mj.scenario.bundled import bundled_families
-from pbrg_mj.scenario.checks.world import BODY_RADIUS, body_centres
+from pbrg_mj.scenario.checks.world import body_centres
 from pbrg_mj.scenario.load import load_scenario
+from pbrg_mj.scenario.robots import robot_size
 from pbrg_mj.scenario.schema import Scenario
 
 FILE = Path(__file__).resolve().parents[1] / "docs" / "img" / "worlds.png"
@@ -26,7 +27,7 @@ HALF = 4.6  # of the view [m]
 
 def draw(axes: Axes, scenario: Scenario) -> None:
     """Draw obstacles, robots at the start, and the formation around the reference."""
-    r = np.array(scenario.operator.reference)
+    r, radius = np.array(scenario.operator.reference), robot_size(scenario.robot).body_radius
     for corners in outlines(footprints(scenario)):
         axes.add_patch(Polygon(corners, facecolor="#9e5c47"))
     moving = moving_footprints(scenario)
@@ -35,9 +36,9 @@ def draw(axes: Axes, scenario: Scenario) -> None:
     for box in scenario.world.moving_boxes:
         axes.plot(*zip(*(stop.center for stop in box.waypoints), strict=True), color="#cc8529", linewidth=0.8)
     for centre in body_centres(scenario):
-        axes.add_patch(Circle(centre, BODY_RADIUS, facecolor="#2973c7"))
+        axes.add_patch(Circle(centre, radius, facecolor="#2973c7"))
     for place in r + np.array(scenario.team.formation):
-        axes.add_patch(Circle(tuple(place), BODY_RADIUS, facecolor="none", edgecolor="#2973c7", linewidth=0.6))
+        axes.add_patch(Circle(tuple(place), radius, facecolor="none", edgecolor="#2973c7", linewidth=0.6))
     axes.plot(*r, "*", color="#d62728", markersize=5)
     axes.set(xlim=(-HALF, HALF), ylim=(-HALF, HALF), aspect="equal", xticks=[], yticks=[])
 

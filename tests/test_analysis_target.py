@@ -1,9 +1,12 @@
 import numpy as np
 import pytest
 
-from pbrg_mj.analysis.metrics.best_formation import CLEARANCE, best_formation, given_rows, nearest
+from pbrg_mj.analysis.metrics.best_formation import best_formation, given_rows, nearest
 from pbrg_mj.analysis.metrics.obstacles import distance_to_obstacles, faces, footprints
+from pbrg_mj.scenario.robots import robot_size
 from tests.runs import FORMATION, WALL, scenario, walled
+
+CLEARANCE = robot_size().clearance
 
 
 def planted(seed):

@@ -12,16 +12,17 @@ from pathlib import Path
 
 import pytest
 
-from pbrg_mj.scenario.checks.world import BODY_RADIUS, HAND_OFFSET
+from pbrg_mj.scenario.robots import ROBOTS, robot_size
 from pbrg_mj.world.scene.robot import load_robot_model
 
 TOP = Path(__file__).parents[1]
 
 
-def test_the_scenario_rooms_robot_is_the_models_robot():
-    """The scenario package checks placements without MuJoCo; its two numbers are those of models/robot.xml."""
-    robot = load_robot_model()
-    assert (robot.body_radius, robot.hand_offset) == (BODY_RADIUS, HAND_OFFSET)
+@pytest.mark.parametrize("name", ROBOTS)
+def test_the_scenario_package_reads_the_sizes_that_mujoco_reads(name):
+    """It checks placements without MuJoCo."""
+    robot, size = load_robot_model(name), robot_size(name)
+    assert (size.body_radius, size.hand_offset) == pytest.approx((robot.body_radius, robot.hand_offset), abs=1e-12)
 
 
 @pytest.fixture(scope="module")

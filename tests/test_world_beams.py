@@ -8,7 +8,7 @@ from pbrg_mj.perception.scan import self_occlusion as own_wheels
 from pbrg_mj.perception.scan.self_occlusion import blocked_beams
 from pbrg_mj.scenario.schema import Beams
 from pbrg_mj.world.plant.physics import MujocoPlant
-from pbrg_mj.world.scene.robot import load_robot_model, load_spec
+from pbrg_mj.world.scene.robot import load_robot, load_robot_model
 from tests import raycast
 from tests.raycast import Scene, cast
 from tests.worlds import scenario, wall
@@ -129,7 +129,7 @@ def test_low_beams_are_blind_where_their_own_wheels_are(height: float, layout: d
 
 
 def test_the_numbers_of_wheels_are_those_of_the_model():
-    model = load_spec("robot").compile()
+    model = load_robot().compile()
     rim = next(
         geom
         for geom in map(model.geom, range(model.ngeom))

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from pbrg_mj.world.scene.robot import load_robot_model, load_spec
+from pbrg_mj.world.scene.robot import load_arena, load_robot, load_robot_model
 
 ROBOT = load_robot_model()
 BREAKAWAY = ROBOT.voltage * ROBOT.static_torque / ROBOT.stall_torque  # [V]
@@ -12,7 +12,7 @@ BREAKAWAY = ROBOT.voltage * ROBOT.static_torque / ROBOT.stall_torque  # [V]
 
 @pytest.fixture(scope="module")
 def lifted() -> mujoco.MjModel:
-    arena, robot = load_spec("arena"), load_spec("robot")
+    arena, robot = load_arena(), load_robot()
     robot.delete(robot.joint("free"))
     arena.attach(robot, prefix="robot/", frame=arena.worldbody.add_frame(pos=[0, 0, 0.5]))
     return arena.compile()

@@ -10,7 +10,7 @@ from pbrg_mj.scenario.load import load_scenario, load_text, parse_scenario
 from pbrg_mj.scenario.schema import LONGEST_PHYSICS_STEP
 from pbrg_mj.world.plant.batch import PlantBatch
 from pbrg_mj.world.plant.physics import MujocoPlant
-from pbrg_mj.world.scene.robot import load_robot_model, load_spec
+from pbrg_mj.world.scene.robot import load_arena, load_robot, load_robot_model
 from tests.scenario_texts import three
 from tests.worlds import scenario
 
@@ -27,7 +27,7 @@ EXACT_SENSORS = (
 
 def robot(step: float, on_floor: bool) -> mujoco.MjModel:
     """Return a robot on the floor, or one whose wheels hang free."""
-    arena, child = load_spec("arena"), load_spec("robot")
+    arena, child = load_arena(), load_robot()
     if not on_floor:
         child.delete(child.joint("free"))
     arena.attach(child, prefix="robot/", frame=arena.worldbody.add_frame(pos=[0, 0, 0 if on_floor else 0.5]))

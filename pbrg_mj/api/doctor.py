@@ -9,6 +9,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from pbrg_mj.scenario.robots import ROBOTS, RobotName
 from pbrg_mj.video.gl import PACKAGES, probe_gl
 
 REQUIRED = (
@@ -41,7 +42,7 @@ OPTIONAL = {
 
 
 def doctor() -> dict[str, Any]:
-    """Return versions, cores, GL and caches as plain data: what works here, and how to fix what does not."""
+    """Return versions, cores, GL, caches and robots as plain data: what works here, and how to fix what does not."""
     return {
         "python": platform.python_version(),
         "platform": platform.platform(),
@@ -52,6 +53,21 @@ def doctor() -> dict[str, Any]:
         },
         "gl": {backend: probe_gl(backend) for backend in PACKAGES},
         "numba_cache": _numba_cache(),
+        "robots": {name: _robot(name) for name in ROBOTS},
+    }
+
+
+def _robot(name: RobotName) -> dict[str, Any]:
+    """Return what a bundled robot is, and the numbers of its model."""
+    from pbrg_mj.world.scene.robot import load_robot_model
+
+    robot = load_robot_model(name)
+    return {
+        "description": ROBOTS[name],
+        "mass_kg": robot.mass,
+        "radius_m": robot.body_radius,
+        "top_speed_m_s": robot.loaded_speed * robot.wheel_radius,
+        "time_constant_s": robot.time_constant,
     }
 
 

@@ -13,7 +13,7 @@ from pbrg_mj.cli.console import emit, emit_json
 def doctor(
     json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> int:
-    """Show versions, cores, GL and caches: what works here, and how to fix what does not."""
+    """Show versions, cores, GL, caches and robots: what works here, and how to fix what does not."""
     found = pbrg.doctor()
     if json:
         emit_json(found)
@@ -34,4 +34,8 @@ def _lines(found: dict[str, Any]) -> list[str]:
         lines.append(f"{'GL ' + backend:<30} {'works' if one['works'] else fix}")
     cache = found["numba_cache"]
     state = "writable" if cache["writable"] else "NOT writable: set NUMBA_CACHE_DIR to a folder of yours"
-    return [*lines, f"{'numba cache':<30} {cache['folder']}: {state}"]
+    lines.append(f"{'numba cache':<30} {cache['folder']}: {state}")
+    for name, one in found["robots"].items():
+        numbers = f"{one['mass_kg']:.2f} kg, {200 * one['radius_m']:.0f} cm, {one['top_speed_m_s']:.2f} m/s"
+        lines.append(f"{'robot ' + name:<30} {one['description']} ({numbers})")
+    return lines

@@ -20,7 +20,7 @@ from pbrg_mj.governor.certificate.directional_ball import DirectionalBall
 from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid
 from pbrg_mj.governor.certificate.predictive import PredictiveCertificate
 from pbrg_mj.governor.certificate.sight import SightLimit, sight
-from pbrg_mj.governor.certificate.speed import SpeedLimit, disc_facets, wheel_facets
+from pbrg_mj.governor.certificate.speed import SpeedLimit, disc_facets, turning_offset, wheel_facets
 from pbrg_mj.governor.certificate.steering import mean_delay, steerable_speed
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.certified.at_once import LayerGovernor, Schedule
@@ -189,12 +189,12 @@ def _verified(scenario: Scenario, team: Network) -> StateCertificate:
 
 def _advance_limits(scenario: Scenario, model: TeamModel, cycle_ticks: int) -> tuple[AdvanceLimit, ...]:
     """Return what stops advances of m. Raises InputError where beams are too short to move at all."""
-    facets, robot, limits = speed_facets(scenario, scenario.governor.speed_rows), load_robot_model(), []
+    facets, robot, limits = speed_facets(scenario, scenario.governor.speed_rows), load_robot_model(scenario.robot), []
     grid = PredictionGrid.of(model)
     if len(facets):
         wheels = scenario.plant == "physics" and scenario.governor.speed_rows
         change = cycle_ticks * model.tick / robot.time_constant if wheels else math.inf
-        limits.append(SpeedLimit.of(model, grid, facets, robot.hand_offset, change))
+        limits.append(SpeedLimit.of(model, grid, facets, turning_offset(robot), change))
     if (
         scenario.governor.sight_rows
         and scenario.estimator.source in ("beams", "points")
@@ -212,7 +212,7 @@ def _rollout(scenario: Scenario) -> Governor:
 
 def _sight(scenario: Scenario) -> float:
     """Return how far robots may go before a wall comes into view [m]. Raises InputError where that is nowhere."""
-    seen, beams = sight(scenario, load_robot_model()), scenario.sensors.beams
+    seen, beams = sight(scenario, load_robot_model(scenario.robot)), scenario.sensors.beams
     if seen > 0.0:
         return seen
     raise InputError(
@@ -224,7 +224,7 @@ def _sight(scenario: Scenario) -> float:
 
 def speed_facets(scenario: Scenario, wheels: bool) -> np.ndarray:
     """Return the facets (F, 2) [s/m], in the body's axes, of the velocities that robots may be asked for."""
-    control, robot = scenario.control, load_robot_model()
+    control, robot = scenario.control, load_robot_model(scenario.robot)
     facets = [np.zeros((0, 2))]
     if scenario.plant == "physics" and wheels:
         facets.append(wheel_facets(robot))

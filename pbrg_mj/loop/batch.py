@@ -94,7 +94,7 @@ class BatchSimulation:
         self._plant = PlantBatch(scenario, len(seeds), self.threads)
         bounds = np.linspace(0, len(seeds), self.threads + 1).astype(int).tolist()
         self._shares = [range(first, last) for first, last in pairwise(bounds)]
-        robot = load_robot_model()
+        robot = load_robot_model(scenario.robot)
         self._perception = perception_setup(scenario, robot.clearance, robot.hand_offset)
         self._sensing = [
             WorldSensing(sensor_noise(scenario.model_copy(update={"seed": seed})), None, initial(self._perception))

@@ -43,7 +43,7 @@ class BatchParameters:
     def of(cls, scenario: Scenario) -> BatchParameters:
         """Return a scenario's team. Raises InputError unless it has the distributed governor, with plain messages."""
         graph, chosen = network(scenario), governor(scenario)
-        sizes, motor = DifferentialDrive(load_robot_model(), scenario.drive.pwm_levels).parameters
+        sizes, motor = DifferentialDrive(load_robot_model(scenario.robot), scenario.drive.pwm_levels).parameters
         if not isinstance(chosen, DistributedGovernor) or chosen.channel is not None or chosen.backend != "compiled":
             only = "a batch runs the distributed governor alone, compiled, without delay, loss or outage"
             raise InputError(f"{only}; run the seeds one by one", key="governor")

@@ -53,7 +53,7 @@ class Simulation:
         a plug-in cannot be built.
         """
         check_memory(scenario)
-        timing, robot, graph = scenario.timing, load_robot_model(), network(scenario)
+        timing, robot, graph = scenario.timing, load_robot_model(scenario.robot), network(scenario)
         chosen = governor(scenario, objects.governor)
         loop = ClosedLoop(
             scenario=scenario,

@@ -67,7 +67,7 @@ def perception_setup(scenario: Scenario, clearance: float, hand_offset: float = 
     formation, beams = np.array(scenario.team.formation, dtype=float), scenario.sensors.beams
     parameters = PerceptionParameters(
         directions=unit_vectors(beam_angles(beams)),
-        blocked=blocked_beams(beams),
+        blocked=blocked_beams(beams, scenario.robot),
         line=params,
         track=track_parameters(scenario, params.agree, clearance),
         pose=pose_model(scenario),

@@ -10,8 +10,8 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.vehicle.hand_point import robot_dimensions, wheel_speeds, wheel_speeds_of
-from pbrg_mj.world.actuation.motor_driver import quantised, saturate, saturated
+from pbrg_mj.vehicle.hand_point import robot_dimensions, wheel_speeds, wheel_speeds_aside, wheel_speeds_of
+from pbrg_mj.world.actuation.motor_driver import quantise, quantised, saturate, saturated
 from pbrg_mj.world.scene.robot import RobotModel
 
 
@@ -51,14 +51,31 @@ class DifferentialDrive:
 
 
 @dataclass(frozen=True)
+class OmnidirectionalDrive:
+    """The same for an omnidirectional base: voltages of the motors that push ahead and aside."""
+
+    robot: RobotModel
+    pwm_levels: int = 0  # duty cycles each way; 0: any
+
+    def command(self, velocity: np.ndarray, body_pose: np.ndarray) -> np.ndarray:
+        """Return the voltages (n, 2) ahead, aside [V], none beyond the nominal voltage."""
+        robot = self.robot
+        speeds = wheel_speeds_aside(velocity, body_pose[:, 2], robot.wheel_radius)
+        return quantise(saturate(robot.motor_constant * speeds, robot.voltage), robot.voltage, self.pwm_levels)
+
+
+@dataclass(frozen=True)
 class SpeedDrive:
     """The wanted wheel speeds, for the loop on board; no wheel is asked for more than it can do."""
 
     robot: RobotModel
 
     def command(self, velocity: np.ndarray, body_pose: np.ndarray) -> np.ndarray:
-        """Return the wheel speeds (n, 2) left, right [rad/s], none beyond what the motor does against its friction."""
-        return saturate(wheel_speeds(velocity, body_pose[:, 2], self.robot), self.robot.loaded_speed)
+        """Return the speeds (n, 2) of both inputs [rad/s], none beyond what the motor does against its friction."""
+        robot, heading = self.robot, body_pose[:, 2]
+        if robot.omnidirectional:
+            return saturate(wheel_speeds_aside(velocity, heading, robot.wheel_radius), robot.loaded_speed)
+        return saturate(wheel_speeds(velocity, heading, robot), robot.loaded_speed)
 
 
 @kernel
@@ -75,4 +92,5 @@ def drive_of(scenario: Scenario, robot: RobotModel) -> Drive:
         return Integrator()
     if scenario.drive.kind == "speed_loop":
         return SpeedDrive(robot)
-    return DifferentialDrive(robot, scenario.drive.pwm_levels)
+    drive = OmnidirectionalDrive if robot.omnidirectional else DifferentialDrive
+    return drive(robot, scenario.drive.pwm_levels)

@@ -87,12 +87,13 @@ class Playback:
         robots = range(run.scenario.robots)
         try:
             free = [self.model.joint(f"robot{j}/free").qposadr[0] for j in robots]
-            wheels = [[self.model.joint(f"robot{j}/wheel_{s}").qposadr[0] for s in WHEELS] for j in robots]
+            turning = not load_robot_model(run.scenario.robot).omnidirectional  # whose wheels are painted on
+            wheels = [[self.model.joint(f"robot{j}/wheel_{s}").qposadr[0] for s in WHEELS] for j in robots if turning]
             self.colour = np.array([self.model.geom(f"robot{j}/bumper").rgba for j in robots])  # (n, 4)
             boxes = [self.model.body(f"moving_box{k}").mocapid[0] for k in range(len(run.scenario.world.moving_boxes))]
         except KeyError as error:
             raise InputError(f"the embedded model lacks {error.args[0]}", file=run.path) from error
-        self._free, self._wheels, self._boxes = np.array(free), np.array(wheels), boxes
+        self._free, self._wheels, self._boxes = np.array(free), np.array(wheels, dtype=int).reshape(-1, 2), boxes
 
     def pose(self, time: float) -> None:
         """Put robots, wheels and moving boxes where they were at `time` [s]."""
@@ -102,7 +103,7 @@ class Playback:
         qpos[free + 2] = self.model.qpos0[free + 2] + LIFTED * self._lifted(time)
         qpos[free + 3], qpos[free + 6] = np.cos(pose[:, 2] / 2), np.sin(pose[:, 2] / 2)
         qpos[free + 4] = qpos[free + 5] = 0.0
-        qpos[self._wheels] = wheel
+        qpos[self._wheels] = wheel[: len(self._wheels)]
         for mocap, box in zip(self._boxes, self._run.scenario.world.moving_boxes, strict=True):
             self.data.mocap_pos[mocap, :2] = box_centre(box, time)
         mujoco.mj_kinematics(self.model, self.data)
@@ -119,7 +120,7 @@ class Playback:
 
 def _model(run: Run) -> mujoco.MjModel:
     if not run.model_xml:
-        return compose(run.scenario, load_robot_model()).compile()
+        return compose(run.scenario, load_robot_model(run.scenario.robot)).compile()
     try:
         return mujoco.MjModel.from_xml_string(run.model_xml)
     except (ValueError, mujoco.FatalError) as error:

@@ -9,7 +9,7 @@ import numpy as np
 
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.world.plant.physics import MujocoPlant
-from pbrg_mj.world.scene.robot import load_robot_model, load_spec
+from pbrg_mj.world.scene.robot import load_arena, load_robot, load_robot_model
 
 ROBOT = load_robot_model()
 TICK = 0.01  # [s]
@@ -18,7 +18,7 @@ VOLT = ROBOT.voltage / ROBOT.stall_torque  # per torque at a standing wheel [V /
 
 def on_stands() -> mujoco.MjModel:
     """Return a robot whose wheels hang free."""
-    arena, robot = load_spec("arena"), load_spec("robot")
+    arena, robot = load_arena(), load_robot()
     robot.delete(robot.joint("free"))
     arena.attach(robot, prefix="robot/", frame=arena.worldbody.add_frame(pos=[0, 0, 0.5]))
     return arena.compile()

@@ -10,10 +10,9 @@ from math import prod
 import numpy as np
 
 from pbrg_mj.analysis.metrics.obstacles import distance_to_obstacles, faces, footprints, names
-from pbrg_mj.scenario.checks.world import BODY_RADIUS, HAND_OFFSET
+from pbrg_mj.scenario.robots import robot_size
 from pbrg_mj.scenario.schema import GivenHalfSpace, Scenario
 
-CLEARANCE = BODY_RADIUS + HAND_OFFSET
 PARALLEL = 1e-12  # rows whose determinant is smaller have no corner
 FEASIBLE = 1e-9  # [m] rounding allowed when a candidate is tested against the other rows
 MOST_CHOICES = 4096  # ways to choose one face per obstacle; more of them are not tried
@@ -105,7 +104,7 @@ def _separating(scenario: Scenario, index: int) -> list[tuple[np.ndarray, float]
     """Return the rows of an obstacle's faces before which ALL robots start, moved out by the clearance."""
     G, h = faces(footprints(scenario), index)
     before = np.all(np.array(scenario.team.start) @ G.T <= h, axis=0)
-    return [(G[face], float(h[face]) - CLEARANCE) for face in np.flatnonzero(before)]
+    return [(G[face], float(h[face]) - robot_size(scenario.robot).clearance) for face in np.flatnonzero(before)]
 
 
 def _all_rows(given: HalfSpaceRows, choices: list[list[tuple[np.ndarray, float]]]) -> Iterator[HalfSpaceRows]:
@@ -123,7 +122,8 @@ def _beside_obstacles(scenario: Scenario, r: np.ndarray, given: HalfSpaceRows) -
     best = _behind(scenario, r, given)
     if (
         best.point is None
-        or distance_to_obstacles(scenario, best.point + np.array(scenario.team.formation)) >= CLEARANCE - FEASIBLE
+        or distance_to_obstacles(scenario, best.point + np.array(scenario.team.formation))
+        >= robot_size(scenario.robot).clearance - FEASIBLE
     ):
         return best
     return BestFormation(

@@ -11,12 +11,12 @@ from typing import Literal
 
 import numpy as np
 
-from pbrg_mj.analysis.metrics.best_formation import CLEARANCE
 from pbrg_mj.analysis.metrics.contacts import FIELDS, contact_flags
 from pbrg_mj.analysis.metrics.margins import ball_radius
 from pbrg_mj.analysis.metrics.obstacles import footprints, names
 from pbrg_mj.governor.registry import multiplier_cap
 from pbrg_mj.log.read.run import Run
+from pbrg_mj.scenario.robots import robot_size
 from pbrg_mj.scenario.schema import WITHOUT_GOVERNOR
 from pbrg_mj.world.scene.footprints import least_along, signed_distance
 
@@ -154,7 +154,7 @@ def _source(run: Run, owner: int, G: np.ndarray, h: float) -> str | None:
     face = least_along(G, around)
     if not len(face):
         return None
-    on_face = np.abs(face - h - CLEARANCE) <= ON_FACE
+    on_face = np.abs(face - h - robot_size(run.scenario.robot).clearance) <= ON_FACE
     distance = signed_distance(run.ticks.hand_true[-1, owner][None], around)[0]
     nearest = int(np.where(on_face, distance, np.inf).argmin())
     return names(run.scenario)[nearest] if on_face.any() else None
@@ -217,7 +217,7 @@ def _motors(run: Run, late: np.ndarray, short: np.ndarray) -> Iterator[Binding]:
     from pbrg_mj.world.scene.floor import floor_of
     from pbrg_mj.world.scene.robot import load_robot_model
 
-    robot, floor, scenario = load_robot_model(), floor_of(run.scenario.world), run.scenario
+    robot, floor, scenario = load_robot_model(run.scenario.robot), floor_of(run.scenario.world), run.scenario
     voltage = np.abs(run.ticks.command[late]).mean(axis=0)  # (n, 2)
     turning = np.abs(run.ticks.wheel_speed[late].mean(axis=0)) * robot.wheel_radius
     area = floor.area(run.ticks.body_pose_true[-1, :, :2])

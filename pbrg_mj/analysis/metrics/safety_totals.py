@@ -17,7 +17,7 @@ from pbrg_mj.analysis.metrics.per_tick import (
     sent_per_robot,
 )
 from pbrg_mj.log.read.run import TickSeries
-from pbrg_mj.scenario.checks.world import BODY_RADIUS
+from pbrg_mj.scenario.robots import robot_size
 from pbrg_mj.scenario.schema import Scenario
 
 
@@ -75,7 +75,8 @@ class SafetyTotals:
 
         Bodies are discs of the robot's radius: 0 is contact. The ideal plant's robots are points; theirs trail them.
         """
-        return float(self._least["robots"]) - 2 * BODY_RADIUS if self._scenario.robots > 1 else math.nan
+        diameter = 2 * robot_size(self._scenario.robot).body_radius
+        return float(self._least["robots"]) - diameter if self._scenario.robots > 1 else math.nan
 
     def _lower(self, name: str, values: np.ndarray) -> None:
         self._least[name] = float(np.minimum(self._least[name], values.min()))  # NaN if one is

@@ -17,7 +17,7 @@ from pbrg_mj.analysis.report.frames import frame_ticks, indicators, states
 from pbrg_mj.analysis.report.half_space_changes import MOST_CHANGES, half_space_changes
 from pbrg_mj.analysis.text import plain
 from pbrg_mj.log.read.run import Run
-from pbrg_mj.scenario.checks.world import BODY_RADIUS
+from pbrg_mj.scenario.robots import robot_size
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ def _animation(run: Run, seen: dict[str, Any], end: Run) -> dict[str, Any]:
         "log": plain(Path(run.path).name),
         "robots": run.scenario.robots,
         "leaders": list(run.scenario.team.leaders),
-        "radius": BODY_RADIUS if run.scenario.plant == "physics" else 0.0,
+        "radius": robot_size(run.scenario.robot).body_radius if run.scenario.plant == "physics" else 0.0,
         "slots": run.ticks.half_space_h.shape[2],
         "still": scene.still(run),
         "lines": scene.lines(run),

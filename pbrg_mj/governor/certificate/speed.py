@@ -122,10 +122,20 @@ def _turned(c, s, ux, uy, ratio):
 
 
 def wheel_facets(robot: RobotModel) -> np.ndarray:
-    """Return the facets (4, 2) of the velocities that a robot's wheels can do against their friction [s/m]."""
+    """Return the facets (4, 2) of the velocities that a robot's wheels can do against their friction [s/m].
+
+    The motors of an omnidirectional base work each for its own direction: |u_x| <= R w, |u_y| <= R w.
+    """
+    if robot.omnidirectional:
+        return np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]]) / (robot.wheel_radius * robot.loaded_speed)
     sideways = robot.track / 2 / robot.hand_offset
     signs = np.array([[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]])
     return signs * [1.0, sideways] / (robot.wheel_radius * robot.loaded_speed)
+
+
+def turning_offset(robot: RobotModel) -> float:
+    """Return the offset by which the heading turns towards the hand point's velocity [m]; inf where it does not."""
+    return math.inf if robot.omnidirectional else robot.hand_offset
 
 
 def disc_facets(limit: float, count: int) -> np.ndarray:

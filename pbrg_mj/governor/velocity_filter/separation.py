@@ -55,7 +55,8 @@ class SeparationFilter:
             raise ValueError("the scenario asks for no separation")
         if scenario.plant == "physics":
             camera, radio = scenario.assumed_sensors.camera, scenario.radio
-            lag += load_robot_model().time_constant + 1.0 / camera.rate_hz + camera.delay + radio.delay + radio.jitter
+            motors = load_robot_model(scenario.robot).time_constant
+            lag += motors + 1.0 / camera.rate_hz + camera.delay + radio.delay + radio.jitter
         formation = np.array(scenario.team.formation, dtype=float)
         return cls(formation, distance, margin, 1.0 / (4.0 * lag), facets, scenario.timing.tick)
 
@@ -87,7 +88,7 @@ def separation(scenario: Scenario) -> float | None:
         return None
     formation = np.array(scenario.team.formation, dtype=float)
     pairs = (float(np.linalg.norm(formation[:j] - formation[j], axis=1).min()) for j in range(1, len(formation)))
-    return min([2 * load_robot_model().clearance + MARGIN, *pairs])
+    return min([2 * load_robot_model(scenario.robot).clearance + MARGIN, *pairs])
 
 
 @kernel

@@ -39,7 +39,7 @@ def static_scene(scenario: Scenario) -> bytes:
             _add_walls(message.entities.add(frame_id="world", id=name), walls, color)
     if world.columns or world.prisms:
         _add_columns_and_prisms(message.entities.add(frame_id="world", id="columns and prisms"), world)
-    _add_robots(message, load_robot_model(), scenario.robots)
+    _add_robots(message, load_robot_model(scenario.robot), scenario.robots)
     return message.SerializeToString(deterministic=True)
 
 

@@ -47,7 +47,7 @@ def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
     angles = beam_angles(beams)
     return PointParameters(
         directions=np.column_stack([np.cos(angles), np.sin(angles)]),
-        blocked=blocked_beams(beams),
+        blocked=blocked_beams(beams, scenario.robot),
         first=float(angles[0]),
         gap=float(angles[1] - angles[0]) if len(angles) > 1 else 2.0 * math.pi,
         closed=beams.sweep_deg == 360.0,

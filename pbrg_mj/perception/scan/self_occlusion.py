@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from pbrg_mj.scenario.robots import RobotName
 from pbrg_mj.scenario.schema import Beams, beam_angles
 
 # The wheels of models/robot.xml; a test holds the two together.
@@ -17,12 +18,13 @@ INNER = 0.045  # of a wheel's inner face from the body's centre, where beams sta
 MARGIN = 1e-4  # [m] along a wheel: nothing hangs on the last bit
 
 
-def blocked_beams(beams: Beams) -> np.ndarray:
+def blocked_beams(beams: Beams, robot: RobotName = "generic") -> np.ndarray:
     """Return (count,) bool: the beam can only meet a wheel of its own robot, whatever it reads.
 
+    Other robots than the generic one have their beams above their wheels.
     At a height z a wheel is a chord of 2 sqrt(R^2 - (z - R)^2), abreast of the beams' start.
     """
-    if beams.height > 2 * RADIUS:
+    if beams.height > 2 * RADIUS or robot != "generic":
         return np.zeros(beams.count, dtype=bool)
     angle, above = beam_angles(beams), beams.height - RADIUS
     reach = math.sqrt(max(RADIUS**2 - above**2, 0.0)) + MARGIN

@@ -5,5 +5,6 @@ robot_numbers     robots that are named exist, once
 network           graph, links, delays, losses
 world             walls, boxes, patches; what stands where at the start
 work              rounds and beams in a tick
+robots            keys that the chosen robot has no use for
 physics           keys of the physics plant alone; its longest step
 """

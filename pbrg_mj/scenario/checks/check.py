@@ -10,6 +10,7 @@ from pbrg_mj.scenario.checks.certificate import certificate
 from pbrg_mj.scenario.checks.network import graph, messages
 from pbrg_mj.scenario.checks.physics import physics
 from pbrg_mj.scenario.checks.robot_numbers import robot_numbers
+from pbrg_mj.scenario.checks.robots import robots
 from pbrg_mj.scenario.checks.sampling import sampled_pre_stabiliser
 from pbrg_mj.scenario.checks.separation import separation
 from pbrg_mj.scenario.checks.work import physics_work, work
@@ -26,7 +27,7 @@ def check(scenario: Scenario) -> list[Diagnostic]:
     """Return all that is wrong between keys that are right one by one; empty for a good scenario."""
     lengths = list(_lengths(scenario))
     # Where the lists of the team differ in length, places of robots mean nothing.
-    rest = (robot_numbers, _given, graph, _timing, _sensing, _operator, physics, extents, messages, certificate)
+    rest = (robot_numbers, _given, graph, _timing, _sensing, _operator, physics, robots, extents, messages, certificate)
     rest += (separation, work) if lengths else (separation, work, placement)
     found = lengths + [diagnostic for part in rest for diagnostic in islice(part(scenario), MOST_FINDINGS)]
     return found or list(sampled_pre_stabiliser(scenario))  # of a graph and leaders that are right

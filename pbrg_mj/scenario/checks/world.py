@@ -12,11 +12,9 @@ import numpy as np
 
 from pbrg_mj.scenario.checks.distances import distances_to_column, distances_to_prism, distances_to_wall
 from pbrg_mj.scenario.diagnostics import Diagnostic, KeyPath, yaml_text
+from pbrg_mj.scenario.robots import robot_size
 from pbrg_mj.scenario.schema import MovingBox, Scenario, Vector, Wall
 
-# The size of the robot in models/robot.xml; a test holds the two together.
-BODY_RADIUS = 0.06  # of the disc that the body fits in, around the body's centre [m]
-HAND_OFFSET = 0.04  # of the hand point ahead of the body's centre [m]
 SHORTEST = 1e-6  # side of a wall, box or patch [m]
 FLATTEST = 1e-6  # sine of the turn at a prism's corner
 KINDS = {
@@ -82,11 +80,11 @@ def placement(scenario: Scenario) -> Iterator[Diagnostic]:
     """
     physics = scenario.plant == "physics"
     places = body_centres(scenario) if physics else scenario.team.start
-    still = _still(scenario)
+    still, radius = _still(scenario), robot_size(scenario.robot).body_radius
     for obstacle in (*still, *(_first_waypoints(scenario) if physics else ())):
-        yield from _in_robots(obstacle, places, BODY_RADIUS if physics else 0.0)
+        yield from _in_robots(obstacle, places, radius if physics else 0.0)
     if physics:
-        yield from _overlaps(places)
+        yield from _overlaps(places, radius)
         yield from _put_down(scenario, still, places)
 
 
@@ -94,13 +92,14 @@ def body_centres(scenario: Scenario) -> tuple[Vector, ...]:
     """Return the centre of each robot's body at the start, in the world [m]."""
     heading = scenario.team.heading_deg
     degrees = heading if isinstance(heading, tuple) else (heading,) * scenario.robots
-    return tuple(body_centre(hand, turn) for hand, turn in zip(scenario.team.start, degrees, strict=True))
+    offset = robot_size(scenario.robot).hand_offset
+    return tuple(body_centre(hand, turn, offset) for hand, turn in zip(scenario.team.start, degrees, strict=True))
 
 
-def body_centre(hand: Vector, heading_deg: float) -> Vector:
-    """Return the centre of the body whose hand point is there, in the world [m]."""
+def body_centre(hand: Vector, heading_deg: float, offset: float) -> Vector:
+    """Return the centre of the body whose hand point is there, `offset` ahead of it, in the world [m]."""
     turn = math.radians(heading_deg)
-    return hand[0] - HAND_OFFSET * math.cos(turn), hand[1] - HAND_OFFSET * math.sin(turn)
+    return hand[0] - offset * math.cos(turn), hand[1] - offset * math.sin(turn)
 
 
 def _still(scenario: Scenario) -> tuple[Obstacle, ...]:
@@ -139,30 +138,30 @@ def _in_robots(obstacle: Obstacle, places: Sequence[Vector], radius: float) -> I
 def _room(obstacle: Obstacle, radius: float, distance: float) -> str:
     if not radius:
         return f"hand points off the {_kind(obstacle, plural=True)}"
-    return f"{radius} m or more between {_kind(obstacle)} and body's centre, not {distance:.3g} m"
+    return f"{radius:g} m or more between {_kind(obstacle)} and body's centre, not {distance:.3g} m"
 
 
 def _kind(obstacle: Obstacle, plural: bool = False) -> str:
     return KINDS[str(obstacle.path[1])][plural]
 
 
-def _overlaps(places: Sequence[Vector]) -> Iterator[Diagnostic]:
+def _overlaps(places: Sequence[Vector], radius: float) -> Iterator[Diagnostic]:
     """Yield robots that stand in one before; each is compared with those in its own cell of a grid and in those around.
 
     A cell is as wide as a body, so that it holds four at most of those that do not overlap.
     """
     cells: dict[tuple[int, int], list[int]] = {}
     for j, b in enumerate(places):
-        column, row = (math.floor(x / (2 * BODY_RADIUS)) for x in b)
+        column, row = (math.floor(x / (2 * radius)) for x in b)
         near = (cells.get((column + x, row + y), ()) for x in (-1, 0, 1) for y in (-1, 0, 1))
         for i in sorted(k for cell in near for k in cell):
             distance = math.dist(places[i], b)
-            if distance >= 2 * BODY_RADIUS - ROUNDING:
+            if distance >= 2 * radius - ROUNDING:
                 continue
             yield Diagnostic(
                 ("team", "start", j),
                 f"puts robot {j + 1} onto robot {i + 1}, their bodies' centres {distance:.3g} m apart; "
-                f"allowed: {2 * BODY_RADIUS} m or more",
+                f"allowed: {2 * radius:g} m or more",
             )
             break
         cells.setdefault((column, row), []).append(j)
@@ -170,22 +169,24 @@ def _overlaps(places: Sequence[Vector]) -> Iterator[Diagnostic]:
 
 def _put_down(scenario: Scenario, still: Sequence[Obstacle], places: Sequence[Vector]) -> Iterator[Diagnostic]:
     kidnappings, starts = scenario.disturbances.kidnappings, np.array(places)
-    centres = np.array([body_centre(one.to, one.heading_deg) for one in kidnappings]).reshape(-1, 2)
+    size = robot_size(scenario.robot)
+    radius, offset = size.body_radius, size.hand_offset
+    centres = np.array([body_centre(one.to, one.heading_deg, offset) for one in kidnappings]).reshape(-1, 2)
     for obstacle in still:
         distances = obstacle.distances(centres)
-        for k in np.flatnonzero(distances < BODY_RADIUS).tolist():
+        for k in np.flatnonzero(distances < radius).tolist():
             yield _onto(
-                scenario, k, f"{_kind(obstacle)} {obstacle.path[2]}", _room(obstacle, BODY_RADIUS, float(distances[k]))
+                scenario, k, f"{_kind(obstacle)} {obstacle.path[2]}", _room(obstacle, radius, float(distances[k]))
             )
     for k, kidnapping in enumerate(kidnappings):
         distances = np.hypot(*(starts - centres[k]).T)
-        for other in np.flatnonzero(distances < 2 * BODY_RADIUS - ROUNDING).tolist():
+        for other in np.flatnonzero(distances < 2 * radius - ROUNDING).tolist():
             if other + 1 != kidnapping.robot:
                 yield _onto(
                     scenario,
                     k,
                     f"robot {other + 1}'s start, their bodies' centres {distances[other]:.3g} m apart",
-                    f"{2 * BODY_RADIUS} m or more",
+                    f"{2 * radius:g} m or more",
                 )
 
 

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
+from pbrg_mj.scenario.robots import GAINS, RobotName
 from pbrg_mj.scenario.schema.actuation import Drive, Radio
 from pbrg_mj.scenario.schema.base import Positive, Section
 from pbrg_mj.scenario.schema.disturbances import Disturbances
@@ -69,6 +70,7 @@ class Scenario(Section):
     plant: Literal["physics", "ideal"] = Field(
         default="physics", description="MuJoCo, or the paper's integrator dq/dt = u"
     )
+    robot: RobotName = Field(default="generic", description="the robots' model, in `models/`; all are alike")
     timing: Timing = Timing()
     team: Team
     graph: Graph = Graph()
@@ -89,11 +91,12 @@ class Scenario(Section):
     @model_validator(mode="before")
     @classmethod
     def _gains(cls, keys: Any) -> Any:
-        """Fill in the ideal plant's gains where none are given."""
-        if not isinstance(keys, dict) or keys.get("plant") != "ideal":
+        """Fill in the ideal plant's gains, or in physics those of the robots, where none are given."""
+        if not isinstance(keys, dict):
             return keys
-        given = {section: keys.get(section, {}) for section in IDEAL_GAINS}
-        return keys | {name: IDEAL_GAINS[name] | one for name, one in given.items() if isinstance(one, dict)}
+        gains = IDEAL_GAINS if keys.get("plant") == "ideal" else _robot_gains(keys.get("robot", "generic"))
+        given = {section: keys.get(section, {}) for section in gains}
+        return keys | {name: gains[name] | one for name, one in given.items() if isinstance(one, dict)}
 
     @property
     def robots(self) -> int:
@@ -110,3 +113,11 @@ class Scenario(Section):
     def assumed_sensors(self) -> Sensors:
         """The sensors as perception takes them to be."""
         return self.estimator.assumed.of(self.sensors)
+
+
+def _robot_gains(robot: Any) -> dict[str, dict[str, float]]:
+    """Return the gains of a robot that is not the generic one, whose gains are the sections' defaults."""
+    if robot == "generic" or not isinstance(robot, str) or robot not in GAINS:
+        return {}
+    alpha_r, alpha = GAINS[robot]
+    return {"control": {"alpha_r": alpha_r}, "governor": {"alpha": alpha}}

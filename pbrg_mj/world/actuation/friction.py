@@ -16,9 +16,10 @@ from functools import cache
 import mujoco
 import numpy as np
 
+from pbrg_mj.scenario.robots import RobotName
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.world.scene.floor import floor_of
-from pbrg_mj.world.scene.robot import BIAS_FRICTION, WHEELS, RobotModel, load_spec
+from pbrg_mj.world.scene.robot import BIAS_FRICTION, WHEELS, RobotModel, load_arena, load_robot
 
 _SETTLED = 1.0  # [s] after which the robot stands still on its contacts
 
@@ -28,13 +29,13 @@ def friction_torques(robot: RobotModel, scale: float, rolling_resistance: np.nda
     gear = scale * np.array([robot.coulomb_torque, robot.static_torque])
     if not np.any(rolling_resistance):
         return np.broadcast_to(gear, (*np.shape(rolling_resistance), 2))
-    return gear + (rolling_resistance * wheel_load() * robot.wheel_radius)[..., None]
+    return gear + (rolling_resistance * wheel_load(robot.name) * robot.wheel_radius)[..., None]
 
 
 def set_friction(child: mujoco.MjSpec, scenario: Scenario, robot: RobotModel) -> None:
     """Give a robot's wheels the friction of `drive.friction` and the bare floor; no element where there is none."""
     torques = friction_torques(robot, scenario.drive.friction, floor_of(scenario.world).rolling_resistance)
-    for side in WHEELS:
+    for side in robot.motors:
         element = child.actuator(f"friction_{side}")
         if torques.any():
             element.biasprm = _with_values(element.biasprm, BIAS_FRICTION, torques[0])
@@ -51,10 +52,10 @@ def prioritise_tyres(child: mujoco.MjSpec, floor: mujoco.MjsGeom) -> None:
 
 
 @cache
-def wheel_load() -> float:
+def wheel_load(name: RobotName = "generic") -> float:
     """Return the force [N] between one wheel and a level floor while the robot stands; the casters bear the rest."""
-    arena = load_spec("arena")
-    arena.attach(load_spec("robot"), prefix="robot/", frame=arena.worldbody.add_frame())
+    arena = load_arena()
+    arena.attach(load_robot(name), prefix="robot/", frame=arena.worldbody.add_frame())
     model = arena.compile()
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data, nstep=round(_SETTLED / model.opt.timestep))

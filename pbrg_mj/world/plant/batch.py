@@ -44,17 +44,17 @@ class PlantBatch:
         """Compose the model once. Raises InputError for what cannot be stepped in a batch."""
         check_batchable(scenario)
         timing, camera, beams = scenario.timing, scenario.sensors.camera, scenario.sensors.beams
-        self._robot = load_robot_model()
+        self._robot = load_robot_model(scenario.robot)
         self._steps_per_tick = steps_per_tick(timing)
         model = compose(scenario, self._robot).compile()
-        self._index = index_model(model, scenario)
+        self._index = index_model(model, scenario, self._robot)
         self._camera = Sampler(camera.rate_hz, timing.physics_step, camera.delay)
         self._beam_section = beams
         self._beams = Sampler(beams.rate_hz, timing.physics_step)
         self._disturbances = Disturbances(scenario)
         self._step = 0
         self._batch = batch.Batch(model, worlds, threads, persistent=True)
-        self._arrays = mujoco_arrays(self._batch.bind)
+        self._arrays = mujoco_arrays(self._batch.bind, omnidirectional=False)
         self._truth_from = (
             tuple(self._arrays),
             tuple(truth_index(self._index)),
@@ -114,6 +114,7 @@ def check_batchable(scenario: Scenario) -> None:
     """Raise InputError for a scenario whose plant needs more than MuJoCo within a tick, or one model per world."""
     unsupported = {
         "plant": scenario.plant != "physics",
+        "robot": load_robot_model(scenario.robot).omnidirectional,
         "estimator.source": scenario.estimator.source == "points",
         "drive.kind": scenario.drive.kind != "voltage",
         "radio": bool(scenario.radio.delay or scenario.radio.jitter),
@@ -137,9 +138,8 @@ def _write_truths(arrays, index, obstacles, size, blank, truths):
     obstacles = (Footprints(*walls), Footprints(*moving))
     hand_world, margins, touched_walls, touched_robots = truths
     for w in range(len(hand_world)):
-        one = MujocoArrays(
-            arrays.xpos[w], arrays.xmat[w], arrays.site_xpos[w], arrays.qvel[w], arrays.sensordata[w], arrays.history[w]
-        )
+        places = arrays.xpos[w], arrays.xmat[w], arrays.site_xpos[w]
+        one = MujocoArrays(*places, arrays.speed[w], arrays.sensordata[w], arrays.history[w])
         truth = Truth(
             blank.body_pose,
             hand_world[w],

@@ -21,7 +21,7 @@ from pbrg_mj.world.scene.contact_counters import add_contact_sensors
 from pbrg_mj.world.scene.floor import add_patches
 from pbrg_mj.world.scene.footprints import body_pose
 from pbrg_mj.world.scene.obstacles import add_obstacles
-from pbrg_mj.world.scene.robot import RobotModel, load_spec
+from pbrg_mj.world.scene.robot import RobotModel, load_arena, load_robot
 from pbrg_mj.world.sensors.beams import add_beams
 from pbrg_mj.world.sensors.camera import add_camera_sensors
 from pbrg_mj.world.sensors.sampling import Sampler
@@ -41,7 +41,7 @@ def compose(scenario: Scenario, robot: RobotModel) -> mujoco.MjSpec:
 
     Raises InputError where MuJoCo refuses it: sizes within their bounds may differ by more than its arithmetic takes.
     """
-    spec = load_spec("arena")
+    spec = load_arena()
     spec.option.timestep = scenario.timing.physics_step
     spec.geom("floor").friction[0] = scenario.world.floor_friction
     add_obstacles(spec, scenario.world)
@@ -77,7 +77,7 @@ def _add_robot(spec: mujoco.MjSpec, child: mujoco.MjSpec, j: int, pose: np.ndarr
 
 def _robot_spec(scenario: Scenario, j: int, beams: bool) -> mujoco.MjSpec:
     """Return one robot in its own colour, with its pose markers for the camera and, if it has any, its beams."""
-    child = load_spec("robot")
+    child = load_robot(scenario.robot)
     rgba = _colour(j)
     for name in ("tub", "bumper"):
         child.geom(name).rgba = rgba
@@ -85,7 +85,8 @@ def _robot_spec(scenario: Scenario, j: int, beams: bool) -> mujoco.MjSpec:
     child.option.timestep = step
     add_camera_sensors(child, Sampler(sensors.camera.rate_hz, step, sensors.camera.delay))
     if beams:
-        add_beams(child, sensors.beams, Sampler(sensors.beams.rate_hz, step))
+        height = sensors.beams.height if scenario.robot == "generic" else None
+        add_beams(child, sensors.beams, Sampler(sensors.beams.rate_hz, step), height)
     return child
 
 

@@ -18,7 +18,7 @@ class IdealPlant:
 
     def __init__(self, scenario: Scenario):
         """Put the hand points at their start."""
-        self.robot = load_robot_model()
+        self.robot = load_robot_model(scenario.robot)
         self._tick = scenario.timing.tick
         self._count = 0
         self._beams = scenario.sensors.beams.count

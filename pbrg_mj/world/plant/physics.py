@@ -42,21 +42,20 @@ class MujocoPlant:
         """Compose the model and take the sensors' first samples. Raises as `steps_per_tick`."""
         log_first_warning()
         timing = scenario.timing
-        self.robot = load_robot_model()
+        self.robot = load_robot_model(scenario.robot)
         self.steps_per_tick = steps_per_tick(timing)
         spec = compose(scenario, self.robot)
         self.model_xml = model_xml(spec)
         self.model = spec.compile()
         self.data = mujoco.MjData(self.model)
         sensors = scenario.sensors
-        self._index = index_model(self.model, scenario)
+        self._index = index_model(self.model, scenario, self.robot)
         self._camera = Sampler(sensors.camera.rate_hz, timing.physics_step, sensors.camera.delay)
         self._beam_section = sensors.beams
         self._beams = Sampler(sensors.beams.rate_hz, timing.physics_step)
-        self._truth_from = (
-            tuple(mujoco_arrays(partial(getattr, self.data))),
-            tuple(truth_index(self._index)),
-        )
+        arrays = mujoco_arrays(partial(getattr, self.data), self.robot.omnidirectional)
+        self._wheel_speed = arrays.speed
+        self._truth_from = tuple(arrays), tuple(truth_index(self._index))
         self._walls = tuple(world_footprints(scenario.world))
         self._moving_boxes = scenario.world.moving_boxes
         self._wheel_friction = WheelFriction(scenario, self.robot, self.model) if scenario.world.patches else None
@@ -148,7 +147,7 @@ class MujocoPlant:
         """Let motors and pushes act over the physics step."""
         voltage = self._radio.received(self._step)
         if self._speed_loop:
-            speed = self.data.qvel[self._index.wheel_speed]
+            speed = self._wheel_speed[self._index.wheel_speed]
             voltage, self._integral_voltage = self._speed_loop.voltage(voltage, speed, self._integral_voltage)
         voltage = self._disturbances.without_dead_motors(voltage, self._step)
         changed = voltage is not self._voltage

@@ -21,7 +21,7 @@ class MujocoArrays(NamedTuple):
     xpos: np.ndarray  # (bodies, 3)
     xmat: np.ndarray  # (bodies, 9)
     site_xpos: np.ndarray  # (sites, 3)
-    qvel: np.ndarray
+    speed: np.ndarray  # qvel, or actuator_velocity of omnidirectional bases
     sensordata: np.ndarray
     history: np.ndarray
 
@@ -31,14 +31,15 @@ class TruthIndex(NamedTuple):
 
     body: np.ndarray  # (n,) in xpos and xmat
     hand: np.ndarray  # (n,) in site_xpos
-    wheel_speed: np.ndarray  # (n, 2) in qvel
+    wheel_speed: np.ndarray  # (n, 2) in the array of speeds
     contacts: np.ndarray  # (n, c) in sensordata
     earlier_contacts: np.ndarray  # (n, c, s) in history
 
 
-def mujoco_arrays(get: Callable[[str], np.ndarray]) -> MujocoArrays:
+def mujoco_arrays(get: Callable[[str], np.ndarray], omnidirectional: bool) -> MujocoArrays:
     """Return the arrays by their names: views of MuJoCo's memory, which stay the same."""
-    return MujocoArrays(*map(get, MujocoArrays._fields))
+    names = {"speed": "actuator_velocity" if omnidirectional else "qvel"}
+    return MujocoArrays(*(get(names.get(field, field)) for field in MujocoArrays._fields))
 
 
 def truth_index(index: ModelIndex) -> TruthIndex:
@@ -76,7 +77,7 @@ def write_truth(arrays, index, obstacles, size, truth):
         x, y = arrays.site_xpos[index.hand[j], 0], arrays.site_xpos[index.hand[j], 1]
         truth.hand_world[j, 0], truth.hand_world[j, 1] = x, y
         for side in range(2):
-            truth.wheel_speed[j, side] = arrays.qvel[index.wheel_speed[j, side]]
+            truth.wheel_speed[j, side] = arrays.speed[index.wheel_speed[j, side]]
         truth.wall_margin[j] = margin(x, y, walls, clearance)
         truth.moving_margin[j] = margin(x, y, moving, clearance)
     write_contacts(arrays, index, body_radius, truth)

@@ -12,7 +12,7 @@ import numpy as np
 
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.world.scene.contact_counters import counter_names
-from pbrg_mj.world.scene.robot import WHEELS
+from pbrg_mj.world.scene.robot import RobotModel
 
 
 @dataclass(frozen=True)
@@ -22,10 +22,10 @@ class ModelIndex:
     body: np.ndarray  # (n,) bodies at the axle's centre
     hand: np.ndarray  # (n,) sites
     free_joint: np.ndarray  # (n, 7) position and quaternion of the body, in qpos
-    dofs: np.ndarray  # (n, 8) of the body and its wheels, in qvel
-    motor: np.ndarray  # (n, 2) left, right in ctrl
-    bristles: np.ndarray  # (n, 2) left, right in act; (n, 0) without friction
-    wheel_speed: np.ndarray  # (n, 2) in qvel
+    dofs: np.ndarray  # (n, 8) of the body and its wheels, in qvel; (n, 6) of an omnidirectional base
+    motor: np.ndarray  # (n, 2) left, right, or ahead, aside in ctrl
+    bristles: np.ndarray  # (n, 2) the same in act; (n, 0) without friction
+    wheel_speed: np.ndarray  # (n, 2) the same in qvel, or of an omnidirectional base in actuator_velocity
     camera_position: np.ndarray  # (n, 2) x, y in sensordata
     camera_ahead: np.ndarray  # (n, 2) x, y of the body's x axis, in sensordata
     beams: np.ndarray  # (b, rays of all beams) in sensordata
@@ -33,7 +33,7 @@ class ModelIndex:
     earlier_contacts: np.ndarray  # (n, c, s) in history: the same at the s steps before
 
 
-def index_model(model: mujoco.MjModel, scenario: Scenario) -> ModelIndex:
+def index_model(model: mujoco.MjModel, scenario: Scenario, robot: RobotModel) -> ModelIndex:
     """Look the names of `compose` up. Raises KeyError when one is missing."""
     every, beam_robots, rays = range(scenario.robots), scenario.beam_robots, scenario.sensors.beams.all_rays
     counters = counter_names(len(scenario.world.moving_boxes))
@@ -43,8 +43,8 @@ def index_model(model: mujoco.MjModel, scenario: Scenario) -> ModelIndex:
 
     body = np.array([model.body(f"robot{j}/robot").id for j in every])
     dof_root = model.body_rootid[model.dof_bodyid]
-    motor = np.array([[model.actuator(f"robot{j}/motor_{side}").id for side in WHEELS] for j in every])
-    wheel = np.array([[model.joint(f"robot{j}/wheel_{side}").id for side in WHEELS] for j in every])
+    motor = np.array([[model.actuator(f"robot{j}/motor_{side}").id for side in robot.motors] for j in every])
+    driven = model.actuator_trnid[motor, 0]  # (n, 2) joints of wheels, or sites
     free = np.array([model.joint(f"robot{j}/free").qposadr[0] for j in every])
     position = np.array([sensor(f"robot{j}/position") for j in every])
     ahead = np.array([sensor(f"robot{j}/ahead") for j in every])
@@ -54,8 +54,8 @@ def index_model(model: mujoco.MjModel, scenario: Scenario) -> ModelIndex:
         free_joint=free[:, None] + np.arange(7),
         dofs=np.array([np.flatnonzero(dof_root == k) for k in body]),
         motor=model.actuator_ctrladr[motor],
-        bristles=np.array([_states(model, joints) for joints in wheel], dtype=int),
-        wheel_speed=model.jnt_dofadr[wheel],
+        bristles=np.array([_states(model, joints) for joints in driven], dtype=int),
+        wheel_speed=motor if robot.omnidirectional else model.jnt_dofadr[driven],
         camera_position=position[:, None] + np.arange(2),
         camera_ahead=ahead[:, None] + np.arange(2),
         beams=np.array([[sensor(f"robot{j}/beam{k}") for k in range(rays)] for j in beam_robots], dtype=int).reshape(
@@ -69,7 +69,7 @@ def index_model(model: mujoco.MjModel, scenario: Scenario) -> ModelIndex:
 
 
 def _states(model: mujoco.MjModel, joints: np.ndarray) -> np.ndarray:
-    """Return where the states of the actuators on these joints stand."""
+    """Return where the states of the actuators on these joints, or on this site, stand."""
     with_state = np.isin(model.actuator_trnid[:, 0], joints) & (model.actuator_actnum > 0)
     return model.actuator_actadr[with_state]
 

@@ -1,4 +1,4 @@
-"""The hand-written MJCF of robot and arena, and the robot's numbers, read from it so that they are stated once."""
+"""The hand-written MJCF of robots and arena, and a robot's numbers, read from it so that they are stated once."""
 
 # MuJoCo ships no type stubs for its compiled modules.
 # pyright: reportAttributeAccessIssue=false
@@ -7,18 +7,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Literal
 
 import mujoco
 
 from pbrg_mj.scenario.bundled import data_dir
+from pbrg_mj.scenario.robots import RobotName, reach, robot_file
 
 WHEELS = ("left", "right")
+DIRECTIONS = ("ahead", "aside")  # in which the motors of an omnidirectional base push
 
 
-def load_spec(name: Literal["robot", "arena"]) -> mujoco.MjSpec:
-    """Return a fresh, editable copy of a model, without its keyframes: those are for viewers alone."""
-    spec = mujoco.MjSpec.from_file(str(data_dir("models") / f"{name}.xml"))
+def load_arena() -> mujoco.MjSpec:
+    """Return a fresh, editable copy of the arena."""
+    return mujoco.MjSpec.from_file(str(data_dir("models") / "arena.xml"))
+
+
+def load_robot(name: RobotName = "generic") -> mujoco.MjSpec:
+    """Return a fresh, editable copy of a robot, without its keyframes: those are for viewers alone."""
+    spec = mujoco.MjSpec.from_file(str(robot_file(name)))
     for key in spec.keys:
         spec.delete(key)
     return spec
@@ -32,10 +38,15 @@ _DYN_BRISTLES = slice(5, 7)  # of a friction element: stiffness, damping
 
 @dataclass(frozen=True)
 class RobotModel:
-    """A differential-drive robot. Motor numbers are those at the wheel, after the gear."""
+    """A robot with two inputs: two wheels, or an omnidirectional base.
 
+    Motor numbers are those at the wheel, after the gear; of the omnidirectional base, of both motors of a direction.
+    """
+
+    name: RobotName
+    motors: tuple[str, str]  # of the two inputs: WHEELS or DIRECTIONS
     wheel_radius: float  # [m]
-    track: float  # between the wheels' centres [m]
+    track: float  # between the wheels' centres [m]; 0 of an omnidirectional base
     hand_offset: float  # of the hand point ahead of the axle's centre [m]
     body_radius: float  # of the smallest disc around the axle's centre that holds the robot [m]
     mass: float  # [kg]
@@ -50,6 +61,11 @@ class RobotModel:
     bristle_damping: float  # LuGre [N m s/rad]
 
     @property
+    def omnidirectional(self) -> bool:
+        """Whether the robot moves in any direction at any heading, which stays as it is."""
+        return self.motors == DIRECTIONS
+
+    @property
     def clearance(self) -> float:
         """Distance of the hand point from a wall that keeps the body off it at every heading [m]."""
         return self.body_radius + self.hand_offset
@@ -61,8 +77,12 @@ class RobotModel:
 
     @property
     def driven_inertia(self) -> float:
-        """What each motor turns when the robot drives straight, at the wheel [kg m^2]: its wheel, half of the mass."""
-        return self.wheel_inertia + self.mass * self.wheel_radius**2 / 2
+        """What each motor turns when the robot drives straight, at the wheel [kg m^2].
+
+        Its wheel and half of the mass; the motors of an omnidirectional base move all of it.
+        """
+        mass = self.mass * self.wheel_radius**2
+        return self.wheel_inertia + (mass if self.omnidirectional else mass / 2)
 
     @property
     def time_constant(self) -> float:
@@ -81,26 +101,31 @@ class RobotModel:
 
 
 @cache
-def load_robot_model() -> RobotModel:
-    """Return the numbers of models/robot.xml."""
-    return read_robot_model(load_spec("robot").compile())
+def load_robot_model(name: RobotName = "generic") -> RobotModel:
+    """Return the numbers of a bundled robot's MJCF."""
+    return read_robot_model(load_robot(name).compile(), name)
 
 
-def read_robot_model(model: mujoco.MjModel) -> RobotModel:
+def read_robot_model(model: mujoco.MjModel, name: RobotName = "generic") -> RobotModel:
     """Read the numbers of one robot without a prefix. Both motors and wheels are alike."""
-    motor, friction = model.actuator("motor_left"), model.actuator("friction_left")
+    omnidirectional = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, "motor_left") < 0
+    motors = DIRECTIONS if omnidirectional else WHEELS
+    motor, friction = (model.actuator(f"{kind}_{motors[0]}") for kind in ("motor", "friction"))
     voltage, gain = float(motor.ctrlrange[1]), float(motor.gainprm[0])
     back_emf_damping = float(model.actuator_damping[motor.id] - motor.biasprm[_BIAS_SPEED])  # K^2 / R [N m s/rad]
     coulomb, static = friction.biasprm[BIAS_FRICTION].tolist()
     stiffness, damping = friction.dynprm[_DYN_BRISTLES].tolist()
-    left, right = model.body("wheel_left"), model.body("wheel_right")
+    wheel_radius, track, wheel_inertia = _wheels(model, motor.id, omnidirectional)
+    skirt = model.geom("skirt")
     return RobotModel(
-        wheel_radius=float(model.geom("tyre_left").size[2]),
-        track=float(left.pos[1] - right.pos[1]),
+        name=name,
+        motors=motors,
+        wheel_radius=wheel_radius,
+        track=track,
         hand_offset=float(model.site("hand").pos[0]),
-        body_radius=float(model.geom("skirt").size[0]),
+        body_radius=reach(skirt.type[0] == mujoco.mjtGeom.mjGEOM_BOX, skirt.size.tolist(), skirt.pos.tolist()),
         mass=float(model.body("robot").subtreemass[0]),
-        wheel_inertia=float(left.inertia[1] + model.actuator_armature[motor.id]),
+        wheel_inertia=wheel_inertia,
         voltage=voltage,
         stall_torque=gain * voltage,
         no_load_speed=gain * voltage / back_emf_damping,
@@ -110,3 +135,15 @@ def read_robot_model(model: mujoco.MjModel) -> RobotModel:
         bristle_stiffness=stiffness,
         bristle_damping=damping,
     )
+
+
+def _wheels(model: mujoco.MjModel, motor: int, omnidirectional: bool) -> tuple[float, float, float]:
+    """Return the wheels' radius, track [m] and inertia with gear and rotor [kg m^2].
+
+    The wheels of an omnidirectional base are the gears of its motors, without inertia.
+    """
+    if omnidirectional:
+        return 1.0 / float(model.actuator_gear[motor, 0]), 0.0, 0.0
+    left, right = model.body("wheel_left"), model.body("wheel_right")
+    inertia = float(left.inertia[1] + model.actuator_armature[motor])
+    return float(model.geom("tyre_left").size[2]), float(left.pos[1] - right.pos[1]), inertia

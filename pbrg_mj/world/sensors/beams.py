@@ -16,14 +16,15 @@ DISTANCE = (mujoco.mjtRayDataField.mjRAYDATA_DIST,)
 WITH_NORMAL = (*DISTANCE, mujoco.mjtRayDataField.mjRAYDATA_DIR, mujoco.mjtRayDataField.mjRAYDATA_NORMAL)
 
 
-def add_beams(robot: mujoco.MjSpec, beams: Beams, sampler: Sampler) -> None:
-    """Add the rays of all beams, all from the site of that name, put at their height.
+def add_beams(robot: mujoco.MjSpec, beams: Beams, sampler: Sampler, height: float | None) -> None:
+    """Add the rays of all beams, all from the site of that name, put at `height` [m]; None: as the model has it.
 
     A ray leaves along its own site's z axis. In a scan that takes time a beam is sampled as much before the scan's end
     as its turn comes before that.
     """
     origin = robot.site("beams").pos
-    origin[2] = beams.height - robot.body("robot").pos[2]
+    if height is not None:
+        origin[2] = height - robot.body("robot").pos[2]
     fields = WITH_NORMAL if beams.signal_range is not None else DISTANCE
     for k, angle in enumerate(ray_angles(beams).tolist()):
         name = f"beam{k}"

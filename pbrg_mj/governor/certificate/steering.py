@@ -20,7 +20,7 @@ BISECTIONS = 60
 
 
 def steerable_speed(robot: RobotModel, delay: float) -> float:
-    """Return the speed at which the heading's loop behind a delay [s], not 0, has its gain margin [m/s]; inf without such a loop."""
+    """Return the speed at which the heading's loop behind a delay [s], not 0, has its gain margin [m/s]; or inf."""
     if robot.omnidirectional:
         return math.inf
     low, high = 0.0, math.pi / (2.0 * delay)

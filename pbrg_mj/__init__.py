@@ -9,7 +9,7 @@
 
 Scenarios   `load`, `draw`, `list_scenarios`, `validate`, `schema`, `template`; `Scenario`
 Runs        `run`, `simulate`, `serve`, `batch`, `reproduce`; `Run`, `Batch`, `TickRecord`, `Interrupted`
-Studies     `sweep`; `Sweep`
+Studies     `sweep`, `tune`; `Sweep`, `Tuning`
 Logs        `open`, `compare`, `report`, `render`, `verify`, `repair`; `Comparison`, `Verification`, `Repair`
 Governors   `RobotProgram`, `RobotFacts`, `TeamConstants`, `OwnData`, `RobotAnswer`: a distributed governor, written for
             one robot; `Governor`, `Problem`, `Solution`, `Status`: one that sees the whole team; `check_governor`
@@ -50,6 +50,7 @@ __all__ = [
     "Sweep",
     "TeamConstants",
     "TickRecord",
+    "Tuning",
     "Verification",
     "__version__",
     "batch",
@@ -70,6 +71,7 @@ __all__ = [
     "simulate",
     "sweep",
     "template",
+    "tune",
     "validate",
     "verify",
 ]
@@ -91,6 +93,7 @@ if TYPE_CHECKING:
     from pbrg_mj.governor.problem.interface import Governor, Problem, Solution, Status
     from pbrg_mj.loop.record import TickRecord
     from pbrg_mj.studies.sweep import Sweep, sweep
+    from pbrg_mj.studies.tune import Tuning, tune
 
 _MODULES = {
     "api.batch": ("Batch", "batch"),
@@ -109,6 +112,7 @@ _MODULES = {
     "governor.problem.interface": ("Governor", "Problem", "Solution", "Status"),
     "loop.record": ("TickRecord",),
     "studies.sweep": ("Sweep", "sweep"),
+    "studies.tune": ("Tuning", "tune"),
 }
 _HOMES = {name: f"{__name__}.{module}" for module, names in _MODULES.items() for name in names}
 

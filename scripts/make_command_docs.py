@@ -35,6 +35,14 @@ stderr, a line each. Where no output stands below, there is none.
 """
 WRONG = "team:\n  start: [[0, 0]]\n  formation: [[0, 0]]\n  leaders: [2]\noperator: {reference: [1, 0]}\n"
 SWEEP = "scenario: paper/simulation_near\nseeds: 1-4\nduration: 2\ngrid: {governor.rounds: [2, 10]}\n"
+TUNE = """\
+scenario: paper/simulation_near
+seeds: 1,2
+held_out: 3
+duration: 2
+keys: {control.alpha_r: {uniform: [0.5, 3]}}
+budget: 6
+"""
 # Not shown: it compiles the kernels, which would pass for the speed of the first run that is.
 FIRST = "pbrg run paper/experiment_near --duration 1 --quiet -o near.mcap && rm near.mcap"
 # Each paragraph, and the commands that show it.
@@ -62,6 +70,8 @@ PARTS: tuple[tuple[str, tuple[str, ...]], ...] = (
             "pbrg batch paper/experiment_near --duration 20 --seeds 1-8 -o seeds.npz",
             "cat rounds.yaml",
             "pbrg sweep rounds.yaml -o rounds",
+            "cat gain.yaml",
+            "pbrg tune gain.yaml -o gain",
         ),
     ),
     ("Distributed against centralized: [metrics](metrics.md)", ("pbrg compare near.mcap coarse.mcap",)),
@@ -111,6 +121,7 @@ def page() -> str:
         run(FIRST, folder)
         (folder / "wrong.yaml").write_text(WRONG)
         (folder / "rounds.yaml").write_text(SWEEP)
+        (folder / "gain.yaml").write_text(TUNE)
         for title, commands in PARTS:
             shown = "\n".join(run(command, folder) for command in commands)
             block = "\n".join(f"    {line}".rstrip() for line in shown.splitlines())

@@ -3,7 +3,7 @@
 main          the commands and their exit codes
 scenarios     list, show, new, schema, validate
 run, batch, reproduce    simulate
-sweep         many runs as one table
+sweep, tune    many runs as one table, or to find the best values
 compare, export, plot, render, report    read logs
 replay, repair    a log again, or what is whole in it
 doctor        this machine

@@ -32,6 +32,7 @@ from pbrg_mj.cli import (
     run,
     scenarios,
     sweep,
+    tune,
 )
 from pbrg_mj.cli.answers import answering
 from pbrg_mj.cli.console import Notes, emit, keep_standard_streams
@@ -75,6 +76,7 @@ app.command("validate")(answering(scenarios.validate))
 app.command("run")(answering(run.run))
 app.command("batch")(answering(batch.batch))
 app.command("sweep")(answering(sweep.sweep))
+app.command("tune")(answering(tune.tune))
 app.command("compare")(answering(compare.compare))
 app.command("export")(answering(export.export))
 app.command("plot")(answering(plot.plot))

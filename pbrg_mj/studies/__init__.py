@@ -9,4 +9,6 @@ document      a study's YAML file
 records       records as Parquet
 sweep_plan    SWEEP.yaml -> tasks
 sweep         `pbrg sweep`
+optimizer     points to try, by the values of earlier ones
+tune          `pbrg tune`
 """

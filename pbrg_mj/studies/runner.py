@@ -48,11 +48,16 @@ class Runner:
         """Unlock the folder."""
         self._open.close()
 
-    def run(self, tasks: Sequence[Task], logs: Sequence[str] = ()) -> list[tuple[Record, Record]]:
+    def run(
+        self, tasks: Sequence[Task], logs: Sequence[str] = (), watch: Watch | None = None
+    ) -> list[tuple[Record, Record]]:
         """Return each task's record and timings; write its log under that name into `logs/`, if names are given.
+
+        `watch` is called in place of the runner's own.
 
         Raises Interrupted on Ctrl-C, after which the same call goes on where it ended.
         """
+        watch = watch or self._watch
         names = dict(zip((task.digest for task in tasks), logs, strict=True)) if logs else {}
         left = {task.digest: task for task in tasks if not self._is_done(task, names)}
         if names:
@@ -62,12 +67,12 @@ class Runner:
         failed = sum(record["status"] != "ok" for record in there)
         try:
             with closing(self._backend.run(list(left.values()), bool(names))) as results:
-                self._watch(everything - len(left), everything, failed)
+                watch(everything - len(left), everything, failed)
                 for result in results:
                     self._keep(result, names)
                     del left[result.digest]
                     failed += result.record["status"] != "ok"
-                    self._watch(everything - len(left), everything, failed)
+                    watch(everything - len(left), everything, failed)
         except Stopped as stopped:
             raise Interrupted(self._so_far(everything - len(left), everything), stopped.signal) from None
         except KeyboardInterrupt:

@@ -86,18 +86,18 @@ def sources(file: StudyFile[Any]) -> list[Source]:
     return found
 
 
-def seed_list(file: StudyFile[Any]) -> tuple[int, ...]:
-    """Return the seeds. Raises InputError."""
-    seeds = file.keys.seeds
+def seed_list(file: StudyFile[Any], key: str = "seeds") -> tuple[int, ...]:
+    """Return the seeds that a key lists. Raises InputError."""
+    seeds = getattr(file.keys, key)
     if isinstance(seeds, int):
         return (seeds,)
     if isinstance(seeds, str):
         try:
             return seeds_of(seeds, "this")
         except InputError as error:
-            raise file.error(("seeds",), error.message.removeprefix("this ")) from None
+            raise file.error((key,), error.message.removeprefix("this ")) from None
     if not seeds or len(set(seeds)) < len(seeds):
-        raise file.error(("seeds",), "is empty or has a seed twice; allowed: each seed once")
+        raise file.error((key,), "is empty or has a seed twice; allowed: each seed once")
     return tuple(seeds)
 
 
@@ -148,8 +148,10 @@ def _try(file: StudyFile[SweepKeys], source: Source, seed: int) -> None:
     axes: list[Entries] = []
     for name, part in keys.variants.items():
         axes.append({("variants", name, one): values for one, values in part.items()})
-    axes += [{("grid", key, k): {key: one} for k, one in enumerate(part)} for key, part in keys.grid.items()]
-    axes += [{("random", "keys"): next(_draws(keys.random))[1]}] if keys.random else []
+    for key, listed in keys.grid.items():
+        axes.append({("grid", key, k): {key: one} for k, one in enumerate(listed)})
+    if keys.random:
+        axes.append({("random", "keys"): next(_draws(keys.random))[1]})
     first = [next(iter(axis.items())) for axis in axes]
     check_settings(file, source, seed, fixed | dict(first))
     for k, axis in enumerate(axes):

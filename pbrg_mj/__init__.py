@@ -82,9 +82,10 @@ if TYPE_CHECKING:
     from pbrg_mj.api.compare import Comparison, compare
     from pbrg_mj.api.doctor import doctor
     from pbrg_mj.api.interrupt import Interrupted
+    from pbrg_mj.api.logs import open, report  # noqa: A004 - pbrg.open
     from pbrg_mj.api.replay import Repair, Verification, repair, verify
     from pbrg_mj.api.reproduce import reproduce
-    from pbrg_mj.api.run import Run, open, report  # noqa: A004 - pbrg.open
+    from pbrg_mj.api.run import Run
     from pbrg_mj.api.scenario import Scenario, draw, list_scenarios, load, schema, template, validate
     from pbrg_mj.api.simulate import run, serve, simulate
     from pbrg_mj.api.video import render
@@ -104,7 +105,8 @@ _MODULES = {
     "api.interrupt": ("Interrupted",),
     "api.reproduce": ("reproduce",),
     "api.replay": ("Repair", "Verification", "repair", "verify"),
-    "api.run": ("Run", "open", "report"),
+    "api.logs": ("open", "report"),
+    "api.run": ("Run",),
     "api.scenario": ("Scenario", "draw", "list_scenarios", "load", "schema", "template", "validate"),
     "api.simulate": ("run", "serve", "simulate"),
     "errors": ("InputError", "PbrgError", "PlugInError"),

@@ -211,11 +211,11 @@ def test_panels_go_where_there_is_most_room(panels, columns):
 
 def test_panels_are_chosen_on_the_command_line(tmp_path, monkeypatch, capsys):
     from pbrg_mj.analysis.figures import figure
-    from pbrg_mj.api import run as api_run
+    from pbrg_mj.api import logs as api_logs
 
     drawn_panels = []
-    monkeypatch.setattr(api_run, "open_reduced", lambda path, quantities: (run(), run()))
-    monkeypatch.setattr(api_run, "plot", lambda run, path, panels: drawn_panels.append(panels))
+    monkeypatch.setattr(api_logs, "open_reduced", lambda path, quantities: (run(), run()))
+    monkeypatch.setattr(api_logs, "plot", lambda run, path, panels: drawn_panels.append(panels))
     for wanted in ([], ["--panels", "gap,margin,gap"], ["--panels", "all"]):
         assert main(["plot", "a.mcap", "-o", "a.pdf", *wanted]) == 0
     assert drawn_panels == [figure.PAPER, ("gap", "margin"), tuple(figure.PANELS)]

@@ -13,7 +13,7 @@ from pbrg_mj.analysis.metrics.run_metrics import metrics
 from pbrg_mj.analysis.metrics.table import COLUMN_WIDTH, LAYOUT, cell, comparison_table, shown
 from pbrg_mj.analysis.text import plain
 from pbrg_mj.api import doctor as checkup
-from pbrg_mj.api import run as api_run
+from pbrg_mj.api import logs as api_logs
 from pbrg_mj.cli.main import main
 from pbrg_mj.log.read import run as reader
 from pbrg_mj.video import gl
@@ -36,8 +36,8 @@ def logs(monkeypatch, tmp_path):
     """Planted runs in place of log files, by name."""
     found = {}
     monkeypatch.setattr(reader, "open_run", lambda path: replaced(found[Path(path).name], path=str(path)))
-    monkeypatch.setattr(api_run, "log_metrics", lambda path: metrics(reader.open_run(path)))
-    monkeypatch.setattr(api_run, "open_reduced", lambda path, _: (reader.open_run(path),) * 2)
+    monkeypatch.setattr(api_logs, "log_metrics", lambda path: metrics(reader.open_run(path)))
+    monkeypatch.setattr(api_logs, "open_reduced", lambda path, _: (reader.open_run(path),) * 2)
     monkeypatch.chdir(tmp_path)
     return found
 

@@ -18,7 +18,7 @@ from pbrg_mj.analysis.metrics.run_metrics import metrics
 from pbrg_mj.analysis.reduced_run import open_reduced
 from pbrg_mj.analysis.replay_summary import replay_summary
 from pbrg_mj.analysis.report.report_run import report_log, report_run
-from pbrg_mj.api.run import plot_log, replay_log
+from pbrg_mj.api.logs import plot_log, replay_log
 from pbrg_mj.cli.main import main
 from pbrg_mj.errors import InputError
 from pbrg_mj.log.read import mcap_records

@@ -17,7 +17,7 @@ import pytest
 
 from pbrg_mj.analysis.report.page import SCRIPTS, page
 from pbrg_mj.analysis.report.report_run import report_run
-from pbrg_mj.api import run as api_run
+from pbrg_mj.api import logs as api_logs
 from pbrg_mj.cli.main import main
 from tests.runs import replaced, resting, run, walled
 
@@ -156,7 +156,7 @@ def test_a_diverged_run_and_a_run_of_one_tick_can_be_shown():
 
 @pytest.fixture
 def logs(monkeypatch, tmp_path):
-    monkeypatch.setattr(api_run, "report_log", lambda path, runs: report_run(replaced(run(), path=str(path)), runs))
+    monkeypatch.setattr(api_logs, "report_log", lambda path, runs: report_run(replaced(run(), path=str(path)), runs))
     monkeypatch.chdir(tmp_path)
     return tmp_path
 

@@ -4,7 +4,8 @@ scenario      a file, a bundled name or data -> Scenario
 seeds         `1-8,20`
 simulate      Scenario, governor -> Run, tick by tick or to the end; live server
 batch         many seeds side by side
-run           a log -> Run: arrays, numbers, figures, page, export
+run           Run: arrays, numbers, figures, page, export
+logs          a log -> Run, or its numbers, figures, page, export at once
 arrays        arrays by name
 compare       runs -> one table
 video         Run -> video or still

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from pbrg_mj.api.run import Run, as_run
+from pbrg_mj.api.logs import as_run
+from pbrg_mj.api.run import Run
 from pbrg_mj.errors import InputError
 from pbrg_mj.video.encode import FORMATS, STILL
 from pbrg_mj.video.render import ViewSettings, check_output, render_movie, render_still

@@ -15,6 +15,6 @@ def export(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="OUT", help="OUT.npz, OUT.mat or OUT.csv.")],
 ) -> None:
     """Write a log's time series for NumPy, MATLAB or pandas."""
-    from pbrg_mj.api.run import export_log
+    from pbrg_mj.api.logs import export_log
 
     export_log(log, output)

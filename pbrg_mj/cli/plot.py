@@ -20,6 +20,6 @@ def plot(
     ] = PAPER,
 ) -> None:
     """Draw the paper's two figures, trajectories with the line and references over time, or other panels."""
-    from pbrg_mj.api.run import plot_log
+    from pbrg_mj.api.logs import plot_log
 
     plot_log(log, output, panels)

@@ -35,7 +35,7 @@ def replay(
 
 
 def _replay(log: Path, *, json: bool) -> int:
-    from pbrg_mj.api.run import replay_log
+    from pbrg_mj.api.logs import replay_log
 
     seen = replay_log(log)
     if json:

@@ -5,6 +5,6 @@
 - `penalty`: how large a cap of the multipliers keeps the penalty exact
 - `equations`: one round in plain NumPy, as the paper writes it; `rounds`: the same compiled, `descent` a part of it
 - `link_states`: what robots keep of the messages that come
-- `network_equations`: rounds over a channel in plain NumPy; `network_rounds`: the same compiled
+- `network_equations`: rounds over a channel in plain NumPy; `network_rounds`, `waves`: the same compiled
 - `governor`: a tick's rounds, and what each robot takes from them
 """

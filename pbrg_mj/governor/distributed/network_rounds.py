@@ -13,6 +13,7 @@ import numpy as np
 from pbrg_mj.governor.distributed.estimates import Estimates, Flow
 from pbrg_mj.governor.distributed.link_states import NO_MESSAGE, LinkStates, reverse_links
 from pbrg_mj.governor.distributed.rounds import ReceivedStates, private_data, round_arguments, update_robots
+from pbrg_mj.governor.distributed.waves import put_sums, use_waves
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.kernel import kernel
 from pbrg_mj.team.channel import Channel
@@ -112,8 +113,8 @@ def _run(arguments, link_arrays, link_parameters, events):
         _count_hops(links, parameters, hops)
         _list_movers(links, parameters, hops, moves)
         if waves:
-            _use_waves(old, seen, links, parameters, moves)
-            _put_sums(links, parameters, now)
+            use_waves(old, seen, links, parameters, moves)
+            put_sums(links, parameters, now)
             _send(links, parameters, now)
         links.hops[:] = hops
         _list_heard(parameters.first, links.up, heard)
@@ -169,16 +170,6 @@ def _put_estimates(old, links, parameters, now):
 
 
 @kernel
-def _put_sums(links, parameters, now):
-    flight, sent = links.flight, links.sent
-    slot = now.now % flight.shape[2]
-    for e in range(len(parameters.reverse)):
-        flight[0, e, slot] = sent[0, e]
-        flight[1, e, slot] = sent[1, e]
-        links.flight_waves[e, slot] = links.sent_waves[e]
-
-
-@kernel
 def _send(links, parameters, now):
     """Send what was put on every link, with the sender's hop count."""
     flight_hops, flight_arrival, hops = links.flight_hops, links.flight_arrival, links.hops
@@ -226,39 +217,6 @@ def _keep(links, parameters, e, slot):
     held[1, e] = flight[1, e, slot]
     links.held_hops[e] = links.flight_hops[e, slot]
     links.held_waves[e] = links.flight_waves[e, slot]
-
-
-@kernel
-def _use_waves(old, seen, links, parameters, moves):
-    """Use a wave and send one at the end of every link of the robots that move; write what their updates see."""
-    sent, unused, up = links.sent, links.unused, links.up
-    first, reverse, eta = parameters.first, parameters.reverse, parameters.impedance
-    root, det = np.sqrt(2.0 * eta), eta * eta + 2.0 * eta + 4.0  # det of eta I + 2 M
-    for i in range(len(moves)):
-        for e in range(first[i], first[i + 1] if moves[i] else first[i]):
-            out = reverse[e]
-            z, zeta = old.z[i], old.zeta[i]
-            copies = 1 + parameters.reserve if links.sent_waves[out] == 0 else 1
-            links.sent_waves[out] += copies
-            if not up[e]:  # no line yet: r_i = y_i, no flow
-                for c in range(len(z)):
-                    sent[0, out, c] += copies * (np.sqrt(0.5 * eta) * z[c])
-                    sent[1, out, c] += copies * (np.sqrt(0.5 * eta) * zeta[c])
-                continue
-            count = links.unused_waves[e]
-            links.unused_waves[e] = count - 1
-            for c in range(len(z)):
-                b, b_zeta = unused[0, e, c] / count, unused[1, e, c] / count
-                unused[0, e, c] -= b
-                unused[1, e, c] -= b_zeta
-                x = root * b + 2.0 * (z[c] - zeta[c])
-                y = root * b_zeta + 2.0 * z[c]
-                r = (eta * x + 2.0 * y) / det
-                r_zeta = ((eta + 2.0) * y - 2.0 * x) / det
-                seen[0, e, c] = 2.0 * r - z[c]
-                seen[1, e, c] = 2.0 * r_zeta - zeta[c]
-                sent[0, out, c] += copies * (root * r - b)
-                sent[1, out, c] += copies * (root * r_zeta - b_zeta)
 
 
 @kernel

@@ -9,6 +9,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
+from pbrg_mj.plugin_options import option_keys, options_model, unknown_options, validated
 from pbrg_mj.plugins import (
     IN_SCENARIOS,
     OBJECT,
@@ -16,11 +17,7 @@ from pbrg_mj.plugins import (
     find,
     installed,
     kind_of_name,
-    option_keys,
-    options_model,
     unknown,
-    unknown_options,
-    validated,
     value_at,
 )
 from pbrg_mj.scenario.diagnostics import Diagnostic, KeyPath, yaml_text

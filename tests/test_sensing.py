@@ -7,7 +7,9 @@ import pytest
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.load import load_scenario
+from pbrg_mj.scenario.random_streams import Source, Streams
 from pbrg_mj.scenario.schema import Beams, Camera, Operator, Scenario, Sensors, Team
+from pbrg_mj.sensing.draws_ahead import DrawsAhead
 from pbrg_mj.sensing.noise import SensorNoise, sensor_noise
 from pbrg_mj.sensing.sense import sense
 from pbrg_mj.world.plant.interface import Observation
@@ -164,3 +166,16 @@ def test_no_bias_changes_no_bit_and_the_ideal_plant_has_none() -> None:
 def test_as_many_biases_as_robots(key: str) -> None:
     with pytest.raises(InputError, match=rf"sensors.{key}: has 2 entries; allowed: one number, or 5, one per robot"):
         load_scenario("paper/experiment_near", [f"sensors.{key}=[0.1, 0.2]"])
+
+
+def test_numbers_drawn_ahead_are_those_of_their_frames() -> None:
+    """In whatever order frames are asked for, with some left out; and no more are drawn than in a row."""
+    streams, drawn = Streams(5, Source.CAMERA), []
+    draws = DrawsAhead(Streams(5, Source.CAMERA), 3)
+    at = draws._streams.at
+    draws._streams.at = lambda robot, frame: (drawn.append(frame), at(robot, frame))[1]
+    for frame in [0, 1, 2, 20, 23, 26, 27, 28, 45]:
+        found = draws.at(frame, 2)
+        expected = [streams.at(robot, frame).standard_normal(3) for robot in range(2)]
+        np.testing.assert_array_equal(found, expected)
+    assert len(drawn) == 2 * (16 + 1 + 1 + 1 + 16 + 1)

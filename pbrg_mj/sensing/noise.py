@@ -12,6 +12,7 @@ from pbrg_mj import plugins
 from pbrg_mj.scenario.random_streams import Source, Streams
 from pbrg_mj.scenario.schema import Scenario, per_robot
 from pbrg_mj.sensing.camera_faults import CameraFaults, camera_faults
+from pbrg_mj.sensing.draws_ahead import DrawsAhead
 from pbrg_mj.sensing.noise_model import PlugInNoise
 from pbrg_mj.sensing.signal_strength import SignalStrength
 
@@ -43,6 +44,16 @@ class SensorNoise:
     def camera_streams(self) -> Streams:
         """Random streams of the camera."""
         return Streams(self.seed, Source.CAMERA)
+
+    @cached_property
+    def pose_std(self) -> np.ndarray:
+        """Standard deviations of x, y [m] and heading [rad], (3,)."""
+        return np.array([self.position_std, self.position_std, self.heading_std])
+
+    @cached_property
+    def camera_draws(self) -> DrawsAhead:
+        """What is drawn for x, y and heading in the camera's frames."""
+        return DrawsAhead(self.camera_streams, 3)
 
     @cached_property
     def beam_streams(self) -> Streams:

@@ -43,11 +43,7 @@ def _poses(observation: Observation, noise: SensorNoise) -> np.ndarray:
     if noise.model is not None:
         at = [noise.camera_streams.at(robot, observation.pose_frame) for robot in range(len(true))]
         return np.array([noise.model.pose(pose, random) for pose, random in zip(true, at, strict=True)])
-    std = np.array([noise.position_std, noise.position_std, noise.heading_std])
-    draws, streams = np.empty_like(true), noise.camera_streams
-    for robot in range(len(true)):
-        streams.at(robot, observation.pose_frame).standard_normal(out=draws[robot])
-    seen = true + std * draws
+    seen = true + noise.pose_std * noise.camera_draws.at(observation.pose_frame, len(true))
     return seen + np.array(noise.pose_bias) if noise.pose_bias else seen
 
 

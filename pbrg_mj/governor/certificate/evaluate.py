@@ -17,7 +17,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid, write_error, write_times_error
+from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid, write_error
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.half_spaces import HalfSpaces
@@ -103,7 +103,7 @@ def _raise_worst(half_spaces, states, formation, E, reach, worst):
                     if not binds[t, i, k, j] or at + reach * size <= predicted:
                         continue  # no tick can be worse
                     if not known[j]:
-                        write_times_error(E[j], 0, 1, error, moved[j])
+                        _write_moved(E, error, j, moved)
                         known[j] = True
                     for r in range(E.shape[1]):
                         predicted = max(predicted, at + G_x * moved[j, r, 0] + G_y * moved[j, r, 1])
@@ -118,3 +118,14 @@ def _size_along(error, G_x, G_y):
     for row in range(len(error)):
         square += (G_x * error[row, 0] + G_y * error[row, 1]) ** 2
     return math.sqrt(square)
+
+
+@kernel
+def _write_moved(E, error, j, moved):
+    """Write E_j(t) times both coordinates of the error, (K, 2)."""
+    for r in range(E.shape[1]):
+        x = y = 0.0
+        for c in range(len(error)):
+            x += E[j, r, c] * error[c, 0]
+            y += E[j, r, c] * error[c, 1]
+        moved[j, r, 0], moved[j, r, 1] = x, y

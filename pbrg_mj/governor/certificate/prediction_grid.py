@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -42,6 +42,12 @@ class PredictionGrid:
         Equal teams share one grid. Raises ValueError when the sampled team does not settle.
         """
         return _grid(model, between)
+
+    @cached_property
+    def columns(self) -> np.ndarray:
+        """E once more, (n, 2n, K): what kernels go through from row to row lies side by side."""
+        n = len(self.s)
+        return np.ascontiguousarray(self.E.reshape(n, -1, 2 * n).transpose(0, 2, 1))
 
     @property
     def horizon(self) -> int:
@@ -91,20 +97,15 @@ def write_error(p, xi, m, error):
 
 
 @kernel
-def write_times_error(rows, first, step, error, found):
-    """Write rows `first`, `first + step`, ... of a matrix times the error (2n, 2), both coordinates, to `found` (K, 2).
+def write_times_error(columns, j, error, found):
+    """Write the rows of robot j, of `columns` (n, 2n, K), times both coordinates of the error to `found` (2, K).
 
-    Sums are taken in the order of columns, so that they are the same on every processor and for any number of rows. Two
-    rows at a time: their sums do not wait for each other.
+    Sums are taken in the order of columns, so that they are the same on every processor and for any number of rows.
     """
-    for k in range(0, len(found), 2):
-        r, last = first + k * step, first + min(k + 1, len(found) - 1) * step
-        x = y = last_x = last_y = 0.0
-        for c in range(len(error)):
-            x += rows[r, c] * error[c, 0]
-            y += rows[r, c] * error[c, 1]
-            last_x += rows[last, c] * error[c, 0]
-            last_y += rows[last, c] * error[c, 1]
-        found[k, 0], found[k, 1] = x, y
-        if last != r:
-            found[k + 1, 0], found[k + 1, 1] = last_x, last_y
+    for k in range(found.shape[1]):
+        found[0, k] = found[1, k] = 0.0
+    for c in range(len(error)):
+        x, y = error[c, 0], error[c, 1]
+        for k in range(found.shape[1]):
+            found[0, k] += columns[j, c, k] * x
+            found[1, k] += columns[j, c, k] * y

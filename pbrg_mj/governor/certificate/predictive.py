@@ -44,9 +44,9 @@ class PredictiveCertificate:
 
     @cached_property
     def _rows(self) -> tuple[np.ndarray, ...]:
-        """What advances count with: E (n * K, 2n), and bound, s, s + bound sqrt(n), s - bound sqrt(n), all (n, K)."""
+        """What advances count with: columns of E (n, 2n, K), bound, s, s + bound sqrt(n), s - bound sqrt(n), (n, K)."""
         grid, spread = self.grid, self.grid.bound * np.sqrt(len(self.formation))
-        return grid.E, grid.bound, grid.s, grid.s + spread, grid.s - spread
+        return grid.columns, grid.bound, grid.s, grid.s + spread, grid.s - spread
 
     def rows_at(self, half_spaces: HalfSpaces, p: np.ndarray, xi: np.ndarray, held: np.ndarray) -> Rows:
         """Return the rows with the states p, xi (n, 2) [m] while m (2,) [m] is held."""
@@ -72,7 +72,8 @@ def _write_advances(half_spaces, state, rows, team, allowed):
     formation, margin = team
     low, high = allowed
     n, points = rows[1].shape
-    error, moved, known = np.empty((2 * n, 2)), np.empty((n, points, 2)), np.zeros(n, dtype=np.bool_)
+    error, moved, known = np.empty((2 * n, 2)), np.empty((n, 2, points)), np.zeros(n, dtype=np.bool_)
+    rest = np.empty(points)
     write_error(p, xi, m, error)
     for i in range(h.shape[0]):
         for k in range(h.shape[1]):
@@ -88,22 +89,27 @@ def _write_advances(half_spaces, state, rows, team, allowed):
             for j in range(n):
                 if binds[i, k, j]:
                     if not known[j]:
-                        write_times_error(rows[0], j * points, 1, error, moved[j])
+                        write_times_error(rows[0], j, error, moved[j])
                         known[j] = True
                     c = room - (Gx * formation[j, 0] + Gy * formation[j, 1])
-                    down, up = _interval_of_robot(Gx, Gy, j, moved, rows, c, norm)
+                    down, up = _interval_of_robot((Gx, Gy, c, norm), j, moved, rows, rest)
                     lowest, highest = max(lowest, down), min(highest, up)
             low[i, k], high[i, k] = lowest, highest
 
 
 @kernel
-def _interval_of_robot(Gx, Gy, j, moved, rows, c, norm):
-    """Return the least and the largest advance that the rows of robot j allow, c from the held m to its limit."""
+def _interval_of_robot(half_space, j, moved, rows, rest):
+    """Return the least and the largest advance that the rows of robot j allow.
+
+    `half_space` are its normal, how far it is from the held m to the robot's limit, and ||e||; `rest` (K,) is scratch.
+    """
+    Gx, Gy, c, norm = half_space
     _, bound, s, up, down = rows
     lowest, highest = -np.inf, np.inf
-    for r in range(moved.shape[1]):
-        rest = c - (Gx * moved[j, r, 0] + Gy * moved[j, r, 1]) - bound[j, r] * norm
-        lowest, highest = narrowed(lowest, highest, rest, s[j, r], up[j, r], down[j, r])
+    for r in range(len(rest)):
+        rest[r] = c - (Gx * moved[j, 0, r] + Gy * moved[j, 1, r]) - bound[j, r] * norm
+    for r in range(len(rest)):
+        lowest, highest = narrowed(lowest, highest, rest[r], s[j, r], up[j, r], down[j, r])
     return lowest, highest
 
 

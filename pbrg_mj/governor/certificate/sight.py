@@ -30,7 +30,7 @@ SCANS = 2  # that show a wall before it counts: perception.track.confirmation
 class SightLimit:
     """Rows of predicted ways, for the robots that carry beams."""
 
-    E: np.ndarray  # (n * K, 2n) of the prediction grid
+    columns: np.ndarray  # (n, 2n, K) of the prediction grid's E
     s: np.ndarray  # (n, K)
     robots: np.ndarray  # (R,) that carry beams
     sight: float  # [m]
@@ -38,7 +38,7 @@ class SightLimit:
     @classmethod
     def of(cls, grid: PredictionGrid, robots: np.ndarray, sight: float) -> SightLimit:
         """Return the rows of a grid for the `robots` (R,) that see so far [m]."""
-        return cls(grid.E, grid.s, robots, sight)
+        return cls(grid.columns, grid.s, robots, sight)
 
     def share(self, error: np.ndarray, heading: np.ndarray, advance: np.ndarray) -> float:
         """Return the largest kappa in [0, 1] for an advance (2,) [m].
@@ -49,8 +49,8 @@ class SightLimit:
 
     @property
     def rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-        """What `sight_share` takes: E, s, robots, sight."""
-        return self.E, self.s, self.robots, self.sight
+        """What `sight_share` takes: columns of E, s, robots, sight."""
+        return self.columns, self.s, self.robots, self.sight
 
 
 def sight(scenario: Scenario, robot: RobotModel) -> float:
@@ -68,13 +68,13 @@ def sight(scenario: Scenario, robot: RobotModel) -> float:
 @kernel
 def sight_share(rows, error, advance):
     """Compute `SightLimit.share`; `rows` are those of `SightLimit.rows`."""
-    E, s, robots, sight = rows
+    columns, s, robots, sight = rows
     share, points = 1.0, s.shape[1]
-    moved = np.empty((points, 2))
+    moved = np.empty((2, points))
     for j in robots:
-        write_times_error(E, j * points, 1, error, moved)
+        write_times_error(columns, j, error, moved)
         for k in range(1, points):
-            x, y = moved[k, 0] - moved[0, 0], moved[k, 1] - moved[0, 1]
+            x, y = moved[0, k] - moved[0, 0], moved[1, k] - moved[1, 0]
             dx, dy = s[j, k] * advance[0], s[j, k] * advance[1]
             last = x * x + y * y - sight * sight
             half, first = x * dx + y * dy, dx * dx + dy * dy

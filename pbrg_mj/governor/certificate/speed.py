@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -59,35 +60,39 @@ class SpeedLimit:
         """
         return speed_share(self.rows, error, heading, advance)
 
-    @property
+    @cached_property
     def rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float, float]:
-        """What `speed_share` takes: time, U, v, facets, offset, change."""
-        return self.time, self.U, self.v, self.facets, self.offset, self.change
+        """What `speed_share` takes: time, columns of U (n, 2n, K), v (n, K), facets, offset, change."""
+        points, n = len(self.time), len(self.v) // len(self.time)
+        columns = np.ascontiguousarray(self.U.reshape(points, n, -1).transpose(1, 2, 0))
+        v = np.ascontiguousarray(self.v.reshape(points, n).T)
+        return self.time, columns, v, self.facets, self.offset, self.change
 
 
 @kernel
 def speed_share(rows, error, heading, advance):
     """Compute `SpeedLimit.share`; `rows` are those of `SpeedLimit.rows`."""
-    time, U, v, facets, offset, change = rows
-    u = np.empty((len(time), 2))
+    time, columns, v, facets, offset, change = rows
+    if len(facets) == 0:
+        return 1.0
+    u = np.empty((2, len(time)))
     n, share, length = len(heading), 1.0, math.sqrt(advance[0] ** 2 + advance[1] ** 2)
     slowest = np.inf  # no velocity below this meets a facet at any heading
     for f in range(len(facets)):
         slowest = min(slowest, 1.0 / math.sqrt(facets[f, 0] ** 2 + facets[f, 1] ** 2))
     for j in range(n):
-        write_times_error(U, j, n, error, u)
+        write_times_error(columns, j, error, u)
         c, s = math.cos(heading[j]), math.sin(heading[j])
         for f in range(len(facets)):
             turned = facets[f, 0] * (c * advance[0] + s * advance[1]) + facets[f, 1] * (c * advance[1] - s * advance[0])
-            if v[j] * turned > change:
-                share = min(share, change / (v[j] * turned))
-        for k in range(_rows_that_may_bind(u, v, n, j, length, slowest)):
-            r = k * n + j
+            if v[j, 0] * turned > change:
+                share = min(share, change / (v[j, 0] * turned))
+        for k in range(_rows_that_may_bind(u, v[j], length, slowest)):
             if k > 0:
-                c, s = _turned(c, s, u[k - 1, 0], u[k - 1, 1], (time[k] - time[k - 1]) / offset)
-            ahead, across = c * u[k, 0] + s * u[k, 1], c * u[k, 1] - s * u[k, 0]
-            more_ahead = v[r] * (c * advance[0] + s * advance[1])
-            more_across = v[r] * (c * advance[1] - s * advance[0])
+                c, s = _turned(c, s, u[0, k - 1], u[1, k - 1], (time[k] - time[k - 1]) / offset)
+            ahead, across = c * u[0, k] + s * u[1, k], c * u[1, k] - s * u[0, k]
+            more_ahead = v[j, k] * (c * advance[0] + s * advance[1])
+            more_across = v[j, k] * (c * advance[1] - s * advance[0])
             for f in range(len(facets)):
                 rise = facets[f, 0] * more_ahead + facets[f, 1] * more_across
                 if rise > 0.0:
@@ -97,12 +102,12 @@ def speed_share(rows, error, heading, advance):
 
 
 @kernel
-def _rows_that_may_bind(u, v, n, j, length, slowest):
-    """Return how many rows of robot j there are up to its last one fast enough to meet a facet."""
-    count = len(u)
+def _rows_that_may_bind(u, v, length, slowest):
+    """Return how many rows of a robot there are up to its last one fast enough to meet a facet."""
+    count = len(v)
     while count > 0:
         k = count - 1
-        if math.sqrt(u[k, 0] ** 2 + u[k, 1] ** 2) + abs(v[k * n + j]) * length > slowest:
+        if math.sqrt(u[0, k] ** 2 + u[1, k] ** 2) + abs(v[k]) * length > slowest:
             break
         count -= 1
     return count

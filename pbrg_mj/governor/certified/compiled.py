@@ -23,9 +23,9 @@ from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.half_spaces import HalfSpaces
 
-NOTHING = np.zeros(0), np.zeros((0, 0)), np.zeros(0), np.zeros((0, 2)), 1.0, np.inf
+NOTHING = np.zeros(0), np.zeros((0, 0, 0)), np.zeros((0, 0)), np.zeros((0, 2)), 1.0, np.inf
 """`SpeedLimit.rows` that limit nothing."""
-NOWHERE = np.zeros((0, 0)), np.zeros((0, 1)), np.zeros(0, dtype=np.int64), 1.0
+NOWHERE = np.zeros((0, 0, 0)), np.zeros((0, 1)), np.zeros(0, dtype=np.int64), 1.0
 """`SightLimit.rows` that limit nothing."""
 
 

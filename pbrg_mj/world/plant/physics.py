@@ -69,7 +69,8 @@ class MujocoPlant:
         self._kidnappings = Kidnappings(scenario, self.robot, start_pose(scenario, self.robot)) if kidnapped else None
         self._stepwise = bool(looped or self._moving_boxes or self._kidnappings)
         self._step = 0
-        self._voltage: np.ndarray | None = None  # what ctrl holds between steps
+        self._ctrl = self.data.ctrl  # a view; asking for one at every step takes as long as writing to it
+        self._voltage = np.zeros((scenario.robots, 2))  # what it holds between steps
         self._observed: Observation | None = None
         if self._camera.delay_steps:
             fill_camera_history(self.model, self.data, scenario.robots, self._camera)
@@ -152,9 +153,9 @@ class MujocoPlant:
         voltage = self._disturbances.without_dead_motors(voltage, self._step)
         changed = voltage is not self._voltage
         if changed:
-            self.data.ctrl[self._index.motor] = over_first_step(self.data.ctrl[self._index.motor], voltage)
+            self._ctrl[self._index.motor] = over_first_step(self._voltage, voltage)
         if self._disturbances.pushing:
             self.data.xfrc_applied[self._index.body, :2] = self._disturbances.force(self._step)
         mujoco.mj_step2(self.model, self.data)
         if changed:
-            self.data.ctrl[self._index.motor] = self._voltage = voltage
+            self._ctrl[self._index.motor] = self._voltage = voltage

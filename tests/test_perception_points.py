@@ -11,19 +11,12 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.perception.points.estimator import PointEstimator
 from pbrg_mj.perception.points.hull import gap_to_hull
-from pbrg_mj.perception.points.parameters import point_parameters, range_sigmas
+from pbrg_mj.perception.points.parameters import range_sigmas
 from pbrg_mj.scenario.load import load_text
-from pbrg_mj.scenario.random_streams import Source, stream
-from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.sensing.beam_model import noisy_scan
-from pbrg_mj.sensing.noise import sensor_noise
-from pbrg_mj.sensing.readings import Readings
-from pbrg_mj.world.scene.robot import load_robot_model
-from tests.perceiving import box, rows, scenario
+from tests.perceiving import box, rows
 from tests.raycast import Scene, cast
+from tests.seeing_points import PERIOD, ROBOT, estimator, scan, sensor
 
-ROBOT = load_robot_model()
-PERIOD = 0.1  # [s]
 WALL = Scene(((2.0, -3.0, 2.0, 3.0),))
 L_SHAPE = Scene(
     (
@@ -35,26 +28,6 @@ L_SHAPE = Scene(
         (4.0, -1.0, 2.0, -1.0),
     )
 )
-
-
-def estimator(sensors: dict | None = None, formation=((0.0, 0.0),)) -> tuple[PointEstimator, Scenario]:
-    given = scenario(formation, sensors=sensors or {}, estimator={"source": "points", "scope": "own"})
-    robots = np.array(given.beam_robots, dtype=np.int64)
-    made = PointEstimator(point_parameters(given, ROBOT), robots, np.array(formation, dtype=float), 6)
-    return made, given
-
-
-def scan(given, scene: Scene, poses: np.ndarray, frame: int) -> Readings:
-    """What the robots of a scenario read at true poses (n, 3); the camera runs three times as fast as the beams."""
-    noise, beams = sensor_noise(given), given.sensors.beams
-    read, seen = [], []
-    for robot, pose in enumerate(poses):
-        raw = np.nan_to_num(cast(scene, pose, beams.count, beams.range_max), nan=-1.0)
-        raw[raw < beams.range_min] = -1.0
-        read.append(noisy_scan(raw, noise, stream(noise.seed, Source.BEAMS, robot, frame)))
-        draw = stream(noise.seed, Source.CAMERA, robot, frame).standard_normal(3)
-        seen.append(pose + draw * [noise.position_std, noise.position_std, noise.heading_std])
-    return Readings(np.array(seen), np.array(read), True, 3 * frame, frame)
 
 
 def drive(given, made: PointEstimator, scene: Scene, start: float, end: float, target: float, y: float = 0.0):
@@ -83,8 +56,7 @@ def test_a_small_thing_ahead_is_known_before_contact(preset: str, least: int, sh
     found = 0
     for seed in range(12):
         rng = np.random.default_rng([seed, 7])
-        extra = {} if preset == "default" else {"beams": {"preset": preset}}
-        made, given = estimator(extra)
+        made, given = estimator(sensor(preset))
         given = given.model_copy(update={"seed": seed})
         if shape == "box":
             width, angle = rng.uniform(0.12, 0.6), rng.uniform(0.0, np.pi)
@@ -218,7 +190,7 @@ def test_the_nearest_of_many_echoes_is_behind_as_seldom_as_one():
 def test_points_need_the_scope_own():
     text = "team: {start: [[0, 0]], formation: [[0, 0]], leaders: [1]}\noperator: {reference: [0, 0]}\n"
     with pytest.raises(InputError, match=r"estimator\.scope.*own"):
-        load_text(text, "a", ["estimator.source=points"], file="a.yaml")
+        load_text(text, "a", ["estimator.source=points", "estimator.scope=team"], file="a.yaml")
 
 
 def test_memories_are_never_written_to():

@@ -195,11 +195,9 @@ def _advance_limits(scenario: Scenario, model: TeamModel, cycle_ticks: int) -> t
         wheels = scenario.plant == "physics" and scenario.governor.speed_rows
         change = cycle_ticks * model.tick / robot.time_constant if wheels else math.inf
         limits.append(SpeedLimit.of(model, grid, facets, turning_offset(robot), change))
-    if (
-        scenario.governor.sight_rows
-        and scenario.estimator.source in ("beams", "points")
-        and scenario.plant == "physics"
-    ):
+    estimator = scenario.estimator
+    sees = estimator.source in ("beams", "points") and scenario.plant == "physics"
+    if scenario.governor.sight_rows and sees and estimator.unknown == "free":  # else half-spaces end at what is seen
         limits.append(SightLimit.of(grid, np.array(scenario.beam_robots), _sight(scenario)))
     return tuple(limits)
 

@@ -1,8 +1,12 @@
 """Scans to half-spaces without asking for lines: whatever echoes is kept off, whatever its shape.
 
 parameters      of the sensor, the robot and the estimator
-detect          one scan to points in the world; a lone echo waits until a second confirms it
 memory          points over time: seen again, hidden, passed by beams, forgotten
-separate        half-spaces between the robot's way to its target and the points
+detect          one scan to points in the world; a lone echo waits until a second confirms it
+known_free      the edge of what a scan shows to be free
+places          both, as places to keep off, and the robot's way to its target as far as it is free
+hull            the gap between the hull of points and a segment
+face            the places of one face, its normal and its half-space
+separate        half-spaces between the way and all places
 estimator       one tick of all that for all robots
 """

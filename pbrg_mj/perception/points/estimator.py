@@ -11,6 +11,7 @@ import numpy as np
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.perception.points.detect import add_scan
+from pbrg_mj.perception.points.known_free import edge_of_free
 from pbrg_mj.perception.points.memory import forget, no_points
 from pbrg_mj.perception.points.parameters import PointParameters
 from pbrg_mj.perception.points.separate import separate
@@ -81,9 +82,10 @@ def perceive_points(scans, parameters, robots, targets, written):
             continue
         pose = pose_at_scan(poses[robot], clock, anchors[robot], parameters.pose)
         forget(points[robot], scan, ranges[row], pose, parameters)
-        add_scan(points[robot], scan, ranges[row], pose, poses[:, :2], robot, parameters)
+        echoes = add_scan(points[robot], scan, ranges[row], pose, poses[:, :2], robot, parameters)
+        edge = edge_of_free(echoes, ranges[row], pose, parameters)
         q = np.empty(2)
         q[0] = pose.x + parameters.hand_offset * math.cos(pose.heading)
         q[1] = pose.y + parameters.hand_offset * math.sin(pose.heading)
         target = q if math.isnan(targets[robot, 0]) else targets[robot]
-        separate(points[robot], q, target, parameters, G[robot], h[robot], active[robot])
+        separate((points[robot], edge), q, target, parameters, (G[robot], h[robot], active[robot]))

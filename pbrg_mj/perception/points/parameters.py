@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import norm
 
+from pbrg_mj.perception.points.face import ROOM
 from pbrg_mj.perception.scan.self_occlusion import blocked_beams
 from pbrg_mj.perception.track.world_frame import PoseModel, pose_model
 from pbrg_mj.scenario.schema import Scenario, beam_angles
@@ -39,12 +40,15 @@ class PointParameters(NamedTuple):
     range_sigmas: np.ndarray  # (16,) and of a range where 1, 2, ... echoes tell of the face
     recent: int  # scans whose points are all kept
     memory: float  # how long a point out of sight is kept [s]
+    closed_beyond: bool  # what no beam has shown to be free binds
+    silence_is_free: bool  # a beam without an echo shows its way to be free
+    blind_radius: float  # of what is taken to be free on blind sides, from the body's centre [m]
 
 
 def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
     """Return the parameters for a scenario; the ideal plant is seen exactly."""
     beams, exact = scenario.assumed_sensors.beams, scenario.plant == "ideal"
-    angles = beam_angles(beams)
+    angles, pose = beam_angles(beams), pose_model(scenario)
     return PointParameters(
         directions=np.column_stack([np.cos(angles), np.sin(angles)]),
         blocked=blocked_beams(beams, scenario.robot),
@@ -55,7 +59,7 @@ def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
         noise_ratio=0.0 if exact else beams.noise_ratio,
         range_min=beams.range_min,
         range_max=beams.range_max,
-        pose=pose_model(scenario),
+        pose=pose,
         clearance=robot.clearance,
         hand_offset=robot.hand_offset,
         body_radius=robot.body_radius,
@@ -63,7 +67,18 @@ def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
         range_sigmas=range_sigmas(scenario.estimator.sigmas),
         recent=min(max(math.ceil(ENOUGH / beams.count), 2), 6),
         memory=scenario.estimator.memory,
+        closed_beyond=scenario.estimator.unknown != "free",
+        silence_is_free=scenario.estimator.unknown != "strict",
+        blind_radius=blind_radius(robot, scenario.estimator.sigmas * math.sqrt(pose.position_var)),
     )
+
+
+def blind_radius(robot: RobotModel, error: float) -> float:
+    """Return how much room around its centre a robot knows of without any beam [m]; `error` is its place's [m].
+
+    Its hand point may then go round it, whatever a hull takes of the room.
+    """
+    return (robot.clearance + robot.hand_offset + error) / ROOM
 
 
 def range_sigmas(sigmas: float) -> np.ndarray:

@@ -21,6 +21,7 @@ from pbrg_mj.scenario.schema import Scenario, whole_multiple
 MOST_TICKS = 100_000_000  # eleven days at 10 ms, and a log of some 100 GB
 MOST_STEPS = 10_000  # of physics in a tick
 MOST_FINDINGS = 100  # of each check: robots all at one place are as many as there are pairs of them
+LEAST_SLOTS = 4  # of points: what has no slot of its own is kept off by a box around the way
 
 
 def check(scenario: Scenario) -> list[Diagnostic]:
@@ -96,6 +97,8 @@ def _sensing(scenario: Scenario) -> Iterator[Diagnostic]:
         if occlusion.time == 0:
             path = ("sensors", "camera", "occlusions", k, "time")
             yield Diagnostic(path, "is 0 s; allowed: later, when the robot has been seen")
+    if estimator.unknown != "free" and estimator.source != "points":
+        yield Diagnostic(("estimator", "unknown"), f"is {estimator.unknown}; allowed but with `source: points`: free")
     if estimator.source not in ("beams", "points"):
         return
     if scenario.plant == "ideal":
@@ -104,6 +107,12 @@ def _sensing(scenario: Scenario) -> Iterator[Diagnostic]:
         yield Diagnostic(
             ("estimator", "given"),
             f"is given, but estimator.source is {estimator.source}; allowed: with `source: given`",
+        )
+    if estimator.source == "points" and estimator.half_spaces_per_robot < LEAST_SLOTS:
+        yield Diagnostic(
+            ("estimator", "half_spaces_per_robot"),
+            f"is {estimator.half_spaces_per_robot}; allowed with `source: points`, which leaves nothing out: "
+            f"{LEAST_SLOTS} or more",
         )
     if estimator.source == "points" and estimator.scope != "own":
         yield Diagnostic(

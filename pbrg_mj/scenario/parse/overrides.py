@@ -10,6 +10,17 @@ from pbrg_mj.scenario.diagnostics import KeyPath, dotted_key, yaml_text
 from pbrg_mj.scenario.parse.document import DEEPEST, Document, read_document
 from pbrg_mj.scenario.parse.renamed_keys import renamed_path
 
+SET_UP = "set_up"
+SET_UPS: dict[str, tuple[str, ...]] = {
+    "recommended": (
+        "governor.kind=certified",
+        "estimator.source=points",
+        "estimator.scope=own",
+        "estimator.half_spaces_per_robot=8",
+    ),
+}
+"""Overrides that go by one name, `set_up=NAME`; those after it win."""
+
 
 def apply_overrides(document: Document, overrides: Sequence[str]) -> Document:
     """Return the document with the overrides applied in their order.
@@ -18,8 +29,19 @@ def apply_overrides(document: Document, overrides: Sequence[str]) -> Document:
     the validation to say. Raises InputError naming the override for one that has no place to go.
     """
     for text in overrides:
-        document = _apply(document, text)
+        for one in _keys_of(text):
+            document = _apply(document, one)
     return document
+
+
+def _keys_of(text: str) -> Sequence[str]:
+    """Return what `set_up=NAME` stands for; of any other override itself."""
+    key, _, name = text.partition("=")
+    if key.strip() != SET_UP:
+        return (text,)
+    if name.strip() not in SET_UPS:
+        raise InputError(f"override {yaml_text(text)}; allowed: {SET_UP}={' or '.join(SET_UPS)}")
+    return SET_UPS[name.strip()]
 
 
 def _apply(document: Document, text: str) -> Document:

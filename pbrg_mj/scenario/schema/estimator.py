@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from pbrg_mj.scenario.schema.assumed import Assumed
 from pbrg_mj.scenario.schema.base import MOST_EVENTS, NonNegative, Number, Positive, RobotNumber, Section, Vector
+
+POINTS = {"scope": "own", "half_spaces_per_robot": 8}
+"""What `source: points` sets. Keys given beside it win."""
 
 
 class GivenHalfSpace(Section):
@@ -47,6 +50,12 @@ class Estimator(Section):
         default="team",
         description="which robots a half-space binds: every robot, as in the paper, or the one that sees it",
     )
+    unknown: Literal["free", "closed", "strict"] = Field(
+        default="free",
+        description="`source: points`: free: what no echo tells of is free; closed: what no beam has shown to be free "
+        "is not entered: behind things, beyond the beams' range, on blind sides; strict: nor is what silent beams may "
+        "have passed, unless echoes are on both sides",
+    )
     memory: NonNegative = Field(default=10.0, description="how long a wall out of sight is kept [s]")
     drift_std: NonNegative = Field(
         default=0.005, description="growth of an unseen wall's offset uncertainty [m], per square root of a second"
@@ -55,3 +64,10 @@ class Estimator(Section):
         default=0.2, description="growth of an unseen wall's angle uncertainty [deg], per square root of a second"
     )
     assumed: Assumed = Assumed()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _points(cls, keys: Any) -> Any:
+        """Fill in what goes with points where it is not given."""
+        points = isinstance(keys, dict) and keys.get("source") == "points"
+        return {**POINTS, **keys} if points else keys

@@ -1,0 +1,99 @@
+"""Places to keep off, and the way of a hand point as far as it is free of them."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from pbrg_mj.kernel import kernel
+
+
+class Places(NamedTuple):
+    """Echoes that bind and the edge of what is known to be free; functions look at the first `count` of each array."""
+
+    x: np.ndarray  # (M,) [m]
+    y: np.ndarray  # (M,) [m]
+    std: np.ndarray  # (M,) of the range [m]
+    inset: np.ndarray  # (M,) how far the hand point must stay from a place known as badly as the robot's pose [m]
+
+
+@kernel
+def no_places(size):
+    """Return room for `size` places."""
+    return Places(np.empty(size), np.empty(size), np.empty(size), np.empty(size))
+
+
+@kernel
+def places_to_keep_off(points, edge, parameters):
+    """Return the `Places` of the points that bind and of the `Edge`, and how many there are."""
+    places, count = no_places(len(points) + len(edge.x)), 0
+    for i in range(len(points)):
+        point = points[i]
+        if point["live"] and point["binds"]:
+            places.x[count], places.y[count], places.std[count] = point["x"], point["y"], point["std"]
+            places.inset[count] = parameters.clearance + parameters.sigmas * point["pose_std"] + point["bulge"]
+            count += 1
+    for i in range(len(edge.x)):
+        places.x[count], places.y[count], places.std[count] = edge.x[i], edge.y[i], 0.0
+        places.inset[count] = parameters.clearance + parameters.sigmas * edge.pose_std[i]
+        count += 1
+    return places, count
+
+
+@kernel
+def copy_place(source, i, target, k):
+    """Write place i of one array to place k of another."""
+    target.x[k], target.y[k] = source.x[i], source.y[i]
+    target.std[k], target.inset[k] = source.std[i], source.inset[i]
+
+
+@kernel
+def swap_places(places, i, k):
+    """Exchange two places of an array."""
+    places.x[i], places.x[k] = places.x[k], places.x[i]
+    places.y[i], places.y[k] = places.y[k], places.y[i]
+    places.std[i], places.std[k] = places.std[k], places.std[i]
+    places.inset[i], places.inset[k] = places.inset[k], places.inset[i]
+
+
+@kernel
+def free_way(places, count, q, target, parameters):
+    """Return both ends of the way: it ends where it first comes as near to a place as is allowed, or at the target."""
+    dx, dy = target[0] - q[0], target[1] - q[1]
+    length = math.sqrt(dx * dx + dy * dy)
+    if not length > 0.0:
+        return q[0], q[1], q[0], q[1]
+    dx, dy, free = dx / length, dy / length, length
+    for i in range(count):
+        x, y = places.x[i] - q[0], places.y[i] - q[1]
+        inset = places.inset[i] + parameters.sigmas * places.std[i]
+        along, squared = x * dx + y * dy, x * x + y * y
+        across = squared - along * along
+        if squared <= inset * inset:  # already nearer: any approach ends at once
+            if along > 0.0:
+                free = 0.0
+        elif along > 0.0 and across < inset * inset:
+            free = min(free, along - math.sqrt(inset * inset - across))
+    return q[0], q[1], q[0] + free * dx, q[1] + free * dy
+
+
+@kernel
+def nearest_place(places, count, way):
+    """Return the place nearest to the way, -1 for none; its distance [m] and the direction to it."""
+    ax, ay, bx, by = way
+    dx, dy = bx - ax, by - ay
+    length, nearest, best = dx * dx + dy * dy, -1, math.inf
+    gx, gy = 0.0, 0.0
+    for i in range(count):
+        x, y = places.x[i] - ax, places.y[i] - ay
+        share = min(max((x * dx + y * dy) / length, 0.0), 1.0) if length > 0.0 else 0.0
+        x, y = x - share * dx, y - share * dy
+        squared = x * x + y * y
+        if 0.0 < squared < best:
+            nearest, best, gx, gy = i, squared, x, y
+    if nearest < 0:
+        return -1, 0.0, 0.0, 0.0
+    distance = math.sqrt(best)
+    return nearest, distance, gx / distance, gy / distance

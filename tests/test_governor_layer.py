@@ -13,7 +13,7 @@ from pbrg_mj.governor.certificate.predictive import PredictiveCertificate
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.certified.at_once import LayerGovernor
 from pbrg_mj.governor.certified.consensus import Verdict
-from pbrg_mj.governor.certified.layer import LayerProgram
+from pbrg_mj.governor.certified.layer import FREE, Ahead, LayerProgram, decision
 from pbrg_mj.governor.messaging.carrier import CarriedGovernor
 from pbrg_mj.governor.problem.ball import BallCertificate, ball_rows
 from pbrg_mj.governor.problem.interface import Problem
@@ -56,6 +56,33 @@ def test_the_layer_at_once_is_the_robots_program(name: str, keys: list[str]) -> 
         np.testing.assert_allclose(one.m[leaders], other.m[leaders], rtol=0.0, atol=0.0 if exact else 1e-9)
         np.testing.assert_array_equal(one.bytes_sent, other.bytes_sent)
         assert one.status == other.status
+
+
+@pytest.mark.parametrize("optimizer", ["flooding", "nids"])
+def test_an_only_leader_holds_its_place_for_one_cycle_and_then_moves(optimizer: str) -> None:
+    scenario = layered(
+        "paper/simulation_inadmissible",
+        f"governor.optimizer={optimizer}",
+        "governor.rounds=1",
+        "timing.duration=0.07",
+    )
+    ticks = list(Simulation.build(scenario).control_ticks())
+    m = np.array([tick.solution.m[4] for tick in ticks])  # robot 5 leads; a cycle has four ticks
+    np.testing.assert_array_equal(m[:3], np.tile(ticks[0].problem.p[4], (3, 1)))
+    assert np.linalg.norm(m[3] - m[2]) > 0.5
+    np.testing.assert_array_equal(m[3:7], np.tile(m[3], (4, 1)))
+
+
+def test_a_candidate_farther_from_r_than_what_is_held_waits() -> None:
+    p, reference = np.zeros((5, 2)), np.array([1.0, 0.0])
+    for candidate, taken in (([0.4, 0.0], True), ([-0.1, 0.0], False), ([1.0, 1.1], False), ([2.1, 0.0], False)):
+        ahead = Ahead(p, p, np.zeros(5), np.zeros(2), np.array(candidate), asked=False)
+        m, status = decision(ahead, 0.5, FREE, (), reference)
+        np.testing.assert_allclose(m, 0.5 * np.array(candidate) if taken else np.zeros(2))
+        assert status == "ok"
+        np.testing.assert_allclose(
+            decision(ahead, 0.5, FREE, ())[0], 0.5 * np.array(candidate)
+        )  # among several leaders
 
 
 class Course:

@@ -13,7 +13,7 @@ import numpy as np
 from pbrg_mj.governor.certificate.share import Spread, largest_share
 from pbrg_mj.governor.certified.consensus import Verdict
 from pbrg_mj.governor.certified.flood import COUNT, ITEM
-from pbrg_mj.governor.certified.layer import AIM, FREE, PARTS, ROW, STATE, Ahead, LayerProgram, decision
+from pbrg_mj.governor.certified.layer import AIM, FREE, PARTS, ROW, STATE, Ahead, LayerProgram, decision, only_aim
 from pbrg_mj.governor.messaging.carrier import own_data
 from pbrg_mj.governor.messaging.program import RobotFacts
 from pbrg_mj.governor.optimizers.interface import LocalProblem, no_rows
@@ -83,7 +83,8 @@ class LayerGovernor:
         if spaces is None or heading is None:
             raise ValueError("the certified layer needs half-spaces and headings in the problem")
         before = self._local(problem, [(one.rows, one.spread) for one in memory.local])
-        candidate = self.team.aim(before, memory.optimizer, int(np.flatnonzero(problem.network.leader)[0]))
+        leader = int(np.flatnonzero(problem.network.leader)[0])
+        candidate = self.team.aim(before, memory.optimizer, leader)
         if not np.isfinite(candidate).all():  # an optimizer that has diverged
             candidate = held
         rows = self.layer.certificate.rows_at(spaces, problem.p, problem.xi, held)
@@ -91,7 +92,8 @@ class LayerGovernor:
         share, allowed = largest_share(rows, spread, held, candidate)
         ahead = Ahead(problem.p, problem.xi, heading, held, candidate, memory.forbidden)
         limiting = FREE if allowed else rows if memory.forbidden else None
-        m, status = decision(ahead, share, limiting, self.layer.limits)
+        aim = only_aim(problem.network, before[leader].reference)
+        m, status = decision(ahead, share, limiting, self.layer.limits, aim)
         after = self._local(problem, [(_own_rows(rows, i), spread) for i in range(n)])
         solution = Solution(
             m=np.tile(m, (n, 1)),

@@ -10,6 +10,7 @@ in the next cycle, and leaders that have them all retreat to the nearest m that 
 
 from __future__ import annotations
 
+import math
 import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -23,6 +24,7 @@ from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.certified.consensus import Verdict
 from pbrg_mj.governor.certified.decide import AdvanceLimit
 from pbrg_mj.governor.certified.flood import COUNT, Flood, Size
+from pbrg_mj.governor.certified.robot import first_held
 from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer, RobotFacts
 from pbrg_mj.governor.optimizers.interface import LocalProblem, no_rows
 from pbrg_mj.governor.optimizers.synchronizer import Iterate, Synchronizer
@@ -82,7 +84,8 @@ class LayerProgram:
         """Return the memory before the first tick."""
         local = LocalProblem(own, self._reference(own), no_rows(), Spread.of(own.p[None], own.xi[None]))
         iterate = self.optimizer.start(facts, local)
-        return LayerMemory(facts, np.full(2, np.nan), Flood.begin(-1), Verdict.empty(0), 0, local, iterate, "holding")
+        held = first_held(self.network, self.cycle_ticks, facts, own)
+        return LayerMemory(facts, held, Flood.begin(-1), Verdict.empty(0), 0, local, iterate, "holding")
 
     def begin(self, own: OwnData, memory: LayerMemory) -> LayerMemory:
         """Take the measurements; at a cycle's first tick, begin its floods."""
@@ -185,26 +188,44 @@ class LayerProgram:
             return replace(memory, held=ahead.held, status="ok")
         floods = memory.flood.contents(OF_ROWS, memory.facts.robots)
         rows = None if floods is None else _unpacked(floods)
-        held, status = decision(ahead, verdict.share, rows if verdict.forbidden else FREE, self.limits)
+        limiting, aim = rows if verdict.forbidden else FREE, only_aim(self.network, memory.local.reference)
+        held, status = decision(ahead, verdict.share, limiting, self.limits, aim)
         return replace(memory, held=held, status=status)
 
 
 def decision(
-    ahead: Ahead, share: float, rows: Rows | None, limits: tuple[AdvanceLimit, ...]
+    ahead: Ahead,
+    share: float,
+    rows: Rows | None,
+    limits: tuple[AdvanceLimit, ...],
+    reference: np.ndarray | None = None,
 ) -> tuple[np.ndarray, Status]:
     """Return the next m (2,) [m], and how it came about.
 
     `rows` are those of all robots where somebody's forbid the held m, None while they are still to come, and without
-    one, `FREE`, where nobody's do.
+    one, `FREE`, where nobody's do. `reference` (2,) is the r of an only leader: where the held m is allowed the optimum
+    is no farther from r than it, so a candidate that is farther is an optimizer's that has not converged, and waits.
     """
     if rows is None:
         return ahead.held, "inadmissible"
     if rows.d.size:
         m, found = nearest_admissible(rows, Spread.of(ahead.p, ahead.xi), ahead.held)
         return m, "ok" if found else "infeasible"
+    if reference is not None and distance(ahead.candidate, reference) > distance(ahead.held, reference):
+        return ahead.held, "ok"
     advance, error = share * (ahead.candidate - ahead.held), np.vstack([ahead.p - ahead.held, ahead.xi])
     allowed = min((limit.share(error, ahead.heading, advance) for limit in limits), default=1.0)
     return ahead.held + allowed * advance, "ok"
+
+
+def only_aim(network: Network, reference: np.ndarray | None) -> np.ndarray | None:
+    """Return the `reference` (2,) of a leader if no other leader aims at one, None else."""
+    return reference if np.count_nonzero(network.leader) == 1 else None
+
+
+def distance(one: np.ndarray, other: np.ndarray) -> float:
+    """Return how far two points (2,) are apart [m]."""
+    return math.hypot(*(one - other).tolist())
 
 
 def _parts(content: bytes) -> tuple[bytes, bytes, bytes]:

@@ -42,6 +42,15 @@ def repeats_for(lost: float, lost_again: float) -> int:
     return 2 if lost_again == 0.0 else 1 + math.ceil(math.log(FEW / lost) / math.log(lost_again))
 
 
+def first_held(network: Network, cycle_ticks: int, facts: RobotFacts, own: OwnData) -> np.ndarray:
+    """Return what a robot holds until it has decided (2,) [m], NaN for nothing.
+
+    An only leader holds its first p: then everybody can predict the first cycle's end. Several would hold several.
+    """
+    alone = facts.leads and np.count_nonzero(network.leader) == 1 and cycle_ticks > 1
+    return own.p.copy() if alone else np.full(2, np.nan)
+
+
 @dataclass(frozen=True)
 class CertifiedMemory:
     """What one robot remembers."""
@@ -66,7 +75,8 @@ class CertifiedProgram:
 
     def start(self, facts: RobotFacts, own: OwnData) -> CertifiedMemory:
         """Return the memory before the first tick."""
-        return CertifiedMemory(facts, own, np.full(2, np.nan), Flood.begin(-1), "holding")
+        held = first_held(self.network, self.cycle_ticks, facts, own)
+        return CertifiedMemory(facts, own, held, Flood.begin(-1), "holding")
 
     def begin(self, own: OwnData, memory: CertifiedMemory) -> CertifiedMemory:
         """Take the measurements; at a cycle's first tick, begin its flood."""

@@ -26,6 +26,7 @@ from performance.timing import REPEATS
 
 SCENARIO = "paper/experiment_near"
 BEAMS = ("sensors.beams.robots=all", "sensors.beams.count=72", "sensors.beams.rate_hz=10", "governor.rounds=10")
+RECOMMENDED = ("governor.kind=certified",)
 DURATION = 8.0  # [s]; both sides see the same part of the run
 TURN = 200  # ticks before the other side has its turn
 
@@ -51,15 +52,18 @@ def scenario(*overrides: str) -> Loaded:
 
 
 def closed_loop() -> dict[str, float]:
-    """Return the ratios to bare mj_step, bare and logged, and the share that the log adds."""
+    """Return the ratios to bare mj_step, plain, with the recommended governor and logged, and the share of the log."""
     settle()  # as `pbrg run` does
-    plain = scenario()
+    plain, certified = scenario(), scenario(*RECOMMENDED)
     full = scenario("reference.solver=clarabel", "reference.period=0.01")
     commands = recorded_commands(plain)
     bare = [_against_bare(_decisions(plain), plain, commands) for _ in range(REPEATS)]
+    certified_commands = recorded_commands(certified)
+    recommended = [_against_bare(_decisions(certified), certified, certified_commands) for _ in range(REPEATS)]
     logged = [_logged(full, commands) for _ in range(REPEATS)]
     return {
         "closed_loop_over_bare": median(ratio for ratio, _ in bare),
+        "recommended_over_bare": median(ratio for ratio, _ in recommended),
         "bare_tick_us": median(seconds for _, seconds in bare) * 1e6,
         "logged_with_reference_over_bare": median(ratio for ratio, _ in logged),
         "log_over_tick": median(share for _, share in logged),

@@ -41,6 +41,7 @@ def _targets(figures: dict[str, Any]) -> str:
             f"{closed['logged_with_reference_over_bare']:.2f}",
             "<= 2.0",
         ),
+        ("closed loop with the recommended governor", f"{closed['recommended_over_bare']:.2f}", "<= 1.5"),
         ("log: time added to a tick's compute", f"{100 * closed['log_over_tick']:.0f} %", "<= 10 %"),
         ("one round, five robots, one half-space", f"{1e6 * rounds[5]['seconds']:.2f} us", "<= 1.5 us"),
         ("a round over streaming its bytes, 50 to 200 robots, worst", f"{growth:.1f}", "<= 2"),

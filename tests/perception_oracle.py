@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from pbrg_mj.perception.scan.collinear import MOST_TURN, NOISE_MARGIN
+from pbrg_mj.perception.scan.corners import LEAST_SINE, MOST_BETWEEN, UNSURE
 from pbrg_mj.perception.scan.line_ends import LEAST_GAP, SURE, WELL_WITHIN
 from pbrg_mj.perception.scan.line_fit import LEAST_COSINE
 from pbrg_mj.perception.scan.parameters import LineParameters
@@ -71,7 +72,8 @@ def find_lines(ranges: np.ndarray, directions: np.ndarray, params: LineParameter
         for i, (segment, _) in enumerate(flat)
         if not curved(scan, flat, ring, i) and (wall := fit_segment(scan, segment))
     ]
-    walls = joined(scan, walls, [b for group in clusters for b in group])
+    turned = [b for group in clusters for b in group]
+    walls = settled(scan, joined(scan, walls, turned), turned)
     for wall in walls:
         inflated(scan, wall)
         wall["free_low"] = ends_at(scan, wall, wall["beams"][0], -1)
@@ -251,6 +253,78 @@ def joint(scan: Scan, a: dict, b: dict, order: Beams) -> dict | None:
         return None
     end = first if last["high"] < first["high"] else last
     return {**line, "points": points, "beams": (first["beams"][0], end["beams"][1])}
+
+
+def settled(scan: Scan, walls: list[dict], order: Beams) -> list[dict]:
+    """Points beside a corner are of the wall that their beams meet, if they are on it."""
+    owner: dict[int, int] = {b: i for i, wall in enumerate(walls) for b in wall["points"]}
+    n, moved = len(order), set()
+
+    def run(i: int, step: int) -> Beams:
+        """Beams from place i on, up to the next one of another wall."""
+        own, some = owner[order[i]], []
+        for k in range(n):
+            b = order[(i + step * k) % n]
+            if owner.get(b, own) != own:
+                break
+            some.append(b)
+        return some
+
+    for k in range(n):
+        ahead = ((k + s) % n for s in range(1, min(MOST_BETWEEN + 2, n)))
+        z = next((i for i in ahead if order[i] in owner), None)
+        if order[k] not in owner or z is None or owner[order[z]] == owner[order[k]]:
+            continue
+        pair = owner[order[k]], owner[order[z]]
+        normals = np.array([walls[i]["normal"] for i in pair])
+        if (
+            scan.apart(order[k], order[z], (order[z] - order[k]) % scan.beams - 1)
+            or abs(np.linalg.det(normals)) < LEAST_SINE
+        ):
+            continue
+        corner = np.linalg.solve(normals, [walls[i]["offset"] for i in pair])
+        u = corner / np.linalg.norm(corner)
+        sine = scan.d @ np.array([-u[1], u[0]])
+        back, forth = run(k, -1), run(z, 1)
+        if not (any(sine[b] < 0 < scan.d[b] @ u for b in back) and any(sine[b] > 0 < scan.d[b] @ u for b in forth)):
+            continue
+        jacobian = np.linalg.solve(normals.T, np.array([-u[1], u[0]]))
+        unsure = UNSURE * math.sqrt(
+            sum(j**2 * place_variance(walls[i], corner) for j, i in zip(jacobian, pair, strict=True))
+        )
+        unsure /= float(np.linalg.norm(corner))
+        lost = []
+        for some, side, own in ((back, -1, 0), (forth, 1, 1)):
+            stop = next((i for i, b in enumerate(some) if side * sine[b] > unsure), len(some))
+            lost.append([b for b in some[:stop] if owner.get(b) == pair[own]])
+        few = [
+            sum(o == i for o in owner.values()) - len(gone) < scan.params.min_points
+            for i, gone in zip(pair, lost, strict=True)
+        ]
+        if any(few) or not any(lost) or not all(on_line(scan, walls[pair[1 - i]], b) for i in (0, 1) for b in lost[i]):
+            continue
+        for i, side in ((0, -1), (1, 1)):
+            for b in lost[i]:
+                del owner[b]
+                if side * sine[b] < -unsure:
+                    owner[b] = pair[1 - i]
+        moved |= set(pair)
+    for i in moved:
+        points = [b for b in order if owner.get(b) == i]
+        walls[i] |= fit_line(scan, points, walls[i]["normal"], walls[i]["offset"]) | {"points": points}
+    return walls
+
+
+def place_variance(line: dict, place: np.ndarray) -> float:
+    at = np.array([line["normal"][0] * place[1] - line["normal"][1] * place[0], -1])
+    return float(at @ line["covariance"] @ at)
+
+
+def on_line(scan: Scan, line: dict, b: int) -> bool:
+    at = np.array([meets(scan, line, b), -1])
+    variance = at @ line["covariance"] @ at + 1 / weights(scan, [b], line["normal"], line["offset"])[0]
+    off = line["normal"] @ scan.xy[b] - line["offset"]
+    return bool(scan.d[b] @ line["normal"] > LEAST_COSINE and off**2 <= OUTLIER**2 * variance)
 
 
 def inflated(scan: Scan, line: dict) -> None:

@@ -9,6 +9,7 @@ In: ranges of one scan, directions of its beams, `LineParameters`. Out: `Lines` 
     robust_fit      outliers removed, tests of straightness, outlier inflation of the covariance
     line_ends       what the beams beside a line say: it ends, it has a gap, or nothing
     collinear       segments of one line merged
+    corners         whose the points beside a corner are
     extract_lines   all of that, in this order
     parameters      what it needs to know of the sensor and the estimator
 """

@@ -1,7 +1,7 @@
 """One scan to the straight lines it shows, in the body frame.
 
 Points -> clusters (adaptive breakpoints) -> straight segments (split and merge) -> lines (quasi-likelihood of the
-ranges) -> collinear lines merged -> free ends, where the beams beside them pass by.
+ranges) -> collinear lines merged -> points beside corners settled -> free ends, where the beams beside them pass by.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.scan.collinear import gather, merge_collinear, rank_by_length
+from pbrg_mj.perception.scan.corners import settle_corners
 from pbrg_mj.perception.scan.line_ends import is_free
 from pbrg_mj.perception.scan.parameters import LineParameters
 from pbrg_mj.perception.scan.points import points_into, without_outliers
@@ -65,6 +66,7 @@ class LineWorkspace(NamedTuple):
     fits: np.ndarray  # (B, 7) theta, c, var theta, cov, var c, low, high of each line
     ends: np.ndarray  # (B, 2) beams of each line's first and last point
     ranking: np.ndarray  # (B,) lines, longest first
+    moved: np.ndarray  # (B,) bool: points beside a line's corner have changed hands
     joint: np.ndarray  # (7,) the fit of two segments that may be one line
 
 
@@ -94,6 +96,7 @@ def line_workspace(beams):
         fits=np.empty((beams, 7)),
         ends=np.empty((beams, 2), np.int64),
         ranking=np.empty(beams, np.int64),
+        moved=np.empty(beams, np.bool_),
         joint=np.empty(7),
     )
 
@@ -123,6 +126,7 @@ def extract_lines_into(ranges, directions, params, work, out):
     segments = segments_into(points, params, order, clusters, work)
     lines = _fit_segments(params, order, (segments, ring), work)
     lines = merge_collinear(points, params, order, work, lines)
+    settle_corners(points, params, order, work, lines)
     rank_by_length(work.fits, work.ranking, lines)
     for i in range(lines):
         line = work.ranking[i]

@@ -1,0 +1,182 @@
+"""Which wall the points beside a corner belong to, by the directions of their beams.
+
+Split and merge cuts where a point lies farthest out, so noise chooses, and points near the corner go to the wall that
+they happen to suit. Both turn the lines, and no covariance counts it. Two lines that meet say better whose a point is:
+a beam that passes the corner on one side meets the one wall, on the other side the other, whatever its range was.
+Directions have no noise, so nothing is chosen by the noise of the points beside the corner but through the lines, which
+rest on all of their points. Beams that are nearer to the corner than it is known are nobody's.
+"""
+
+from __future__ import annotations
+
+import math
+
+from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.scan.line_fit import LEAST_COSINE, extent, fit_line, meeting, weight_of
+from pbrg_mj.perception.scan.points import DX, DY, X, Y, apart
+from pbrg_mj.perception.scan.robust_fit import OUTLIER, write_fit
+
+UNSURE = 1.0  # standard deviations of a corner's direction within which a beam is nobody's
+LEAST_SINE = math.sin(math.radians(5.0))  # of the angle between two lines that have a corner
+MOST_BETWEEN = 3  # points of no line between those of two that meet
+
+
+@kernel
+def settle_corners(points, params, order, work, lines):
+    """Give the points beside each corner to the wall that their beams meet, and fit those walls again, in place.
+
+    `order` (N,) are the points of the scan in turn, `lines` how many lines `work.ranking` lists; work.owner (B,) names
+    the line of each point.
+    """
+    for i in range(lines):
+        work.moved[work.ranking[i]] = False
+    for k in range(len(order)):
+        a = work.owner[order[k]]
+        z = _next_owned(order, work.owner, k)
+        if a >= 0 and z >= 0 and work.owner[order[z]] != a:
+            _settle(points, params, order, (k, z), work)
+    for i in range(lines):
+        line = work.ranking[i]
+        if work.moved[line]:
+            _fit_again(points, params, order, line, work)
+
+
+@kernel
+def _next_owned(order, owner, k):
+    """Return the place of the next point of a line, -1 if there is none near."""
+    for step in range(1, min(MOST_BETWEEN + 2, len(order))):
+        z = (k + step) % len(order)
+        if owner[order[z]] >= 0:
+            return z
+    return -1
+
+
+@kernel
+def _settle(points, params, order, places, work):
+    """Give the points of two lines, the last of the one and the first of the other at `places`, to whom they belong.
+
+    Nothing changes where they do not meet, or where too few points would be left to either.
+    """
+    k, z = places
+    a, b = work.owner[order[k]], work.owner[order[z]]
+    if apart(points, params, order[k], order[z], (order[z] - order[k]) % len(points) - 1):
+        return
+    x, y, across = _corner(work.fits[a], work.fits[b])
+    distance = math.hypot(x, y)
+    if distance <= 0.0 or not _between(points, order, places, work.owner, x, y):
+        return
+    corner = (x / distance, y / distance, UNSURE * across / distance)
+    for keep in (True, False):  # what each would lose is counted first
+        lost_a = _give(points, params, order, (k, -1), b, corner, work, keep)
+        lost_b = _give(points, params, order, (z, 1), a, corner, work, keep)
+        if min(lost_a, lost_b) < 0 or lost_a + lost_b == 0:
+            return
+        if keep and not (_left(work, a, lost_a, params) and _left(work, b, lost_b, params)):
+            return
+    work.moved[a] = work.moved[b] = True
+
+
+@kernel
+def _give(points, params, order, place, other, corner, work, keep):
+    """Give the points of the line of a place that are beyond the corner to the `other` line; return how many it loses.
+
+    They are looked for from that place on, in a direction. With `keep` none is given away; -1 if one of them is not on
+    the other line: then the two do not meet there, the one hides the other.
+    """
+    (i, direction), (x, y, unsure) = place, corner
+    own, lost = work.owner[order[i]], 0
+    for _ in range(len(order)):
+        beam = order[i]
+        if work.owner[beam] >= 0 and work.owner[beam] != own:
+            break
+        # Sine of the angle from the corner to the beam, counter-clockwise; of the own wall are those on its side.
+        sine = direction * (x * points[beam, DY] - y * points[beam, DX])
+        if sine > unsure:
+            break
+        if work.owner[beam] == own:
+            lost += 1
+            if keep and not _is_on(points, params, work.fits[other], beam):
+                return -1
+            if not keep:
+                work.owner[beam] = other if sine < -unsure else -1
+        i = (i + direction) % len(order)
+    return lost
+
+
+@kernel
+def _is_on(points, params, fit, beam):
+    """Tell whether a point is on a line, as far as its noise lets one tell."""
+    nx, ny, c = math.cos(fit[0]), math.sin(fit[0]), fit[1]
+    cosine, s = meeting(points, nx, ny, c, beam)
+    off = nx * points[beam, X] + ny * points[beam, Y] - c
+    variance = 1.0 / weight_of(params, cosine, c) + max(fit[4] - 2.0 * s * fit[3] + s * s * fit[2], 0.0)
+    return cosine > LEAST_COSINE and off * off <= OUTLIER**2 * variance
+
+
+@kernel
+def _left(work, line, lost, params):
+    """Tell whether a line keeps as many points as one needs."""
+    count = -lost
+    for owner in work.owner:
+        count += owner == line
+    return count >= params.min_points
+
+
+@kernel
+def _corner(one, other):
+    """Return where two lines meet, x, y [m], and its standard deviation across its direction [m]; 0s: nowhere."""
+    nx, ny, mx, my = math.cos(one[0]), math.sin(one[0]), math.cos(other[0]), math.sin(other[0])
+    sine = nx * my - ny * mx
+    if abs(sine) < LEAST_SINE:
+        return 0.0, 0.0, 0.0
+    x, y = (one[1] * my - other[1] * ny) / sine, (other[1] * nx - one[1] * mx) / sine
+    distance = math.hypot(x, y)
+    if distance <= 0.0:
+        return 0.0, 0.0, 0.0
+    tx, ty = -y / distance, x / distance
+    # The corner moves by N^-1 e, with e how far each line moves there.
+    by_one, by_other = (tx * my - ty * mx) / sine, (ty * nx - tx * ny) / sine
+    variance = by_one**2 * _variance_at(one, x, y) + by_other**2 * _variance_at(other, x, y)
+    return x, y, math.sqrt(variance)
+
+
+@kernel
+def _variance_at(fit, x, y):
+    """Return the variance [m^2] of a line's place at x, y."""
+    s = math.cos(fit[0]) * y - math.sin(fit[0]) * x
+    return max(fit[4] - 2.0 * s * fit[3] + s * s * fit[2], 0.0)
+
+
+@kernel
+def _between(points, order, places, owner, x, y):
+    """Tell whether a corner is between the first point of the one line and the last of the other."""
+    k, z = places
+    return _beyond(points, order, k, owner, -1, x, y) and _beyond(points, order, z, owner, 1, x, y)
+
+
+@kernel
+def _beyond(points, order, i, owner, direction, x, y):
+    """Tell whether some point of the line of place i is farther out in a direction than a corner."""
+    own = owner[order[i]]
+    for _ in range(len(order)):
+        beam = order[i]
+        if owner[beam] >= 0 and owner[beam] != own:
+            return False
+        cross, dot = x * points[beam, DY] - y * points[beam, DX], x * points[beam, DX] + y * points[beam, DY]
+        if dot > 0.0 and direction * cross > 0.0:
+            return True
+        i = (i + direction) % len(order)
+    return False
+
+
+@kernel
+def _fit_again(points, params, order, line, work):
+    """Fit a line to the points that are its own now."""
+    count = 0
+    for beam in order:
+        if work.owner[beam] == line:
+            work.members[count] = beam
+            count += 1
+    members, fit = work.members[:count], work.fits[line]
+    found = fit_line(points, params, members, (fit[0], fit[1]))
+    write_fit(found, extent(points, params, members, found, work.at), fit)

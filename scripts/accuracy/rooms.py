@@ -1,0 +1,188 @@
+"""Rooms, and how right a robot that drives in them is about their walls.
+
+python scripts/accuracy/rooms.py [--seeds 100] [--sensors generic lidar]    # prints the table of docs/perception.md
+
+A room is drawn anew for each seed, convex with 4 to 6 walls or an L, and a robot drives through it on an arc. The
+normalised error squared is that of one wall a room, drawn among those that bind: walls of one room share the pose's
+error.
+"""
+
+from __future__ import annotations
+
+import argparse
+
+import numpy as np
+from raycast import Scene, cast, wheels
+from scanning_robot import CLEARANCE, HAND, SENSORS, scenario
+from walls import band
+
+from pbrg_mj.perception.perceive import initial, perceive
+from pbrg_mj.perception.setup import perception_setup
+from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.sensing.noise import sensor_noise
+from pbrg_mj.sensing.readings import Readings
+from pbrg_mj.sensing.sense import sense
+from pbrg_mj.world.plant.interface import Observation
+
+SPEED, TURN = 0.2, 0.5  # largest of the robots [m/s], [rad/s]
+AWAY = 0.2  # of its way from all walls [m]
+SCANS = (3, 10, 30)
+ALIKE = np.deg2rad(30)  # a track whose normal is farther off is of no wall
+
+
+def convex_room(random: np.random.Generator) -> np.ndarray:
+    """Corners (4 to 6, 2) of a convex room, counter-clockwise: on a circle, none nearer than 40 deg to the next."""
+    count = int(random.integers(4, 7))
+    gaps = np.deg2rad(40) + random.dirichlet(np.full(count, 3.0)) * (2 * np.pi - count * np.deg2rad(40))
+    angle = random.uniform(0, 2 * np.pi) + np.cumsum(gaps)
+    return random.uniform(1.2, 2.5) * np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def l_room(random: np.random.Generator) -> np.ndarray:
+    """Corners (6, 2) of a room like an L, counter-clockwise."""
+    (a, b), (c, d) = random.uniform(2.0, 4.0, 2), random.uniform(0.4, 0.6, 2)
+    corners = np.array([[0, 0], [a, 0], [a, d * b], [c * a, d * b], [c * a, b], [0, b]]) - [0.4 * c * a, 0.4 * d * b]
+    angle = random.uniform(0, 2 * np.pi)
+    return corners @ np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+
+
+ROOMS = {"convex_room": convex_room, "l_room": l_room}
+
+
+def walls_of(corners: np.ndarray) -> Scene:
+    """The walls of a room of corners (c, 2)."""
+    return Scene(tuple((*a, *b) for a, b in zip(corners.tolist(), np.roll(corners, -1, axis=0).tolist(), strict=True)))
+
+
+def way(random: np.random.Generator, corners: np.ndarray, duration: float) -> tuple[np.ndarray, float, float]:
+    """A pose (3,) to start from, a speed [m/s] and a turn [rad/s] that keep a robot off the walls for that long [s]."""
+    while True:
+        start = np.append(random.uniform(corners.min(axis=0), corners.max(axis=0)), random.uniform(-np.pi, np.pi))
+        speed, turn = random.uniform(0.05, SPEED), random.uniform(-TURN, TURN)
+        places = np.array([pose_at(start, speed, turn, t)[:2] for t in np.linspace(0, duration, 40)])
+        if all(inside(place, corners) and _room(place, corners) > AWAY for place in places):
+            return start, speed, turn
+
+
+def pose_at(start: np.ndarray, speed: float, turn: float, time: float) -> np.ndarray:
+    """The pose (3,) of a robot on its arc."""
+    heading = start[2] + turn * time
+    chord = speed * time * np.sinc(turn * time / (2 * np.pi))
+    middle = start[2] + 0.5 * turn * time
+    return np.array([start[0] + chord * np.cos(middle), start[1] + chord * np.sin(middle), heading])
+
+
+def _sides(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return corners, np.roll(corners, -1, axis=0)
+
+
+def inside(place: np.ndarray, corners: np.ndarray) -> bool:
+    """Whether a place (2,) is in a room."""
+    a, b = _sides(corners)
+    crosses = (a[:, 1] > place[1]) != (b[:, 1] > place[1])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        x = a[:, 0] + (place[1] - a[:, 1]) / (b[:, 1] - a[:, 1]) * (b[:, 0] - a[:, 0])
+    return bool(np.sum(crosses & (x > place[0])) % 2)
+
+
+def _room(place: np.ndarray, corners: np.ndarray) -> float:
+    return float(distances(place, corners).min())
+
+
+def distances(place: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Distances (c,) [m] of a place from the walls of a room."""
+    a, b = _sides(corners)
+    along = np.clip(np.sum((place - a) * (b - a), axis=1) / np.sum((b - a) ** 2, axis=1), 0, 1)
+    return np.linalg.norm(a + along[:, None] * (b - a) - place, axis=1)
+
+
+class Drive:
+    """A robot that drives in a room and scans, by `sensing` and its clock."""
+
+    def __init__(self, given: Scenario, corners: np.ndarray, start: np.ndarray, speed: float, turn: float) -> None:
+        self.setup, self.noise = perception_setup(given, CLEARANCE, HAND), sensor_noise(given)
+        self.beams, self.camera = given.sensors.beams, given.sensors.camera
+        self.corners, self.start, self.speed, self.turn = corners, start, speed, turn
+        self.memory, self.readings = initial(self.setup), None
+        self.scans = 0
+
+    def scan(self) -> None:
+        """Scan, at the robot's next scan."""
+        time = self.scans / self.beams.rate_hz
+        frame = max(int((time - self.camera.delay) * self.camera.rate_hz + 1e-9), 0)
+        seen = self.pose(frame / self.camera.rate_hz)
+        pose = self.pose(time)
+        scene = walls_of(self.corners) + wheels(pose, self.beams.height)
+        raw = np.nan_to_num(cast(scene, pose, self.beams.count, self.beams.range_max), nan=-1.0)
+        readings: Readings = sense(Observation(seen[None], frame, raw[None], self.scans), self.readings, self.noise)
+        _, self.memory = perceive(readings, time, self.memory, self.setup)
+        self.readings = readings
+        self.scans += 1
+
+    def pose(self, time: float) -> np.ndarray:
+        """The true pose (3,) at a time [s]."""
+        return pose_at(self.start, self.speed, self.turn, time)
+
+    def judged(self) -> list[tuple[float, float, float]]:
+        """Angle error [rad], offset error [m] and normalised error squared of each track that binds.
+
+        A track is of the wall nearest to the middle of its extent among those alike in angle.
+        """
+        tracks, anchor = self.memory.tracks[0], self.memory.anchors[0]
+        place = np.array([anchor["x"], anchor["y"]])
+        return [self._errors(track, place) for track in tracks[(tracks["live"] == 1) & (tracks["confirmed"] == 1)]]
+
+    def _errors(self, track: np.void, place: np.ndarray) -> tuple[float, float, float]:
+        normal = np.array([np.cos(track["angle"]), np.sin(track["angle"])])
+        middle = 0.5 * (track["low"] + track["high"])
+        point = place + track["offset"] * normal + middle * np.array([-normal[1], normal[0]])
+        a, b = _sides(self.corners)
+        along = (b - a) / np.linalg.norm(b - a, axis=1)[:, None]
+        outward = np.column_stack([along[:, 1], -along[:, 0]])
+        off = np.where(outward @ normal > np.cos(ALIKE), distances(point, self.corners), np.inf)
+        k = int(np.argmin(off))
+        turn = track["angle"] - np.arctan2(outward[k, 1], outward[k, 0])
+        error = np.array([np.angle(np.exp(1j * turn)), track["offset"] - outward[k] @ (a[k] - place)])
+        covariance = np.array([[track["p_aa"], track["p_ac"]], [track["p_ac"], track["p_cc"]]])
+        return float(error[0]), float(error[1]), float(error @ np.linalg.solve(covariance, error))
+
+
+def drive(given: Scenario, room: str, scans: tuple[int, ...]) -> np.ndarray:
+    """Rows (len(scans), 3) of one wall, angle error [rad], offset error [m], normalised error squared; NaN for none."""
+    random = np.random.default_rng([given.seed, list(ROOMS).index(room)])
+    corners = ROOMS[room](random)
+    robot = Drive(given, corners, *way(random, corners, scans[-1] / given.sensors.beams.rate_hz))
+    rows = np.full((len(scans), 3), np.nan)
+    for k in range(1, scans[-1] + 1):
+        robot.scan()
+        if k in scans and (found := robot.judged()):
+            rows[scans.index(k)] = found[int(random.integers(len(found)))]
+    return rows
+
+
+def row_of(sensor: str, room: str, seeds: int) -> str:
+    """One row of the table: the mean of the normalised errors squared after each of SCANS, and its band."""
+    rows = np.array([drive(scenario(sensor, seed), room, SCANS) for seed in range(seeds)])
+    cells, (low, high) = [sensor, room], band(seeds)
+    for k in range(len(SCANS)):
+        some = rows[np.isfinite(rows[:, k, 2]), k]
+        angle, offset = np.sqrt(np.mean(some[:, :2] ** 2, axis=0))
+        cells += [f"{some[:, 2].mean():.2f}", f"{np.median(some[:, 2]):.2f}"]
+        cells += [f"{np.rad2deg(angle):.2f} deg, {1000 * offset:.1f} mm"] if SCANS[k] == SCANS[-1] else []
+    return f"| {' | '.join([*cells, f'{low:.2f} to {high:.2f}'])} |"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=int, default=100)
+    parser.add_argument("--sensors", nargs="+", choices=SENSORS, default=SENSORS)
+    args = parser.parse_args()
+    after = " | ".join(f"NEES after {scans} scans | median" for scans in SCANS)
+    print(f"| sensor | room | {after} | RMS then | band of the mean |\n|{'---|' * (2 * len(SCANS) + 4)}")
+    for sensor in args.sensors:
+        for room in ROOMS:
+            print(row_of(sensor, room, args.seeds), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -43,6 +43,7 @@ def _lengths(scenario: Scenario) -> Iterator[Diagnostic]:
     beams, camera = scenario.sensors.beams, scenario.sensors.camera
     one_or_all = {
         ("team", "heading_deg"): team.heading_deg,
+        **{("team", "variation", name): getattr(team.variation, name) for name in type(team.variation).model_fields},
         ("sensors", "beams", "bias"): beams.bias,
         **{("sensors", "camera", name): getattr(camera, name) for name in ("bias_x", "bias_y", "heading_bias_deg")},
     }

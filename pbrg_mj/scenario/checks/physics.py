@@ -10,6 +10,10 @@ from pbrg_mj.scenario.schema import LONGEST_PHYSICS_STEP, Scenario
 
 LONGEST_DELAY = 10.0  # [s]
 PHYSICS_ONLY: tuple[tuple[str, ...], ...] = (
+    ("team", "variation", "mass"),
+    ("team", "variation", "motor_constant"),
+    ("team", "variation", "wheel_radius"),
+    ("team", "variation", "friction"),
     ("world", "moving_boxes"),
     ("world", "floor_friction"),
     ("world", "rolling_resistance"),

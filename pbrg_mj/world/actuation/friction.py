@@ -20,6 +20,7 @@ from pbrg_mj.scenario.robots import RobotName
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.world.scene.floor import floor_of
 from pbrg_mj.world.scene.robot import BIAS_FRICTION, WHEELS, RobotModel, load_arena, load_robot
+from pbrg_mj.world.scene.variation import friction_scales
 
 _SETTLED = 1.0  # [s] after which the robot stands still on its contacts
 
@@ -32,9 +33,9 @@ def friction_torques(robot: RobotModel, scale: float, rolling_resistance: np.nda
     return gear + (rolling_resistance * wheel_load(robot.name) * robot.wheel_radius)[..., None]
 
 
-def set_friction(child: mujoco.MjSpec, scenario: Scenario, robot: RobotModel) -> None:
-    """Give a robot's wheels the friction of `drive.friction` and the bare floor; no element where there is none."""
-    torques = friction_torques(robot, scenario.drive.friction, floor_of(scenario.world).rolling_resistance)
+def set_friction(child: mujoco.MjSpec, scenario: Scenario, robot: RobotModel, j: int) -> None:
+    """Give robot j's wheels its own friction and the bare floor's; no element where there is none."""
+    torques = friction_torques(robot, float(friction_scales(scenario)[j]), floor_of(scenario.world).rolling_resistance)
     for side in robot.motors:
         element = child.actuator(f"friction_{side}")
         if torques.any():
@@ -75,7 +76,10 @@ class WheelFriction:
         self._wheel = np.array([model.body(name.format("wheel")).id for name in names])
         self._tyre = np.array([model.geom(name.format("tyre")).id for name in names])
         self._floor = floor_of(scenario.world)
-        self._torques = friction_torques(robot, scenario.drive.friction, self._floor.rolling_resistance)
+        self._torques = np.array(
+            [friction_torques(robot, scale, self._floor.rolling_resistance) for scale in friction_scales(scenario)]
+        )  # (n, areas, 2)
+        self._robot = np.repeat(np.arange(scenario.robots), len(WHEELS))
         elements = [model.actuator(name.format("friction")).id for name in names] if self._torques.any() else []
         self._element = np.array(elements, dtype=int)
 
@@ -84,7 +88,7 @@ class WheelFriction:
         area = self._floor.area(data.xpos[self._wheel, :2])
         self._model.geom_friction[self._tyre, 0] = self._floor.friction[area]
         if len(self._element):
-            self._model.actuator_biasprm[self._element, BIAS_FRICTION] = self._torques[area]
+            self._model.actuator_biasprm[self._element, BIAS_FRICTION] = self._torques[self._robot, area]
 
 
 def _with_values(numbers: np.ndarray, place: slice, values: np.ndarray) -> np.ndarray:

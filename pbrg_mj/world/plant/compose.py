@@ -22,6 +22,7 @@ from pbrg_mj.world.scene.floor import add_patches
 from pbrg_mj.world.scene.footprints import body_pose
 from pbrg_mj.world.scene.obstacles import add_obstacles
 from pbrg_mj.world.scene.robot import RobotModel, load_arena, load_robot
+from pbrg_mj.world.scene.variation import vary
 from pbrg_mj.world.sensors.beams import add_beams
 from pbrg_mj.world.sensors.camera import add_camera_sensors
 from pbrg_mj.world.sensors.sampling import Sampler
@@ -48,8 +49,8 @@ def compose(scenario: Scenario, robot: RobotModel) -> mujoco.MjSpec:
     add_patches(spec, scenario.world)
     with_beams = set(scenario.beam_robots)
     for j, pose in enumerate(start_pose(scenario, robot)):
-        child = _robot_spec(scenario, j, beams=j in with_beams)
-        set_friction(child, scenario, robot)
+        child = _robot_spec(scenario, robot, j, beams=j in with_beams)
+        set_friction(child, scenario, robot, j)
         if scenario.world.patches:
             prioritise_tyres(child, spec.geom("floor"))
         _add_robot(spec, child, j, pose)
@@ -75,9 +76,10 @@ def _add_robot(spec: mujoco.MjSpec, child: mujoco.MjSpec, j: int, pose: np.ndarr
     spec.attach(child, prefix=f"robot{j}/", frame=frame)
 
 
-def _robot_spec(scenario: Scenario, j: int, beams: bool) -> mujoco.MjSpec:
+def _robot_spec(scenario: Scenario, robot: RobotModel, j: int, beams: bool) -> mujoco.MjSpec:
     """Return one robot in its own colour, with its pose markers for the camera and, if it has any, its beams."""
     child = load_robot(scenario.robot)
+    vary(child, scenario, robot, j)
     rgba = _colour(j)
     for name in ("tub", "bumper"):
         child.geom(name).rgba = rgba

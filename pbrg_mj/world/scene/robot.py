@@ -31,7 +31,7 @@ def load_robot(name: RobotName = "generic") -> mujoco.MjSpec:
 
 
 # Places in MuJoCo's parameter arrays of actuators; the closed-form tests of the motor would see a shift.
-_BIAS_SPEED = 2  # of a motor
+BIAS_SPEED = 2  # of a motor
 BIAS_FRICTION, _BIAS_STRIBECK = slice(3, 5), 5  # of a friction element: Coulomb, static
 _DYN_BRISTLES = slice(5, 7)  # of a friction element: stiffness, damping
 
@@ -112,7 +112,7 @@ def read_robot_model(model: mujoco.MjModel, name: RobotName = "generic") -> Robo
     motors = DIRECTIONS if omnidirectional else WHEELS
     motor, friction = (model.actuator(f"{kind}_{motors[0]}") for kind in ("motor", "friction"))
     voltage, gain = float(motor.ctrlrange[1]), float(motor.gainprm[0])
-    back_emf_damping = float(model.actuator_damping[motor.id] - motor.biasprm[_BIAS_SPEED])  # K^2 / R [N m s/rad]
+    back_emf_damping = float(model.actuator_damping[motor.id] - motor.biasprm[BIAS_SPEED])  # K^2 / R [N m s/rad]
     coulomb, static = friction.biasprm[BIAS_FRICTION].tolist()
     stiffness, damping = friction.dynprm[_DYN_BRISTLES].tolist()
     wheel_radius, track, wheel_inertia = _wheels(model, motor.id, omnidirectional)

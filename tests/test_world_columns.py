@@ -161,14 +161,13 @@ WRONG = {
         "columns.0.radius: is 0; allowed: a number",
     ),
     "two corners": ({"prisms": [{"corners": [[1, 0], [2, 0]]}]}, "prisms.0.corners"),
-    "dart": ({"prisms": [{"corners": [[1, 0], [2, 1], [1.2, 0], [2, -1]]}]}, "allowed: corners of a convex polygon"),
-    "crossed": ({"prisms": [{"corners": [[1, 0], [2, 1], [2, 0], [1, 1]]}]}, "allowed: corners of a convex polygon"),
-    "straight": ({"prisms": [{"corners": [[1, 0], [2, 0], [3, 0], [2, 1]]}]}, "allowed: corners of a convex polygon"),
+    "crossed": ({"prisms": [{"corners": [[1, 0], [2, 1], [2, 0], [1, 1]]}]}, "allowed: corners of a polygon"),
+    "straight": ({"prisms": [{"corners": [[1, 0], [2, 0], [3, 0], [2, 1]]}]}, "allowed: corners of a polygon"),
     "star": (
         {"prisms": [{"corners": [[3 + np.cos(a), np.sin(a)] for a in 4 * np.pi / 5 * np.arange(5)]}]},
-        "allowed: corners of a convex polygon",
+        "allowed: corners of a polygon",
     ),
-    "same corner": ({"prisms": [{"corners": [[1, 0], [1, 0], [2, 1]]}]}, "allowed: corners of a convex polygon"),
+    "same corner": ({"prisms": [{"corners": [[1, 0], [1, 0], [2, 1]]}]}, "allowed: corners of a polygon"),
 }
 
 

@@ -3,6 +3,7 @@
 load              a file or bundled name, with overrides -> Scenario
 bundled           where the bundled scenarios and models are
 parse             YAML text -> data with line numbers -> overrides -> Scenario
+polygons          simple polygons in convex parts
 robots            the bundled robots and their sizes
 schema            what a scenario may say, a module per section
 families          scenarios that draw a world for each seed

@@ -19,10 +19,14 @@ def footprints(scenario: Scenario) -> Footprints:
 
 
 def names(scenario: Scenario) -> list[str]:
-    """Return the obstacles' names as the scenario has them, counted from 0, in the order of `footprints`."""
+    """Return the obstacles' names as the scenario has them, counted from 0, in the order of `footprints`.
+
+    A prism with notches is named once for each of its parts.
+    """
     world = scenario.world
-    kinds = {"walls": world.walls, "boxes": world.boxes, "columns": world.columns, "prisms": world.prisms}
-    return [f"{kind}.{k}" for kind, things in kinds.items() for k in range(len(things))]
+    kinds = {"walls": world.walls, "boxes": world.boxes, "columns": world.columns}
+    convex = [f"{kind}.{k}" for kind, things in kinds.items() for k in range(len(things))]
+    return [*convex, *(f"prisms.{k}" for k, prism in enumerate(world.prisms) for _ in prism.convex())]
 
 
 def faces(around: Footprints, index: int) -> tuple[np.ndarray, np.ndarray]:

@@ -81,8 +81,8 @@ def _add_columns_and_prisms(entity: Any, world: World) -> None:
     for column in world.columns:
         size = (2 * column.radius, 2 * column.radius, column.height)
         primitives.add_cylinder(entity, (*column.center, column.height / 2), size, primitives.WALL_COLOR)
-    for prism in world.prisms:
-        primitives.add_prism(entity, prism.corners, prism.height, primitives.WALL_COLOR)
+    for part in (part for prism in world.prisms for part in prism.convex()):
+        primitives.add_prism(entity, part.corners, part.height, primitives.WALL_COLOR)
 
 
 def _add_robots(message: SceneUpdate, model: RobotModel, count: int) -> None:

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from pbrg_mj.scenario.polygons import is_simple
 from pbrg_mj.scenario.schema import Column, Prism, Vector, Wall
 
 
@@ -31,8 +32,13 @@ def distances_to_column(column: Column, points: np.ndarray) -> np.ndarray:
 
 
 def distances_to_prism(prism: Prism, points: np.ndarray) -> np.ndarray:
-    """Return the distances (k,) of points (k, 2) from a convex prism [m]; one that is not convex has no inside."""
-    corners = np.array(prism.corners)
+    """Return the distances (k,) of points (k, 2) from a prism [m]; one whose sides cross has no inside."""
+    parts = prism.convex() if is_simple(prism.corners) else (prism,)
+    return np.min([_from_convex(np.array(part.corners), points) for part in parts], axis=0)
+
+
+def _from_convex(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return the distances (k,) of points (k, 2) from a convex polygon (c, 2) [m]."""
     side, offset = np.roll(corners, -1, axis=0) - corners, points[:, None] - corners  # (c, 2), (k, c, 2)
     turn = side[:, 0] * offset[..., 1] - side[:, 1] * offset[..., 0]
     within = (turn >= 0).all(axis=1) | (turn <= 0).all(axis=1)

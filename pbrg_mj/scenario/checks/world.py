@@ -12,11 +12,10 @@ import numpy as np
 
 from pbrg_mj.scenario.checks.distances import distances_to_column, distances_to_prism, distances_to_wall
 from pbrg_mj.scenario.diagnostics import Diagnostic, KeyPath, yaml_text
+from pbrg_mj.scenario.polygons import SHORTEST, is_simple
 from pbrg_mj.scenario.robots import robot_size
 from pbrg_mj.scenario.schema import MovingBox, Scenario, Vector, Wall
 
-SHORTEST = 1e-6  # side of a wall, box or patch [m]
-FLATTEST = 1e-6  # sine of the turn at a prism's corner
 KINDS = {
     "walls": ("wall", "walls"),
     "boxes": ("box", "boxes"),
@@ -37,7 +36,7 @@ class Obstacle:
 
 
 def extents(scenario: Scenario) -> Iterator[Diagnostic]:
-    """Yield walls without length, boxes and patches without area, prisms not convex, and waypoints out of order."""
+    """Yield walls without length, boxes and patches without area, crossed prisms, waypoints out of order."""
     world = scenario.world
     for k, wall in enumerate(world.walls):
         if math.dist(wall.start, wall.end) < SHORTEST:
@@ -49,9 +48,12 @@ def extents(scenario: Scenario) -> Iterator[Diagnostic]:
                 path = ("world", name, k, "size")
                 yield Diagnostic(path, f"is {yaml_text(box.size)}; allowed: at least {SHORTEST} m either way")
     for k, prism in enumerate(world.prisms):
-        if not _is_convex(np.array(prism.corners)):
+        if not is_simple(prism.corners):
             path = ("world", "prisms", k, "corners")
-            yield Diagnostic(path, f"is {yaml_text(prism.corners)}; allowed: corners of a convex polygon, in turn")
+            yield Diagnostic(
+                path,
+                f"is {yaml_text(prism.corners)}; allowed: corners of a polygon, in turn, whose sides meet there alone",
+            )
     for k, box in enumerate(world.moving_boxes):
         yield from _waypoints(("world", "moving_boxes", k, "waypoints"), box)
     for k, patch in enumerate(world.patches):
@@ -60,17 +62,6 @@ def extents(scenario: Scenario) -> Iterator[Diagnostic]:
             yield Diagnostic(
                 ("world", "patches", k), f"reaches from {span}; allowed: corners apart along x and along y"
             )
-
-
-def _is_convex(corners: np.ndarray) -> bool:
-    """Whether corners (c, 2), taken in turn, go once around a convex polygon that turns at each of them."""
-    side = np.roll(corners, -1, axis=0) - corners
-    length, after = np.hypot(*side.T), np.roll(side, -1, axis=0)
-    if length.min() < SHORTEST:
-        return False
-    sine = (side[:, 0] * after[:, 1] - side[:, 1] * after[:, 0]) / (length * np.roll(length, -1))
-    turn = np.arctan2(sine, np.sum(side * after, axis=1) / (length * np.roll(length, -1)))
-    return bool((np.sign(sine[0]) * sine > FLATTEST).all() and abs(abs(turn.sum()) - 2 * math.pi) < 0.1)
 
 
 def placement(scenario: Scenario) -> Iterator[Diagnostic]:

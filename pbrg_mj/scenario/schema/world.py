@@ -6,6 +6,7 @@ import math
 
 from pydantic import Field
 
+from pbrg_mj.scenario.polygons import convex_parts
 from pbrg_mj.scenario.schema.base import MOST_EVENTS, MOST_OBSTACLES, NonNegative, Number, Positive, Section, Vector
 
 
@@ -44,12 +45,19 @@ class Column(Section):
 
 
 class Prism(Section):
-    """An upright convex prism that stands still."""
+    """An upright prism that stands still. One with notches stands as convex parts, side by side."""
 
     corners: tuple[Vector, ...] = Field(
-        description="of its footprint in turn, either way round; convex [m]", min_length=3, max_length=64
+        description="of its footprint in turn, either way round; sides meet at corners alone [m]",
+        min_length=3,
+        max_length=64,
     )
     height: Positive = Field(default=0.2, description="above the floor [m]")
+
+    def convex(self) -> tuple[Prism, ...]:
+        """Return convex prisms of the same area; itself if it is convex. Raises ValueError as `convex_parts`."""
+        parts = convex_parts(self.corners)
+        return (self,) if len(parts) == 1 else tuple(Prism(corners=part, height=self.height) for part in parts)
 
 
 class BoxWaypoint(Section):
@@ -95,7 +103,9 @@ class World(Section):
     walls: tuple[Wall, ...] = Field(default=(), description="straight walls", max_length=MOST_OBSTACLES)
     boxes: tuple[Box, ...] = Field(default=(), description="boxes that stand still", max_length=MOST_OBSTACLES)
     columns: tuple[Column, ...] = Field(default=(), description="round columns", max_length=MOST_OBSTACLES)
-    prisms: tuple[Prism, ...] = Field(default=(), description="convex prisms", max_length=MOST_OBSTACLES)
+    prisms: tuple[Prism, ...] = Field(
+        default=(), description="prisms, convex or with notches", max_length=MOST_OBSTACLES
+    )
     moving_boxes: tuple[MovingBox, ...] = Field(default=(), description="boxes that move", max_length=MOST_OBSTACLES)
     floor_friction: Positive = Field(default=1.0, description="sliding friction of the floor against the wheels [-]")
     rolling_resistance: NonNegative = Field(

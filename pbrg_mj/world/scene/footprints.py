@@ -36,13 +36,17 @@ def body_pose(hand_world: np.ndarray, heading: np.ndarray, hand_offset: float) -
 def footprints_of(
     walls: Sequence[Wall] = (), columns: Sequence[Column] = (), prisms: Sequence[Prism] = ()
 ) -> Footprints:
-    """Return the footprints of walls, columns and prisms, in their order."""
+    """Return the footprints of walls, columns and prisms' convex parts, in their order.
+
+    Inside a prism with notches distances are those from the edges of the part that is nearest, or deepest.
+    """
     start = np.array([wall.start for wall in walls], dtype=float).reshape(-1, 2)
     end = np.array([wall.end for wall in walls], dtype=float).reshape(-1, 2)
     length = np.linalg.norm(end - start, axis=1)
     thickness = np.array([wall.thickness for wall in walls], dtype=float)
     middle = np.array([column.center for column in columns], dtype=float).reshape(-1, 2)
-    polygons = [counter_clockwise(np.array(prism.corners, dtype=float)) for prism in prisms]
+    parts = (part for prism in prisms for part in prism.convex())
+    polygons = [counter_clockwise(np.array(part.corners, dtype=float)) for part in parts]
     return Footprints(
         centre=np.concatenate([(start + end) / 2, middle]),
         axis=np.concatenate([(end - start) / length[:, None], np.tile([1.0, 0.0], (len(columns), 1))]),

@@ -27,7 +27,9 @@ def add_obstacles(spec: mujoco.MjSpec, surroundings: World) -> None:
     for k, column in enumerate(surroundings.columns):
         _add_column(spec, f"column{k}", column)
     for k, prism in enumerate(surroundings.prisms):
-        _add_prism(spec, f"prism{k}", prism)
+        parts = prism.convex()
+        for i, part in enumerate(parts):
+            _add_prism(spec, f"prism{k}" if len(parts) == 1 else f"prism{k}_{i}", part)
     for k, box in enumerate(surroundings.moving_boxes):
         _add_moving_box(spec, f"moving_box{k}", box)
 

@@ -9,7 +9,7 @@
 
 Scenarios   `load`, `draw`, `list_scenarios`, `validate`, `schema`, `template`; `Scenario`
 Runs        `run`, `simulate`, `serve`, `batch`, `reproduce`; `Run`, `Batch`, `TickRecord`, `Interrupted`
-Studies     `sweep`, `tune`; `Sweep`, `Tuning`
+Studies     `sweep`, `tune`, `bench`, `verify_bench`; `Sweep`, `Tuning`, `Bench`, `BenchVerification`
 Logs        `open`, `compare`, `report`, `render`, `verify`, `repair`; `Comparison`, `Verification`, `Repair`
 Governors   `RobotProgram`, `RobotFacts`, `TeamConstants`, `OwnData`, `RobotAnswer`: a distributed governor, written for
             one robot; `Governor`, `Problem`, `Solution`, `Status`: one that sees the whole team; `check_governor`
@@ -31,6 +31,8 @@ __version__ = "0.1.0"
 
 __all__ = [
     "Batch",
+    "Bench",
+    "BenchVerification",
     "Comparison",
     "Governor",
     "InputError",
@@ -54,6 +56,7 @@ __all__ = [
     "Verification",
     "__version__",
     "batch",
+    "bench",
     "check_governor",
     "compare",
     "doctor",
@@ -74,6 +77,7 @@ __all__ = [
     "tune",
     "validate",
     "verify",
+    "verify_bench",
 ]
 
 if TYPE_CHECKING:
@@ -93,6 +97,8 @@ if TYPE_CHECKING:
     from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer, RobotFacts, RobotProgram, TeamConstants
     from pbrg_mj.governor.problem.interface import Governor, Problem, Solution, Status
     from pbrg_mj.loop.record import TickRecord
+    from pbrg_mj.studies.bench.bench import Bench, bench
+    from pbrg_mj.studies.bench.verify import BenchVerification, verify_bench
     from pbrg_mj.studies.sweep import Sweep, sweep
     from pbrg_mj.studies.tune import Tuning, tune
 
@@ -113,6 +119,8 @@ _MODULES = {
     "governor.messaging.program": ("OwnData", "RobotAnswer", "RobotFacts", "RobotProgram", "TeamConstants"),
     "governor.problem.interface": ("Governor", "Problem", "Solution", "Status"),
     "loop.record": ("TickRecord",),
+    "studies.bench.bench": ("Bench", "bench"),
+    "studies.bench.verify": ("BenchVerification", "verify_bench"),
     "studies.sweep": ("Sweep", "sweep"),
     "studies.tune": ("Tuning", "tune"),
 }

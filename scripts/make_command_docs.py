@@ -43,6 +43,15 @@ duration: 2
 keys: {control.alpha_r: {uniform: [0.5, 3]}}
 budget: 6
 """
+SUITE = """\
+scenario: [paper/simulation_inadmissible]
+train: 1
+held_out: 2-3
+duration: 2
+governors:
+  none: {settings: {governor.kind: none}, tuning: nothing to tune}
+  centralized: {settings: {governor.kind: centralized}, tuning: nothing to tune}
+"""
 # Not shown: it compiles the kernels, which would pass for the speed of the first run that is.
 FIRST = "pbrg run paper/experiment_near --duration 1 --quiet -o near.mcap && rm near.mcap"
 # Each paragraph, and the commands that show it.
@@ -72,6 +81,9 @@ PARTS: tuple[tuple[str, tuple[str, ...]], ...] = (
             "pbrg sweep rounds.yaml -o rounds",
             "cat gain.yaml",
             "pbrg tune gain.yaml -o gain",
+            "cat two.yaml",
+            "pbrg bench two.yaml -o two",
+            "pbrg bench --verify two",
         ),
     ),
     ("Distributed against centralized: [metrics](metrics.md)", ("pbrg compare near.mcap coarse.mcap",)),
@@ -122,6 +134,7 @@ def page() -> str:
         (folder / "wrong.yaml").write_text(WRONG)
         (folder / "rounds.yaml").write_text(SWEEP)
         (folder / "gain.yaml").write_text(TUNE)
+        (folder / "two.yaml").write_text(SUITE)
         for title, commands in PARTS:
             shown = "\n".join(run(command, folder) for command in commands)
             block = "\n".join(f"    {line}".rstrip() for line in shown.splitlines())

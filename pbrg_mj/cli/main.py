@@ -20,6 +20,7 @@ from pbrg_mj import __version__
 from pbrg_mj.api.interrupt import stoppable
 from pbrg_mj.cli import (
     batch,
+    bench,
     compare,
     doctor,
     export,
@@ -77,6 +78,7 @@ app.command("run")(answering(run.run))
 app.command("batch")(answering(batch.batch))
 app.command("sweep")(answering(sweep.sweep))
 app.command("tune")(answering(tune.tune))
+app.command("bench")(answering(bench.bench))
 app.command("compare")(answering(compare.compare))
 app.command("export")(answering(export.export))
 app.command("plot")(answering(plot.plot))

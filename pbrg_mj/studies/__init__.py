@@ -11,4 +11,5 @@ sweep_plan    SWEEP.yaml -> tasks
 sweep         `pbrg sweep`
 optimizer     points to try, by the values of earlier ones
 tune          `pbrg tune`
+bench         `pbrg bench`: suites as one table, and that table verified
 """

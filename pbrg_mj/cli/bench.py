@@ -1,0 +1,69 @@
+"""`pbrg bench`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import pbrg_mj as pbrg
+from pbrg_mj.cli.arguments import Force, without_drawing
+from pbrg_mj.cli.console import emit, note
+from pbrg_mj.cli.study import Backend, Jobs, Scheduler, counting
+from pbrg_mj.errors import InputError
+
+
+def bench(
+    suite: Annotated[str | None, typer.Argument(metavar="SUITE", help="A suite's file, or: standard.")] = None,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="DIR", help="The folder to fill, or go on with.")
+    ] = Path("bench"),
+    quick: Annotated[bool, typer.Option("--quick", help="The suite's smaller one.")] = False,
+    verify: Annotated[
+        Path | None, typer.Option("--verify", metavar="DIR", help="Replay a folder's logs; make its table from them.")
+    ] = None,
+    jobs: Jobs = None,
+    backend: Backend = "joblib",
+    scheduler: Scheduler = None,
+    force: Force = False,
+) -> int:
+    """Run a suite of worlds under all its governors; write one table, its page and its logs.
+
+    The same command goes on after a kill. Exit code 1 when --verify finds that logs or table are not what they say.
+    """
+    without_drawing()
+    if verify is not None:
+        if suite is not None or quick:
+            raise InputError("--verify takes a folder alone; allowed: pbrg bench --verify DIR")
+        return _verify(verify)
+    try:
+        with counting() as watch:
+            made = pbrg.bench(
+                suite or "standard",
+                output,
+                quick=quick,
+                watch=watch,
+                jobs=jobs,
+                backend=backend,
+                scheduler=scheduler,
+                force=force,
+            )
+    except pbrg.Interrupted as error:
+        note(f"interrupted; {error}")
+        return 128 + error.signal
+    emit(made.table())
+    note(f"written: {made.folder / 'index.html'}, table.md, runs.md, records.parquet, logs")
+    return 0
+
+
+def _verify(folder: Path) -> int:
+    with counting() as watch:
+        found = pbrg.verify_bench(folder, watch=watch)
+    emit(found.bench.table())
+    worlds = f"the worlds of the suite {found.suite}" if found.suite else "worlds of its own suite"
+    emit("")
+    for problem in found.problems:
+        emit(problem)
+    emit(f"{worlds}; {'every log replays, and the table is theirs' if found.ok else 'not verified'}")
+    return 0 if found.ok else 1

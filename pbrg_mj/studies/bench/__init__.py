@@ -1,0 +1,11 @@
+"""The benchmark: suites of worlds, governors, networks and seeds as one table.
+
+suite         SUITE.yaml -> tasks
+statistics    quartiles, shifted geometric means, intervals of paired differences
+table         records -> rows of the table
+text          the table as text and Markdown
+pictures      a run as a drawing
+page          the table, pictures, logs and commands as one page
+bench         `pbrg bench`
+verify        `pbrg bench --verify`
+"""

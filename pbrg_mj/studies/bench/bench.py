@@ -1,0 +1,93 @@
+"""A benchmark: the suite's runs, and the table made from their records."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from pbrg_mj.analysis.output_file import write_atomically
+from pbrg_mj.errors import InputError
+from pbrg_mj.studies.backends import Backend
+from pbrg_mj.studies.bench.page import page
+from pbrg_mj.studies.bench.suite import Suite, read_suite
+from pbrg_mj.studies.bench.table import BenchRun, Row, bench_runs, table
+from pbrg_mj.studies.bench.text import as_markdown, as_text, runs_markdown
+from pbrg_mj.studies.records import rows, write_records
+from pbrg_mj.studies.run_task import Record, packages
+from pbrg_mj.studies.runner import Runner, Watch, nobody
+
+FILES = {False: "suite.yaml", True: "quick_suite.yaml"}
+"""The suite's file in a benchmark's folder; another name where it was run with `quick`."""
+TABLE, RUNS, PAGE = "table.md", "runs.md", "index.html"
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A benchmark's table."""
+
+    suite: Suite
+    folder: Path
+    runs: tuple[BenchRun, ...]
+
+    @property
+    def rows(self) -> list[Row]:
+        """The rows: seeds, network and governor each."""
+        return table(self.suite, self.runs)
+
+    def table(self) -> str:
+        """Return the table for a terminal."""
+        return as_text(self.rows)
+
+    def markdown(self) -> str:
+        """Return the table in Markdown, the same at every repetition."""
+        return as_markdown(self.suite, self.rows)
+
+
+def bench(
+    suite: str | Path,
+    folder: str | Path,
+    *,
+    quick: bool = False,
+    jobs: int | None = None,
+    backend: str = "joblib",
+    scheduler: str | None = None,
+    force: bool = False,
+    watch: Watch = nobody,
+) -> Bench:
+    """Run a suite, a bundled one's name or a file, and write its table, page, records and logs into `folder`.
+
+    `table.md` is the same at every repetition; `runs.md` names each run's log and the command that makes it; the page
+    `index.html` has pictures and wall-clock times besides. `quick` runs the suite's smaller one. Other arguments,
+    resumption and errors are those of `sweep`.
+    """
+    read, folder = read_suite(suite, quick=quick), Path(folder)
+    if (folder / FILES[not quick]).exists() and not force:
+        other = "another suite than the quick one" if quick else "the quick suite"
+        raise InputError(f"has the runs of {other}; allowed: a new folder, or --force", file=str(folder))
+    made_by = Backend(backend, jobs, scheduler)
+    with Runner(folder, (FILES[quick], read.file.content), made_by, force=force, watch=watch) as runner:
+        results = runner.run(read.tasks, read.logs)
+        (folder / FILES[not quick]).unlink(missing_ok=True)
+        return write(read, results, folder)
+
+
+def write(suite: Suite, results: Sequence[tuple[Record, Record]], folder: Path) -> Bench:
+    """Write the table, the page and the records of runs whose logs are in the folder."""
+    made = Bench(suite, folder, tuple(bench_runs(suite, results)))
+    write_records(folder, *rows(suite.tasks, results))
+    texts = {
+        TABLE: made.markdown(),
+        RUNS: runs_markdown(made.runs),
+        PAGE: page(suite, made.rows, folder, packages()),
+    }
+    for name, text in texts.items():
+        write_atomically(folder / name, _writing(text))
+    return made
+
+
+def _writing(text: str) -> Callable[[Path], None]:
+    def write(path: Path) -> None:
+        path.write_text(text, encoding="utf-8")
+
+    return write

@@ -1,0 +1,104 @@
+"""The table as one page that asks the network for nothing: pictures, logs and commands with it."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from collections.abc import Mapping, Sequence
+from hashlib import sha256
+from html import escape
+from pathlib import Path
+
+from pbrg_mj.api.run import open as open_log
+from pbrg_mj.studies.bench.pictures import picture
+from pbrg_mj.studies.bench.suite import Suite
+from pbrg_mj.studies.bench.table import BenchRun, Row
+from pbrg_mj.studies.bench.text import COLUMNS, NAMES, NONE, cells
+from pbrg_mj.studies.runner import LOGS
+
+STYLE = """
+body { font: 14px/1.45 system-ui, sans-serif; margin: 2em; color: #222; background: #fff; }
+table { border-collapse: collapse; margin: 1em 0; }
+th, td { padding: .3em .6em; border: 1px solid #ccc; text-align: left; }
+th { background: #f2f2f2; font-weight: 600; }
+code { font-size: 12px; }
+figure { display: inline-block; margin: .5em 1em .5em 0; }
+svg { border: 1px solid #ccc; } figcaption { font-size: 12px; }
+"""
+
+
+def page(suite: Suite, rows: Sequence[Row], folder: Path, versions: Mapping[str, str]) -> str:
+    """Return the page as HTML; `folder` has the logs. All text is escaped, and the page's policy forbids scripts."""
+    digest = "sha256-" + b64encode(sha256(STYLE.encode()).digest()).decode()
+    policy = f"default-src 'none'; style-src '{digest}'; base-uri 'none'; form-action 'none'"
+    title = escape(suite.file.keys.description or suite.file.path.stem)
+    made = ", ".join(f"{escape(name)} {escape(version)}" for name, version in versions.items())
+    parts = [
+        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>',
+        f'<meta http-equiv="Content-Security-Policy" content="{escape(policy)}"><style>{STYLE}</style></head><body>',
+        f"<h1>{title}</h1><p>{len(suite.tasks)} runs. {made}</p>",
+        *(_table(rows, group) for group in NAMES),
+        _timings(rows),
+        "<h2>Tunings</h2><ul>",
+        *(f"<li>{escape(name)}: {escape(tuning)}</li>" for name, tuning in suite.tunings.items()),
+        "</ul><h2>Runs</h2>",
+        *(_runs(row, folder) for row in rows),
+        "</body></html>\n",
+    ]
+    return "\n".join(parts)
+
+
+def _table(rows: Sequence[Row], group: str) -> str:
+    shown = [row for row in rows if row.group == group]
+    lines = [
+        "".join(f"<td>{_cell(row, name, cell)}</td>" for name, cell in zip(COLUMNS, cells(row), strict=True))
+        for row in shown
+    ]
+    head = "".join(f"<th>{escape(name)}</th>" for name in COLUMNS)
+    body = "".join(f"<tr>{line}</tr>" for line in lines)
+    return f"<h2>{escape(NAMES[group].capitalize())}</h2><table><tr>{head}</tr>{body}</table>"
+
+
+def _cell(row: Row, name: str, cell: str) -> str:
+    if name == "least margin [m]" and (ordered := row.by_margin()):
+        return f'<a href="{LOGS}/{escape(ordered[0].log)}">{escape(cell)}</a>'
+    return f'<a href="#{_anchor(row)}">{escape(cell)}</a>' if name == "runs" else escape(cell)
+
+
+def _timings(rows: Sequence[Row]) -> str:
+    lines = []
+    for row in rows:
+        one = row.compute_us()
+        told = f"{one.median:.3g} [{one.low:.3g}, {one.high:.3g}]" if one else NONE
+        where = f"<td>{escape(NAMES[row.group])}</td><td>{escape(row.network)}</td>"
+        lines.append(f"<tr><td>{escape(cells(row)[0])}</td>{where}<td>{told}</td></tr>")
+    head = "<tr><th>governor</th><th>seeds</th><th>network</th><th>compute a robot and tick [us]</th></tr>"
+    return f"<h2>Wall clock, not reproducible</h2><table>{head}{''.join(lines)}</table>"
+
+
+def _runs(row: Row, folder: Path) -> str:
+    title = f"{cells(row)[0]}, {row.network}, {NAMES[row.group]}"
+    ordered = row.by_margin()
+    shown = {"worst": ordered[0], "median": ordered[(len(ordered) - 1) // 2]} if ordered else {}
+    figures = "".join(_figure(word, one, folder) for word, one in shown.items())
+    lines = "".join(_run(one) for one in row.runs)
+    head = "<tr><th>log</th><th>ended</th><th>command</th></tr>"
+    return f'<h3 id="{_anchor(row)}">{escape(title)}</h3>{figures}<table>{head}{lines}</table>'
+
+
+def _figure(word: str, one: BenchRun, folder: Path) -> str:
+    log = folder / LOGS / one.log
+    if not log.is_file():
+        return ""
+    told = f"{word} margin, {one.record['true_margin_min_m']:.3g} m: {one.log}"
+    caption = f'<a href="{LOGS}/{escape(one.log)}">{escape(told)}</a>'
+    return f"<figure>{picture(open_log(log))}<figcaption>{caption}</figcaption></figure>"
+
+
+def _run(one: BenchRun) -> str:
+    ended = str(one.record["outcome"]) if one.ok else f"failed: {one.record['error']}"
+    log = f'<a href="{LOGS}/{escape(one.log)}">{escape(one.log)}</a>' if one.ok else escape(one.log)
+    return f"<tr><td>{log}</td><td>{escape(ended)}</td><td><code>{escape(one.task.command(one.log))}</code></td></tr>"
+
+
+def _anchor(row: Row) -> str:
+    return escape("-".join((row.group, row.network, row.governor)).replace(" ", "_"))

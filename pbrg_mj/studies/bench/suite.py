@@ -1,0 +1,145 @@
+"""SUITE.yaml: families of worlds x governors x networks x seeds; train and held-out seeds apart."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from pbrg_mj.errors import InputError
+from pbrg_mj.plugins import is_centralized
+from pbrg_mj.scenario.schema.base import Section
+from pbrg_mj.studies.document import StudyFile, plain, read_study
+from pbrg_mj.studies.sweep_plan import Entries, Seed, Values, always_set, check_settings, seed_list, sources
+from pbrg_mj.studies.task import Task
+
+GROUPS = ("held_out", "train")
+Seeds = str | Seed | tuple[Seed, ...]
+
+
+class GovernorEntry(Section):
+    """A governor of the suite."""
+
+    settings: Values = Field(description="values of keys by their dotted names")
+    tuning: str = Field(description="the sweep by which its settings were found, and where that is published")
+
+
+class Quick(Section):
+    """What `--quick` takes of a suite."""
+
+    scenario: tuple[str, ...]
+    train: Seeds
+    held_out: Seeds
+    duration: Annotated[float, Field(gt=0)]
+    governors: tuple[str, ...]
+    networks: tuple[str, ...]
+
+
+class SuiteKeys(Section):
+    """A suite: every governor on every network in every world."""
+
+    description: str = Field(default="", description="one sentence")
+    scenario: tuple[str, ...] = Field(
+        description="families and scenarios: bundled names, or files beside this one", min_length=1
+    )
+    train: Seeds = Field(description="seeds to tune on")
+    held_out: Seeds = Field(description="other seeds, to compare by")
+    duration: Annotated[float, Field(gt=0)] | None = Field(default=None, description="simulated time [s]")
+    set: Values = Field(default={}, description="values of keys, the same in all runs")
+    governors: dict[str, GovernorEntry] = Field(
+        description="by name; `none` is what settling times are compared with", min_length=1
+    )
+    networks: dict[str, Values] = Field(default={"perfect": {}}, description="by name: values of keys", min_length=1)
+    quick: Quick | None = Field(default=None, description="a smaller suite of these")
+
+
+@dataclass(frozen=True)
+class Suite:
+    """A suite's runs."""
+
+    file: StudyFile[SuiteKeys]
+    tasks: tuple[Task, ...]  # labelled `group`, `governor`, `network`
+    logs: tuple[str, ...]  # their names
+    tunings: dict[str, str]
+    centralized: frozenset[str]  # governors that see the whole team
+
+
+def bundled_suites() -> dict[str, Path]:
+    """Return the bundled suites' files by name."""
+    folder = Path(str(files("pbrg_mj.studies").joinpath("suites")))
+    return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
+
+
+def read_suite(source: str | Path, *, quick: bool = False) -> Suite:
+    """Return the suite of that bundled name, or in that file. Raises InputError."""
+    bundled = bundled_suites()
+    if not Path(source).is_file() and str(source) not in bundled:
+        raise InputError(f"{str(source)!r} is neither a file nor a suite; allowed: {', '.join(bundled)}, or a file")
+    path = Path(source) if Path(source).is_file() else bundled[str(source)]
+    file = read_study(path, SuiteKeys)
+    _check(file)
+    return _suite(_shortened(file) if quick else file)
+
+
+def _suite(file: StudyFile[SuiteKeys]) -> Suite:
+    keys, scenarios, always = file.keys, sources(file), always_set(file.keys)
+    seeds = {group: seed_list(file, group) for group in GROUPS}
+    if both := set(seeds["train"]) & set(seeds["held_out"]):
+        raise file.error(("held_out",), f"has the seed {min(both)} of `train`; allowed: other ones")
+    for source in scenarios:
+        for governor, entry in keys.governors.items():
+            for network, settings in keys.networks.items():
+                entries: Entries = {("set", key): {key: one} for key, one in always.items()}
+                entries |= {("networks", network): settings, ("governors", governor): entry.settings}
+                check_settings(file, source, seeds["train"][0], entries)
+    tasks = [
+        Task(
+            source,
+            always | plain(settings) | plain(entry.settings),
+            seed,
+            {"group": group, "governor_name": governor, "network_name": network},
+        )
+        for group in GROUPS
+        for network, settings in keys.networks.items()
+        for governor, entry in keys.governors.items()
+        for source in scenarios
+        for seed in seeds[group]
+    ]
+    kinds = {name: str(entry.settings.get("governor.kind", "distributed")) for name, entry in keys.governors.items()}
+    centralized = frozenset(name for name, kind in kinds.items() if is_centralized(kind))
+    tunings = {name: entry.tuning for name, entry in keys.governors.items()}
+    return Suite(file, tuple(tasks), tuple(map(_log_name, tasks)), tunings, centralized)
+
+
+def _check(file: StudyFile[SuiteKeys]) -> None:
+    quick, keys = file.keys.quick, file.keys
+    for part in ("governors", "networks"):
+        known = getattr(keys, part)
+        if len({_plain_name(name) for name in known}) < len(known):
+            raise file.error((part,), "has two names that differ in blanks or punctuation alone")
+        for k, name in enumerate(getattr(quick, part) if quick else ()):
+            if name not in known:
+                raise file.error(("quick", part, k), f"is {name!r}; allowed: {', '.join(known)}")
+
+
+def _shortened(file: StudyFile[SuiteKeys]) -> StudyFile[SuiteKeys]:
+    quick, keys = file.keys.quick, file.keys
+    if quick is None:
+        raise file.error(("quick",), "is missing: this suite has no smaller one")
+    chosen: dict[str, Any] = {name: getattr(quick, name) for name in ("scenario", "train", "held_out", "duration")}
+    for part in ("governors", "networks"):
+        chosen[part] = {name: getattr(keys, part)[name] for name in getattr(quick, part)}
+    return StudyFile(file.path, keys.model_copy(update=chosen), file.document, file.content)
+
+
+def _log_name(task: Task) -> str:
+    labels = (task.labels["governor_name"], task.labels["network_name"], task.source.name.rsplit("/", 1)[-1])
+    return "-".join([*map(_plain_name, labels), str(task.seed)]) + ".mcap"
+
+
+def _plain_name(name: str) -> str:
+    return re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_")

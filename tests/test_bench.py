@@ -1,0 +1,183 @@
+"""`pbrg bench`: its table against records by hand, the same again, and a submission verified or refused."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import shutil
+from html import escape
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import pbrg_mj as pbrg
+from pbrg_mj.cli.main import main
+from pbrg_mj.errors import InputError
+from pbrg_mj.studies.bench.statistics import Difference, Quartiles, shifted_geometric_mean
+from pbrg_mj.studies.bench.suite import bundled_suites, read_suite
+
+SUITE = """\
+description: "Two governors <b>in</b> the ideal plant"
+scenario: [paper/simulation_inadmissible]
+train: 1
+held_out: 2-3
+duration: 1
+set: {reference.period: 0.5}
+governors:
+  none: {settings: {governor.kind: none}, tuning: nothing to tune}
+  centralized: {settings: {governor.kind: centralized}, tuning: nothing to tune}
+networks: {perfect: {}}
+quick:
+  {scenario: [paper/simulation_inadmissible], train: 1, held_out: 2, duration: 0.5, governors: [none],
+   networks: [perfect]}
+"""
+
+
+def written(folder, text):
+    (folder / "given.yaml").write_text(text)
+    return folder / "given.yaml"
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("bench")
+    return pbrg.bench(written(folder, SUITE), folder / "out", jobs=1)
+
+
+@pytest.fixture
+def submission(made, tmp_path):
+    """What is handed in: the suite's file and the logs, as in the docs."""
+    folder = tmp_path / "submission"
+    folder.mkdir()
+    shutil.copytree(made.folder / "logs", folder / "logs")
+    shutil.copy(made.folder / "suite.yaml", folder)
+    return folder
+
+
+def test_statistics_are_those_of_independent_code():
+    random = np.random.default_rng(5)
+    values = random.normal(0.3, 1.0, 9)
+    one, fit = Difference.of(values.tolist()), stats.ttest_1samp(values, 0.0).confidence_interval(0.95)
+    assert (one.mean, one.low, one.high) == pytest.approx((values.mean(), fit.low, fit.high), rel=1e-12)
+    assert (Difference.of([2.0]).low, Difference.of([])) == (-math.inf, None)
+    assert Quartiles.of([4.0, 1.0, 2.0, 3.0, 5.0]) == Quartiles(2.0, 3.0, 4.0)
+    positive = np.exp(values)
+    known = stats.gmean(positive + 0.01) - 0.01
+    assert shifted_geometric_mean(positive.tolist(), 0.01) == pytest.approx(known, rel=1e-12)
+    assert shifted_geometric_mean([0.0, 0.0], 0.01) == 0.0
+
+
+def test_rows_are_the_records(made):
+    rows = {(row.group, row.governor): row for row in made.rows}
+    assert len(rows) == 4
+    row = rows["held_out", "centralized"]
+    alone = [
+        pbrg.run(
+            pbrg.load(
+                "paper/simulation_inadmissible",
+                {"governor.kind": "centralized", "reference.period": 0.5},
+                seed=seed,
+                duration=1,
+            )
+        ).metrics
+        for seed in (2, 3)
+    ]
+    assert row.values("optimality_gap_m.mean") == [one.optimality_gap_m.mean for one in alone]
+    assert row.by_margin()[0].record["true_margin_min_m"] == min(one.true_margin_min_m for one in alone)
+    assert (row.centralized, row.messages, rows["train", "none"].messages) == (True, None, 0.0)
+    pairs = [one.record["optimality_gap_m.mean"] for one in rows["held_out", "none"].runs]
+    assert row.difference("optimality_gap_m.mean").mean == pytest.approx(
+        np.mean(row.values("optimality_gap_m.mean")) - np.mean(pairs)
+    )
+    assert rows["held_out", "none"].ratios("xi_max_m") == [1.0, 1.0]
+
+
+def test_the_page_names_every_log_and_command_and_marks_the_centralized(made):
+    page = (made.folder / "index.html").read_text()
+    assert "&lt;b&gt;in&lt;/b&gt;" in page and "<b>" not in page and "<script" not in page
+    assert page.count("<svg") == 2 * len(made.rows)
+    table = (made.folder / "table.md").read_text()
+    assert "| centralized (centralized) |" in table and table.count("| none |") == 2
+    linked = set(re.findall(r'(?:href="|\()(logs/[^")]+)', page + table + (made.folder / "runs.md").read_text()))
+    assert linked == {f"logs/{one.log}" for one in made.runs}
+    assert all((made.folder / log).is_file() for log in linked)
+    command = made.runs[0].task.command(made.runs[0].log)
+    assert command.startswith("pbrg run paper/simulation_inadmissible --seed 2 --set ") and escape(command) in page
+
+
+def test_a_command_makes_the_log_it_stands_by(made, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    from shlex import split
+
+    one = made.runs[-1]
+    main([*split(one.task.command("again.mcap"))[1:], "--quiet"])
+    again = pbrg.open("again.mcap")
+    assert again.metrics.optimality_gap_m.mean == one.record["optimality_gap_m.mean"]
+    assert again.scenario.yaml == pbrg.open(made.folder / "logs" / one.log).scenario.yaml
+
+
+def test_a_second_run_makes_the_same_table(made, tmp_path):
+    again = pbrg.bench(written(tmp_path, SUITE), tmp_path / "out", jobs=1)
+    for name in ("table.md", "runs.md", "records.parquet"):
+        assert (again.folder / name).read_bytes() == (made.folder / name).read_bytes(), name
+
+
+def test_a_submission_of_logs_is_verified(made, submission, capsys):
+    assert main(["bench", "--verify", str(submission)]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith(made.table()) and "worlds of its own suite; every log replays" in said
+
+
+def test_a_submission_that_lies_is_refused(made, submission, capsys):
+    shutil.copy(made.folder / "table.md", submission)
+    logs = sorted((submission / "logs").iterdir())
+    shutil.copy(logs[0], logs[1])  # another seed's run under this one's name
+    logs[2].unlink()
+    shutil.copy(logs[3], submission / "logs" / "extra.mcap")
+    found = pbrg.verify_bench(submission)
+    assert not found.ok
+    assert f"logs/{logs[1].name}: is of another scenario than the suite's" in found.problems
+    assert "logs/extra.mcap: no run of the suite has this name" in found.problems
+    assert "table.md: is not what the logs give" in found.problems
+    assert sum(not one.ok for one in found.bench.runs) == 1
+    (submission / "suite.yaml").unlink()
+    with pytest.raises(InputError, match="has no suite"):
+        pbrg.verify_bench(submission)
+
+
+def test_quick_runs_have_a_folder_of_their_own(tmp_path, capsys):
+    file = str(written(tmp_path, SUITE))
+    assert main(["bench", file, "--quick", "-o", str(tmp_path / "out"), "--jobs", "1"]) == 0
+    assert "1 of" not in (tmp_path / "out" / "table.md").read_text()
+    records = (tmp_path / "out" / "runs.jsonl").read_text().splitlines()[1:]
+    assert [json.loads(one)["record"]["duration_s"] for one in records] == [0.5, 0.5]
+    assert main(["bench", file, "-o", str(tmp_path / "out")]) == 2
+    assert "has the runs of the quick suite" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", bundled_suites())
+def test_bundled_suites_can_be_read_and_say_how_governors_were_tuned(name):
+    for quick in (False, True):
+        suite = read_suite(name, quick=quick)
+        assert all(suite.tunings.values()) and len(set(suite.logs)) == len(suite.tasks)
+        assert {task.labels["group"] for task in suite.tasks} == {"held_out", "train"}
+        assert "centralized" in suite.centralized and "paper" not in suite.centralized
+    assert len(suite.tasks) <= 40
+
+
+WRONG = {
+    SUITE.replace("train: 1\n", "train: 3\n"): "4: held_out: has the seed 3 of `train`",
+    SUITE.replace("governors: [none]", "governors: [nothing]"): "12: quick.governors.0: is 'nothing'; allowed: none, ",
+    SUITE.replace("governor.kind: none}", "governor.kind: nine}"): "8: governors.none: governor.kind: no governor",
+    SUITE.replace(", tuning: nothing to tune", "", 1): "8: governors.none.tuning: is missing",
+}
+
+
+@pytest.mark.parametrize("text", WRONG)
+def test_a_wrong_suite_is_one_line(text, tmp_path, capsys):
+    assert main(["bench", str(written(tmp_path, text)), "-o", str(tmp_path / "out")]) == 2
+    said = capsys.readouterr().err
+    assert WRONG[text] in said and said.count("\n") == 1
+    assert main(["bench", "standerd"]) == 2 and "nor a suite; allowed: standard" in capsys.readouterr().err

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -34,6 +35,7 @@ from pbrg_mj.sensing.noise_model import NoiseModel
 
 if TYPE_CHECKING:
     from pbrg_mj.log.live import LiveServer
+    from pbrg_mj.transport.team import RobotProcesses
 
 Sink = Callable[[TickRecord], object]
 
@@ -50,6 +52,7 @@ def run(
     reference_solver: CentralizedSolver | None = None,
     watch: Iterable[Sink] = (),
     profile: Profile | None = None,
+    processes: bool = False,
 ) -> Run:
     """Simulate a scenario to its end and return the run.
 
@@ -59,7 +62,8 @@ def run(
     `reference_solver` take the scenario's place likewise (docs/governor.md says what each must offer). `log` is the
     file (.mcap) to write, and `force` allows to replace one that exists; None keeps the run in memory. Every function
     in `watch` is called with each tick's record once that is in the log, and `profile` last, which adds up where the
-    time goes.
+    time goes. With `processes` every robot's program runs in a process of its own, and its messages go over UDP
+    (docs/hardware.md); nothing may then take the scenario's place.
 
     Ctrl-C, SIGTERM and SIGHUP end the run between two ticks, with a log that is whole so far, and raise Interrupted.
     Raises InputError when the scenario or the governor cannot be run, or the log cannot be written; PlugInError when a
@@ -69,8 +73,12 @@ def run(
     scenario = with_objects(as_scenario(scenario), objects)
     _warn(scenario, governor)
     path = None if log is None else log_path(log, force=force)
+    if processes and objects != Objects():
+        raise InputError("processes of robots run what the scenario names; allowed: no objects in its place")
     simulation = Simulation.build(scenario.settings, objects)
-    with collecting_rarely():
+    with collecting_rarely(), robots_apart(scenario) if processes else nullcontext() as robots:
+        if robots is not None:
+            simulation = simulation.governed_by(robots)
         if path is not None:
             _record(simulation, scenario, path, force, watch, profile)
             return open_log(path)
@@ -87,15 +95,28 @@ def record(
     force: bool = False,
     watch: Iterable[Sink] = (),
     profile: Profile | None = None,
+    robots: RobotProcesses | None = None,
 ) -> RunMetrics:
     """Simulate a scenario into a log and return the run's metrics; the run itself is never held.
 
-    Arguments and errors are those of `run`.
+    `robots` are those of `robots_apart`. The other arguments and errors are those of `run`.
     """
-    path = log_path(log, force=force)
+    path, simulation = log_path(log, force=force), Simulation.build(scenario.settings)
+    if robots is not None:
+        simulation = simulation.governed_by(robots)
     with collecting_rarely():
-        _record(Simulation.build(scenario.settings), scenario, path, force, watch, profile)
+        _record(simulation, scenario, path, force, watch, profile)
     return metrics_of(path)
+
+
+def robots_apart(scenario: Scenario) -> AbstractContextManager[RobotProcesses]:
+    """Give a scenario's robots in processes of their own, which end with the context.
+
+    Raises InputError for a governor that robots do not run themselves.
+    """
+    from pbrg_mj.transport.children import robot_processes
+
+    return robot_processes(scenario.settings, scenario.yaml)
 
 
 def simulate(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -32,12 +32,15 @@ def run(
     live: Annotated[bool, typer.Option("--live", help="Serve the run to Foxglove on this machine meanwhile.")] = False,
     port: Annotated[int, typer.Option(help="Of --live; 0 takes any free one.")] = 8765,
     profile: Annotated[bool, typer.Option("--profile", help="Print where the time of a tick goes.")] = False,
+    processes: Annotated[
+        bool, typer.Option("--processes", help="Every robot's program in a process of its own, messages over UDP.")
+    ] = False,
     pace: Annotated[float | None, typer.Option(help="Simulated seconds per second at most; 1: real time.")] = None,
 ) -> int:
     """Run a scenario headlessly and write its log. Exit code 1 when it was violated or diverged."""
     without_drawing()
     from pbrg_mj.api.profile import Profile
-    from pbrg_mj.api.simulate import log_path, record
+    from pbrg_mj.api.simulate import log_path, record, robots_apart
 
     loaded = pbrg.load(scenario, overrides or (), seed=seed, duration=duration)
     path = log_path(output or f"{loaded.name.rsplit('/', 1)[-1]}.mcap", force=force)
@@ -45,12 +48,18 @@ def run(
         note(f"warning: {line}")
     spent = Profile() if profile else None
     try:
-        with _viewers(loaded, live=live, port=port, pace=pace, show=not quiet) as watch:
-            made = record(loaded, path, force=force, watch=watch, profile=spent)
+        with (
+            robots_apart(loaded) if processes else nullcontext() as robots,
+            _viewers(loaded, live=live, port=port, pace=pace, show=not quiet) as watch,
+        ):
+            made = record(loaded, path, force=force, watch=watch, profile=spent, robots=robots)
     except pbrg.Interrupted as error:
         note(f"interrupted; {error}")
         return 128 + error.signal
-    return _report(made, spent, json=json, quiet=quiet)
+    code = _report(made, spent, json=json, quiet=quiet)
+    if robots is not None and not quiet:
+        note(robots.traffic_line())
+    return 1 if robots is not None and robots.gone else code
 
 
 @contextmanager

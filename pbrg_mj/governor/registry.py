@@ -132,7 +132,7 @@ def _paper_program(scenario: Scenario) -> Governor:
     return replace(CarriedGovernor.of(scenario, program), tells_rows=True)  # rows of rho, or along G, are its own
 
 
-def _certified(scenario: Scenario) -> Governor:
+def _certified(scenario: Scenario, *, at_once: bool = True) -> Governor:
     team, lines, settings = network(scenario), channel(scenario), scenario.governor
     model = TeamModel.of_scenario(scenario)
     repeats = 1 if lines is None else repeats_for(lines.loss.share, lines.loss.stay)
@@ -140,18 +140,18 @@ def _certified(scenario: Scenario) -> Governor:
     cycle_ticks = max(1, math.ceil(2 * team.diameter * (longest + repeats) / settings.rounds))
     limits = _advance_limits(scenario, model, cycle_ticks)
     if settings.optimizer == "flooding":
-        if lines is None and cycle_ticks == 1:
+        if at_once and lines is None and cycle_ticks == 1:
             found = CERTIFICATES[settings.certificate](scenario, team)
             return CertifiedGovernor(limits, team.diameter, _compiled(scenario, found, limits))
         decision = _compiled(scenario, _verified(scenario, team), limits)
-        if lines is None and decision is not None:
+        if at_once and lines is None and decision is not None:
             return CycleGovernor(team, model, decision, settings.rounds, cycle_ticks)
         program = CertifiedProgram(team, _verified(scenario, team), model, limits, cycle_ticks, repeats)
         return CarriedGovernor(program, settings.rounds, lines)
     optimizer = OPTIMIZERS[settings.optimizer](scenario, team, _flow(scenario))
-    at_once = EveryRobot(optimizer, team)
+    of_team = EveryRobot(optimizer, team)
     if settings.optimizer == "paper_flow":
-        at_once = CompiledPaperFlow(_paper_flow(scenario, None), BallCertificate.of(scenario, team))
+        of_team = CompiledPaperFlow(_paper_flow(scenario, None), BallCertificate.of(scenario, team))
     layer = LayerProgram(
         network=team,
         certificate=_verified(scenario, team),
@@ -162,8 +162,8 @@ def _certified(scenario: Scenario) -> Governor:
         cycle_ticks=cycle_ticks,
         repeats=repeats,
     )
-    if lines is None and cycle_ticks == 1:
-        return LayerGovernor(layer, at_once, settings.rounds, Schedule.of(team, settings.rounds))
+    if at_once and lines is None and cycle_ticks == 1:
+        return LayerGovernor(layer, of_team, settings.rounds, Schedule.of(team, settings.rounds))
     return CarriedGovernor(layer, settings.rounds, lines, tells_start=settings.initial == "start")
 
 
@@ -202,10 +202,12 @@ def _advance_limits(scenario: Scenario, model: TeamModel, cycle_ticks: int) -> t
     return tuple(limits)
 
 
-def _rollout(scenario: Scenario) -> Governor:
+def _rollout(scenario: Scenario, *, at_once: bool = True) -> Governor:
     lines, rounds = channel(scenario), scenario.governor.rounds
     plan = RolloutPlan.of(scenario, network(scenario), margin(scenario), lines)
-    return RolloutGovernor(plan, rounds) if lines is None else CarriedGovernor(RolloutProgram(plan), rounds, lines)
+    if at_once and lines is None:
+        return RolloutGovernor(plan, rounds)
+    return CarriedGovernor(RolloutProgram(plan), rounds, lines)
 
 
 def _sight(scenario: Scenario) -> float:
@@ -256,6 +258,27 @@ def governor(scenario: Scenario, given: Any = None) -> Governor:
         return robots_of_scenario(scenario, given)
     name, built = plugins.build(plugins.GOVERNOR, scenario, given, network=network(scenario))
     return PlugInGovernor(built, name, scenario.timing.plug_in_limit)
+
+
+PROGRAMS: dict[str, Callable[[Scenario], Any]] = {
+    "distributed": _paper_program,
+    "certified": lambda scenario: _certified(scenario, at_once=False),
+    "rollout": lambda scenario: _rollout(scenario, at_once=False),
+}
+
+
+def robot_programs(scenario: Scenario) -> CarriedGovernor:
+    """Return the scenario's governor as a program of every robot, never computed for all of them at once.
+
+    Raises InputError where it is none, PlugInError when a plug-in cannot be built.
+    """
+    kind = scenario.governor.kind
+    if kind in PROGRAMS:
+        return PROGRAMS[kind](scenario)
+    if plugins.is_centralized(kind) or kind in GOVERNORS:
+        allowed = f"allowed: {', '.join(PROGRAMS)}, or a robot program of an installed package"
+        raise InputError(f"is {kind}, which robots do not run themselves; {allowed}", key="governor.kind")
+    return robots_of_scenario(scenario).inner
 
 
 def velocity_filters(scenario: Scenario) -> tuple[VelocityFilter, ...]:

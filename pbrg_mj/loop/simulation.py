@@ -7,13 +7,14 @@ less. What is not needed for the next tick is therefore done for some ticks in a
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 
 import numpy as np
 
 from pbrg_mj.governor.monitor.passivity_monitor import passivity_monitor
 from pbrg_mj.governor.plug_in import PlugInGovernor
+from pbrg_mj.governor.problem.interface import Governor
 from pbrg_mj.governor.registry import certificate, governor, reference_solver, velocity_filters
 from pbrg_mj.kernel import clock
 from pbrg_mj.loop.monitor import CompletedTick, Monitor, MonitorState, evaluate
@@ -81,6 +82,12 @@ class Simulation:
         block_ticks = 1 if isinstance(chosen, PlugInGovernor) else BLOCK_TICKS
         centralized = is_centralized(scenario.governor.kind, objects.governor)
         return cls(loop, monitor, whole_number(timing.duration, timing.tick), block_ticks, centralized)
+
+    def governed_by(self, chosen: Governor) -> Simulation:
+        """Return the same run with another governor."""
+        balances = passivity_monitor(chosen)
+        monitor = replace(self.monitor, passivities=balances.about_optima, flow_passivities=balances.of_velocity)
+        return replace(self, loop=replace(self.loop, governor=chosen), monitor=monitor)
 
     @property
     def model_xml(self) -> str:

@@ -112,7 +112,7 @@ class CarriedGovernor:
             answer, robots[i] = program.finish(robots[i])
             answers.append(answer)
         after = CarriedMemory(tuple(robots), tuple(packets), links_now.arrives[-1], links_now.bad, memory.tick + 1)
-        return _team_answer(problem, answers, self.rounds, sent), after
+        return team_answer(problem, answers, self.rounds, sent), after
 
     def _own(self, problem: Problem, i: int, tick: int) -> OwnData:
         return own_data(problem, i, tick, rows=self.tells_rows)
@@ -149,7 +149,7 @@ def _addressed(team: Network, sender: int, outbox: Any) -> list[tuple[bytes, int
     return found
 
 
-def _team_answer(problem: Problem, answers: Sequence[RobotAnswer], rounds: int, sent: np.ndarray) -> Solution:
+def team_answer(problem: Problem, answers: Sequence[RobotAnswer], rounds: int, sent: np.ndarray) -> Solution:
     """Return what the robots answered, as one; `sent` (n,) are the bytes that they put on their links."""
     multipliers = np.zeros(problem.rows_shape)
     for i, answer in enumerate(answers):

@@ -1,0 +1,9 @@
+"""Robots' programs in processes of their own, which talk over UDP: the benchmark's world is on the other side.
+
+datagrams   what is on the wire: fixed binary layouts, no pickle
+mailbox     a socket on the loopback interface
+robot       the process of one robot
+team        the world's side: a governor whose answers come from processes
+child       that process, as the world starts it
+children    starts such processes and ends them
+"""

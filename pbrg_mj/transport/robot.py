@@ -1,0 +1,188 @@
+"""The process of one robot: its program, fed by the world with measurements and by its neighbours with messages.
+
+Rounds are kept in step by the messages themselves: every robot sends one to every neighbour in every round, an empty
+one where its program says nothing, and goes on when all of the round have come. One that has not come after `patience`
+is missed; a neighbour that was missed is not waited for until it is heard in time again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from time import monotonic, monotonic_ns
+from typing import Any
+
+from pbrg_mj.errors import PbrgError
+from pbrg_mj.governor.messaging.carrier import CarriedGovernor
+from pbrg_mj.governor.messaging.program import RobotFacts
+from pbrg_mj.team.network import Network
+from pbrg_mj.transport.datagrams import (
+    WORLD,
+    Datagram,
+    Kind,
+    StartData,
+    Traffic,
+    packed_answer,
+    unpacked_own,
+    unpacked_start,
+)
+from pbrg_mj.transport.mailbox import Mailbox
+
+PATIENCE = 10.0  # [s] for a message of a round
+COMPILING = 300.0  # [s] for one of the first tick, in which kernels may be compiled
+AGAIN = 0.2  # [s] after which a greeting is repeated
+GREETING = 60.0  # [s] until somebody must have answered it
+ASKED = {Kind.READY: Kind.START, Kind.ANSWER: Kind.OWN}  # what each of these answers
+LOOK_UP = 1.0  # [s] after which a robot that hears nothing asks whether it is still wanted
+
+
+class StoppedByWorldError(Exception):
+    """The world has said that the run is over."""
+
+
+@dataclass
+class RobotProcess:
+    """One robot. `run` returns when the world says so."""
+
+    carried: CarriedGovernor
+    network: Network
+    robot: int  # from 0
+    world: int  # port
+    digest: bytes  # SHA-256 of the scenario
+    wanted: Callable[[], bool] = lambda: True  # whether who started this process is still there
+    patience: float = PATIENCE
+    mailbox: Mailbox = field(default_factory=Mailbox)
+
+    def __post_init__(self) -> None:
+        """Know nothing yet."""
+        self._facts = RobotFacts.of(self.network, self.robot, self.carried.constants)
+        self._ports: Mapping[int, int] = {}
+        self._letters: dict[tuple[int, int], dict[int, bytes]] = {}  # by tick and round, then sender
+        self._now, self._traffic = (0, 0), Traffic()
+        self._gone: set[int] = set()  # neighbours that are no more
+        self._behind: set[int] = set()  # neighbours that were missed
+        self._measured: Datagram | None = None
+        self._expected = 0  # tick that is measured next
+        self._last: Datagram | None = None  # what the world was told last
+
+    def run(self) -> None:
+        """Greet the world, then answer every tick. Raises PbrgError when nobody answers or wants it any more."""
+        try:
+            told = self._greeted()
+            facts = self._facts._replace(start=told.start)
+            memory = self.carried.program.start(facts, told.own)
+            self._tell(Kind.READY)
+            while True:
+                memory = self._tick(memory)
+        except StoppedByWorldError:
+            return
+        except Exception as error:
+            self._tell(Kind.FAILED, body=" ".join(str(error).split())[:400].encode() or type(error).__name__.encode())
+            raise
+        finally:
+            self.mailbox.close()
+
+    def _greeted(self) -> StartData:
+        until = monotonic() + GREETING
+        while monotonic() < until and self.wanted():
+            self.mailbox.send(self.world, Datagram(Kind.HELLO, self.robot, body=self.digest))
+            came = self.mailbox.receive(AGAIN)
+            if came and came[0].kind is Kind.STOP:
+                raise StoppedByWorldError
+            if came and came[0].kind is Kind.START:
+                told = unpacked_start(came[0].body)
+                self._ports = told.ports
+                return told
+        raise PbrgError(f"no world answers at UDP port {self.world} of this machine")
+
+    def _tick(self, memory: Any) -> Any:
+        """Wait for a tick's measurements, run its rounds, answer."""
+        program, measured = self.carried.program, self._next_measured()
+        self._expected = measured.tick + 1
+        memory = program.begin(unpacked_own(measured.tick, measured.body), memory)
+        for k in range(self.carried.rounds):
+            self._now = (measured.tick, k)
+            outbox, memory = program.send(memory)
+            self._post(outbox)
+            memory = program.receive(self._inbox(), memory)
+        answer, memory = program.finish(memory)
+        self._tell(Kind.ANSWER, measured.tick, packed_answer(answer, self._traffic))
+        self._traffic = Traffic()
+        return memory
+
+    def _post(self, outbox: Mapping[int, bytes]) -> None:
+        """Send what the program says to each neighbour, and to the others that it says nothing."""
+        tick, k = self._now
+        if strangers := set(outbox) - set(self._facts.neighbours):
+            raise ValueError(f"robot {self.robot + 1} sends to robot {min(strangers) + 1}, which is no neighbour")
+        for neighbour in self._facts.neighbours:
+            content = outbox.get(neighbour, b"")
+            self.mailbox.send(self._ports[neighbour], Datagram(Kind.MESSAGE, self.robot, tick, k, 0, content))
+            self._traffic = self._traffic._replace(bytes_sent=self._traffic.bytes_sent + len(content))
+
+    def _inbox(self) -> list[tuple[int, bytes]]:
+        """Return what has come by this round, in the order of its sending, once all is there that is waited for."""
+        until = monotonic() + (self.patience if self._now[0] else max(self.patience, COMPILING))
+        while waiting := self._waited_for():
+            if (left := until - monotonic()) <= 0.0:
+                self._behind |= waiting
+                break
+            self._take(min(left, LOOK_UP))
+        while self._take(0.0):
+            pass
+        heard = self._letters.get(self._now, {})
+        missed = sum(one not in heard for one in self._facts.neighbours)
+        self._traffic = self._traffic._replace(missed=self._traffic.missed + missed)
+        due = sorted(key for key in self._letters if key <= self._now)
+        letters = [letter for key in due for letter in sorted(self._letters.pop(key).items())]
+        return [letter for letter in letters if letter[1]]
+
+    def _waited_for(self) -> set[int]:
+        heard = self._letters.get(self._now, {})
+        return set(self._facts.neighbours) - self._gone - self._behind - set(heard)
+
+    def _next_measured(self) -> Datagram:
+        while self._measured is None:
+            self._take(LOOK_UP)
+        measured, self._measured = self._measured, None
+        return measured
+
+    def _take(self, patience: float) -> bool:
+        """Take in one datagram, if one comes; return whether one came."""
+        came = self.mailbox.receive(patience)
+        if came is None:
+            if patience >= LOOK_UP and not self.wanted():
+                raise PbrgError("the world is gone")
+            return False
+        one, port = came
+        if one.kind is Kind.MESSAGE and self._ports.get(one.robot) == port:
+            self._keep(one)
+        elif one.robot == WORLD and port == self.world:
+            self._obey(one)
+        return True
+
+    def _keep(self, one: Datagram) -> None:
+        key, took = (one.tick, one.round), monotonic_ns() - one.sent_ns
+        self._letters.setdefault(key, {})[one.robot] = one.body
+        if key >= self._now:
+            self._behind.discard(one.robot)
+        before = self._traffic
+        self._traffic = before._replace(
+            received=before.received + 1,
+            delay_sum_ns=before.delay_sum_ns + took,
+            delay_max_ns=max(before.delay_max_ns, took),
+        )
+
+    def _obey(self, one: Datagram) -> None:
+        if one.kind is Kind.STOP:
+            raise StoppedByWorldError
+        if one.kind is Kind.GONE:
+            self._gone.add(one.round)
+        elif one.kind is Kind.OWN and one.tick == self._expected:
+            self._measured = one
+        elif self._last is not None and one.kind is ASKED.get(self._last.kind) and one.tick == self._last.tick:
+            self.mailbox.send(self.world, self._last)  # it has not arrived
+
+    def _tell(self, kind: Kind, tick: int = 0, body: bytes = b"") -> None:
+        self._last = Datagram(kind, self.robot, tick, body=body)
+        self.mailbox.send(self.world, self._last)

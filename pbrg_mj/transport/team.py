@@ -1,0 +1,174 @@
+"""The world's side: a governor whose answers come from the robots' processes.
+
+In every tick it hands each robot its measurements and waits until all have answered. A robot that is no more answers
+as one that holds: the m of its last answer, silent from then on.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from time import monotonic
+from typing import NamedTuple
+
+import numpy as np
+
+from pbrg_mj.errors import PbrgError
+from pbrg_mj.governor.messaging.carrier import CarriedGovernor, own_data, team_answer
+from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer
+from pbrg_mj.governor.problem.interface import Problem, Solution
+from pbrg_mj.team.network import Network
+from pbrg_mj.transport.datagrams import (
+    WORLD,
+    Datagram,
+    Kind,
+    StartData,
+    Traffic,
+    packed_own,
+    packed_start,
+    unpacked_answer,
+)
+from pbrg_mj.transport.mailbox import Mailbox
+
+LOG = logging.getLogger("pbrg_mj")
+AGAIN = 0.5  # [s] after which a robot that has not answered is told again
+LOOK_UP = 0.05  # [s] between looks whether processes are still there
+COMPILING = 300.0  # [s] for the first answers: kernels may be compiled
+ANSWERING = 30.0  # [s] for all others
+
+
+class TeamMemory(NamedTuple):
+    """What the world remembers of the robots."""
+
+    tick: int
+    answers: tuple[RobotAnswer, ...]  # the last ones
+
+
+@dataclass
+class RobotProcesses:
+    """Robots in processes of their own. A run takes it once."""
+
+    carried: CarriedGovernor  # whose program the processes run
+    network: Network
+    digest: bytes  # SHA-256 of the scenario, which must be the robots' own
+    mailbox: Mailbox
+    ended: Callable[[int], str | None] = lambda robot: None  # why the process of a robot is no more; None: it is there
+    tick_seconds: float = 0.0
+    gone: dict[int, str] = field(default_factory=dict)  # robots that are no more, and why
+    traffic: list[Traffic] = field(default_factory=list)  # of every robot at every tick
+
+    def __post_init__(self) -> None:
+        """Know nobody yet."""
+        self._ports: dict[int, int] = {}
+
+    def init(self, problem: Problem) -> TeamMemory:
+        """Greet all robots, and have them start. Raises PbrgError when one does not come or cannot start."""
+        n = problem.network.robots
+        self._await(set(range(n)), Kind.HELLO, 0, lambda robot: None, COMPILING)
+        if missing := set(range(n)) - set(self._ports):
+            raise PbrgError(f"robot {min(missing) + 1} has not come: {self.gone.get(min(missing), 'it is silent')}")
+        self._await(set(range(n)), Kind.READY, 0, lambda robot: self._start(problem, robot), COMPILING)
+        if self.gone:
+            robot, why = min(self.gone.items())
+            raise PbrgError(f"robot {robot + 1} has not started: {why}")
+        held = tuple(RobotAnswer(problem.p[robot].copy(), "holding") for robot in range(n))
+        return TeamMemory(0, held)
+
+    def step(self, problem: Problem, memory: TeamMemory) -> tuple[Solution, TeamMemory]:
+        """Return what the robots answer. Raises PbrgError when a robot's program fails."""
+        n, tick = problem.network.robots, memory.tick
+        asked = {robot: packed_own(self._own(problem, robot, tick)) for robot in range(n) if robot not in self.gone}
+        patience = ANSWERING if tick else COMPILING
+        told = self._await(
+            set(asked), Kind.ANSWER, tick, lambda robot: Datagram(Kind.OWN, WORLD, tick, body=asked[robot]), patience
+        )
+        answers, sent = list(memory.answers), np.zeros(n, dtype=np.int64)
+        for robot in range(n):
+            if robot in told:
+                answers[robot], traffic = unpacked_answer(told[robot].body)
+                sent[robot] = traffic.bytes_sent
+                self.traffic.append(traffic)
+            else:
+                answers[robot] = memory.answers[robot]._replace(status="holding")
+        return team_answer(problem, answers, self.carried.rounds, sent), TeamMemory(tick + 1, tuple(answers))
+
+    def traffic_line(self) -> str:
+        """Return in words what came and went between the robots."""
+        received, missed = (sum(getattr(one, name) for one in self.traffic) for name in ("received", "missed"))
+        total, largest = (
+            sum(one.delay_sum_ns for one in self.traffic),
+            max((one.delay_max_ns for one in self.traffic), default=0),
+        )
+        mean = total / received / 1e3 if received else 0.0
+        return (
+            f"messages between the robots' processes: {received} came, {missed} were missed; "
+            f"delay {mean:.0f} us in the mean, {largest / 1e3:.0f} us at most"
+        )
+
+    def stop(self) -> None:
+        """Tell all robots that the run is over, also those that have yet to be greeted, and let go of the port."""
+        until = monotonic() + AGAIN
+        while len(self._ports) < self.network.robots and (left := until - monotonic()) > 0.0:
+            if (came := self.mailbox.receive(left)) and came[0].kind is Kind.HELLO:
+                self._ports[came[0].robot] = came[1]
+        for port in self._ports.values():
+            self.mailbox.send(port, Datagram(Kind.STOP, WORLD))
+        self.mailbox.close()
+
+    def _start(self, problem: Problem, robot: int) -> Datagram:
+        own, first = self._own(problem, robot, 0), problem.p if self.carried.tells_start else None
+        neighbours = problem.network.neighbours[problem.network.first[robot] : problem.network.first[robot + 1]]
+        ports = {neighbour: self._ports[neighbour] for neighbour in neighbours.tolist()}
+        return Datagram(Kind.START, WORLD, body=packed_start(StartData(ports, first, own)))
+
+    def _own(self, problem: Problem, robot: int, tick: int) -> OwnData:
+        return own_data(problem, robot, tick, rows=self.carried.tells_rows)
+
+    def _await(
+        self, asked: set[int], kind: Kind, tick: int, ask: Callable[[int], Datagram | None], patience: float
+    ) -> dict[int, Datagram]:
+        """Ask robots until all have answered; return the answers of those that are still there."""
+        came: dict[int, Datagram] = {}
+        until, again = monotonic() + patience, 0.0
+        while waiting := asked - set(came) - set(self.gone):
+            if monotonic() >= again:
+                for robot, one in ((robot, ask(robot)) for robot in waiting):
+                    if one is not None:
+                        self.mailbox.send(self._ports[robot], one)
+                again = monotonic() + AGAIN
+            for one in self._received(LOOK_UP):
+                if one.robot in waiting and (one.kind, one.tick) == (kind, tick):
+                    came[one.robot] = one
+            for robot in sorted(waiting - set(came)):
+                if why := self.ended(robot):
+                    self._lose(robot, why, tick)
+                elif monotonic() > until:
+                    self._lose(robot, f"no answer for {patience:g} s", tick)
+        return came
+
+    def _received(self, patience: float) -> Iterator[Datagram]:
+        """Yield what has come from robots that are known; a greeting makes a robot known."""
+        while came := self.mailbox.receive(patience):
+            one, port = came
+            if one.kind is Kind.HELLO and one.robot < self.network.robots and one.robot not in self._ports:
+                if one.body != self.digest:
+                    self.mailbox.send(port, Datagram(Kind.STOP, WORLD))
+                    raise PbrgError(f"robot {one.robot + 1} has another scenario than the world")
+                self._ports[one.robot] = port
+            if self._ports.get(one.robot) != port:
+                return
+            if one.kind is Kind.FAILED:
+                raise PbrgError(f"robot {one.robot + 1}: {one.body.decode(errors='replace')}")
+            yield one
+            patience = 0.0
+
+    def _lose(self, robot: int, why: str, tick: int) -> None:
+        self.gone[robot] = why
+        time = tick * self.tick_seconds
+        LOG.warning(
+            "robot %d is gone at t = %.2f s: %s; it is silent and holds its m from then on", robot + 1, time, why
+        )
+        for other, port in self._ports.items():
+            gone = Datagram(Kind.STOP, WORLD) if other == robot else Datagram(Kind.GONE, WORLD, tick, robot)
+            self.mailbox.send(port, gone)

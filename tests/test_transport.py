@@ -1,0 +1,311 @@
+"""Robots in processes of their own: what is on the wire, the values of programs in one process, robots that go."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from threading import Thread
+from typing import Any
+
+import numpy as np
+import pytest
+
+import pbrg_mj as pbrg
+from pbrg_mj.governor.messaging.carrier import CarriedGovernor
+from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer
+from pbrg_mj.governor.problem.interface import Solution
+from pbrg_mj.governor.problem.rows import ALL_MOTION, Rows
+from pbrg_mj.governor.registry import robot_programs
+from pbrg_mj.log.write.log_file import partial_path
+from pbrg_mj.loop.simulation import Simulation
+from pbrg_mj.perception.half_spaces import HalfSpaces
+from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.team.graph import network
+from pbrg_mj.transport import datagrams as wire
+from pbrg_mj.transport.mailbox import Mailbox
+from pbrg_mj.transport.robot import RobotProcess
+from pbrg_mj.transport.team import RobotProcesses
+
+DIGEST = bytes(range(32))
+FIELDS = ("m", "multipliers", "bytes_sent", "lost")
+TWO = {
+    "team.start": [[0.0, 0.0], [-1.0, 0.5]],
+    "team.formation": [[0.0, 0.0], [-1.0, 0.0]],
+    "team.leaders": [1],
+    "graph": {"kind": "edges", "edges": [[1, 2]]},
+    "estimator.given": [{"robot": 1, "normal": [1.0, 1.0], "offset": 3.0}],
+}
+
+
+class Killed(BaseException):
+    """As if a signal had come."""
+
+
+@contextmanager
+def apart(scenario: Scenario, **keys: Any) -> Iterator[RobotProcesses]:
+    """Give robots that run in threads as they would in processes; `keys` are those of `RobotProcess`."""
+    carried, graph, dead = keys.pop("carried", None) or robot_programs(scenario), network(scenario), set()
+    world = Mailbox()
+
+    def be(robot: int) -> None:
+        try:
+            RobotProcess(carried, graph, robot, world.port, keys.get("digest", DIGEST)).run()
+        except (Killed, Exception):
+            dead.add(robot)
+
+    team = RobotProcesses(
+        carried, graph, DIGEST, world, lambda robot: "killed by SIGKILL" if robot in dead else None, 0.01
+    )
+    threads = [Thread(target=be, args=(robot,)) for robot in range(graph.robots)]
+    for thread in threads:
+        thread.start()
+    try:
+        yield team
+    finally:
+        team.stop()
+        for thread in threads:
+            thread.join()
+
+
+def solutions(scenario: Scenario, governor: Any) -> list[Solution]:
+    return [tick.solution for tick in Simulation.build(scenario).governed_by(governor).control_ticks()]
+
+
+def loaded(name: str = "paper/simulation_near", duration: float = 0.2, **keys: Any) -> Scenario:
+    return pbrg.load(name, {"reference.solver": "none", **keys}, duration=duration).settings
+
+
+CASES = {
+    "the paper's, five robots": {},
+    "the paper's, two robots": TWO,
+    "certified": {"governor.kind": "certified"},
+    "certified, over an optimizer": {"governor.kind": "certified", "governor.optimizer": "nids"},
+    "rollout": {"governor.kind": "rollout"},
+    "prepared for loss, of which there is none": {"network.loss": 0.1},
+    "everybody is told the start": {"governor.initial": "start"},
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_robots_apart_are_the_programs_in_one_process_bit_for_bit(case: str) -> None:
+    scenario = loaded(**CASES[case])
+    inside = loaded(**{key: value for key, value in CASES[case].items() if key != "network.loss"})
+    programs = robot_programs(scenario)
+    alone = solutions(scenario, CarriedGovernor(**{**vars(programs), "channel": None}))
+    with apart(inside if "network.loss" not in CASES[case] else scenario) as team:
+        together = solutions(scenario, team)
+    assert len(together) == 21
+    for ours, theirs in zip(together, alone, strict=True):
+        for field in FIELDS:
+            assert getattr(ours, field).tobytes() == getattr(theirs, field).tobytes(), field
+        assert ours.status == theirs.status
+    links, rounds = len(network(scenario).neighbours), scenario.governor.rounds
+    assert sum(one.received for one in team.traffic) == 21 * links * rounds
+    assert sum(one.missed for one in team.traffic) == 0
+
+
+def random_own(random: np.random.Generator, H: int, n: int, R: int, along: bool, leads: bool) -> OwnData:
+    flags = _flags(random, 1, H), _flags(random, 1, H, n)
+    spaces = HalfSpaces(random.normal(size=(1, H, 2)), random.normal(size=(1, H)), *flags)
+    rows = Rows(
+        random.normal(size=(1, R)),
+        random.normal(size=(1, R, 2)),
+        random.normal(size=(1, R)),
+        _flags(random, 1, R),
+        random.normal(size=(1, R, 2)) if along else ALL_MOTION,
+    )
+    reference = random.normal(size=2) if leads else None
+    return OwnData(7, random.normal(size=2), random.normal(size=2), 0.3, spaces, reference, rows if R else None)
+
+
+def _flags(random: np.random.Generator, *shape: int) -> np.ndarray:
+    return random.integers(0, 2, shape).astype(bool)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_what_is_packed_comes_out_as_it_was(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    own = random_own(random, seed, 5, 2 * (seed % 3), along=bool(seed % 2), leads=seed > 2)
+    back = wire.unpacked_own(7, wire.packed_own(own))
+    same(back, own)
+    start = wire.StartData({1: 4000, 3: 65535}, random.normal(size=(5, 2)) if seed % 2 else None, own._replace(tick=0))
+    same(wire.unpacked_start(wire.packed_start(start)), start)
+    answer = RobotAnswer(random.normal(size=2), "holding", random.normal(size=3) if seed % 2 else None, seed)
+    traffic = wire.Traffic(1 << 40, 2, 3, 4, 1 << 50)
+    same(wire.unpacked_answer(wire.packed_answer(answer, traffic)), (answer, traffic))
+    one = wire.Datagram(wire.Kind.MESSAGE, 3, 1 << 31, 9, 1 << 60, random.bytes(seed))
+    assert wire.unpacked(wire.packed(one)) == one
+
+
+def same(ours: Any, theirs: Any) -> None:
+    if isinstance(theirs, np.ndarray):
+        assert ours.dtype == theirs.dtype
+        np.testing.assert_array_equal(ours, theirs)
+    elif isinstance(theirs, tuple):
+        assert type(ours) is type(theirs)
+        for one, other in zip(ours, theirs, strict=True):
+            same(one, other)
+    elif hasattr(theirs, "__dict__"):
+        same(tuple(vars(ours).values()), tuple(vars(theirs).values()))
+    else:
+        assert ours == theirs
+
+
+def test_what_fits_no_layout_is_refused() -> None:
+    content = wire.packed_own(random_own(np.random.default_rng(1), 3, 5, 4, along=True, leads=True))
+    for wrong in (content[:-1], content + b"\0"):
+        with pytest.raises(ValueError, match="bytes too"):
+            wire.unpacked_own(0, wrong)
+    whole = wire.packed(wire.Datagram(wire.Kind.READY, 1))
+    strange = (b"", b"PBRG", whole[:-1], b"X" + whole[1:], whole[:5] + b"\xff" + whole[6:])
+    assert [wire.unpacked(one) for one in strange] == [None] * 5
+
+
+def killed_at(tick: int, robot: int, program: Any) -> Any:
+    """Return a program that is killed when the tick begins."""
+
+    class Mortal(type(program)):
+        def begin(self, own: OwnData, memory: Any) -> Any:
+            if own.tick == tick and memory.facts.robot == robot:
+                raise Killed
+            return super().begin(own, memory)
+
+    return Mortal(**vars(program))
+
+
+def test_a_robot_that_is_killed_is_silent_and_the_others_go_on(caplog: pytest.LogCaptureFixture) -> None:
+    """Prepared for loss, the paper's programs count it as lost after the timeout, and hold."""
+    scenario = loaded(duration=0.4, **{"network.loss": 0.1, "network.neighbour_timeout": 0.05})
+    whole = robot_programs(scenario)
+    carried = CarriedGovernor(**{**vars(whole), "program": killed_at(12, 2, whole.program)})
+    with apart(scenario, carried=carried) as team:
+        found = solutions(scenario, team)
+    assert team.gone == {2: "killed by SIGKILL"}
+    lines = [one.getMessage() for one in caplog.records]
+    assert lines == ["robot 3 is gone at t = 0.12 s: killed by SIGKILL; it is silent and holds its m from then on"]
+    assert found[11].status != "holding"
+    assert all(one.status == "holding" for one in found[12:])
+    assert all((one.m[2] == found[11].m[2]).all() and one.bytes_sent[2] == 0 for one in found[12:])
+    assert found[-1].lost.tolist() == [0, 1, 0, 1, 0]
+    for earlier, later in zip(found[-5:], found[-4:], strict=False):
+        assert (earlier.m == later.m).all()
+
+
+def test_the_certified_leader_moves_no_more_without_everybodys_verdict() -> None:
+    scenario = loaded(duration=0.3, **{"governor.kind": "certified"})
+    whole = robot_programs(scenario)
+    carried = CarriedGovernor(**{**vars(whole), "program": killed_at(10, 0, whole.program)})
+    with apart(scenario, carried=carried) as team:
+        found = solutions(scenario, team)
+    leader = [one.m[4] for one in found]
+    assert (leader[9] != leader[5]).any()
+    assert all((one == leader[10]).all() for one in leader[10:])
+
+
+def test_a_program_that_fails_ends_the_run_in_one_line() -> None:
+    def broken(self: Any, own: OwnData, memory: Any) -> Any:
+        raise ZeroDivisionError("no way\nout")
+
+    scenario = loaded()
+    whole = robot_programs(scenario)
+    program = type("Broken", (type(whole.program),), {"begin": broken})(**vars(whole.program))
+    with (
+        apart(scenario, carried=CarriedGovernor(**{**vars(whole), "program": program})) as team,
+        pytest.raises(pbrg.PbrgError, match=r"^robot \d: no way out$"),
+    ):
+        solutions(scenario, team)
+
+
+def test_a_robot_of_another_scenario_is_sent_away() -> None:
+    with apart(loaded(), digest=bytes(32)) as team, pytest.raises(pbrg.PbrgError, match="another scenario"):
+        solutions(loaded(), team)
+
+
+def test_a_robot_that_cannot_come_ends_the_run() -> None:
+    team = RobotProcesses(robot_programs(loaded()), network(loaded()), DIGEST, Mailbox(), lambda robot: "killed")
+    with pytest.raises(pbrg.PbrgError, match="robot 1 has not come: killed"):
+        solutions(loaded(), team)
+    team.stop()
+
+
+def test_a_port_that_is_taken_is_one_line() -> None:
+    taken = Mailbox()
+    with pytest.raises(pbrg.InputError, match=rf"^UDP port {taken.port} of this machine: somebody else has it"):
+        Mailbox(taken.port)
+    taken.close()
+
+
+def test_a_message_larger_than_a_datagram_is_one_line() -> None:
+    box = Mailbox()
+    with pytest.raises(pbrg.InputError, match="robot 4's message has 70032 bytes; a datagram takes 65507"):
+        box.send(box.port, wire.Datagram(wire.Kind.MESSAGE, 3, body=bytes(70_008)))
+    box.close()
+
+
+@pytest.mark.parametrize("kind", ["none", "centralized", "cbf"])
+def test_governors_that_robots_do_not_run_are_refused(kind: str) -> None:
+    with pytest.raises(pbrg.InputError, match=rf"governor\.kind: is {kind}, which robots do not run themselves"):
+        robot_programs(loaded(**{"governor.kind": kind}))
+
+
+def running(log: Path, *options: str) -> subprocess.Popen[str]:
+    name = ("paper/simulation_near", "--set", "reference.solver=none", "--quiet", "--processes")
+    command = [sys.executable, "-P", "-m", "pbrg_mj", "run", *name, "-o", str(log), *options]
+    return subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+
+
+def children(parent: int) -> dict[int, str]:
+    found = {}
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            fields = (folder / "stat").read_text().rsplit(")", 1)[1].split()
+            if int(fields[1]) == parent:
+                found[int(folder.name)] = (folder / "cmdline").read_text().replace("\0", " ")
+        except OSError:
+            continue
+    return found
+
+
+def is_written(log: Path) -> bool:
+    """Return whether the first ticks are in the log: a header alone has fewer bytes."""
+    partial = partial_path(log)
+    return partial.exists() and partial.stat().st_size > 20_000
+
+
+def wait_until(there: Callable[[], object]) -> None:
+    until = time.monotonic() + 240.0
+    while not there():
+        assert time.monotonic() < until
+        time.sleep(0.1)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="needs /proc")
+def test_processes_are_killed_and_interrupted(tmp_path: Path) -> None:
+    """One robot is killed: a line and exit code 1. Then Ctrl-C: 130, and nobody is left."""
+    log = tmp_path / "killed.mcap"
+    world = running(log, "--duration", "6", "--pace", "1")
+    wait_until(lambda: is_written(log))
+    (robot,) = [pid for pid, line in children(world.pid).items() if re.search(r"child \S+ 3 ", line)]
+    os.kill(robot, signal.SIGKILL)
+    _, said = world.communicate(timeout=300)
+    assert world.returncode == 1
+    (line,) = said.splitlines()
+    assert "robot 3 is gone at t = " in line and "killed by SIGKILL" in line
+
+    log = tmp_path / "stopped.mcap"
+    world = running(log, "--duration", "60", "--pace", "1")
+    wait_until(lambda: is_written(log))
+    robots = children(world.pid)
+    world.send_signal(signal.SIGINT)
+    _, said = world.communicate(timeout=300)
+    assert (world.returncode, len(robots)) == (130, 5)
+    assert said.splitlines() == [f"interrupted; the log so far: {log}"]
+    wait_until(lambda: not any(Path(f"/proc/{pid}").exists() for pid in robots))

@@ -64,7 +64,7 @@ def test_cycles_of_several_ticks_at_once_are_the_robots_programs(
     program = CertifiedProgram(team, certificate, model, limits, cycle_ticks, 1)
     carried = CarriedGovernor(program, rounds)
     at_once = CycleGovernor(team, model, CompiledDecision.of(certificate, limits), rounds, cycle_ticks)
-    p, xi, spaces = rng.normal(size=(n, 2)), np.zeros((n, 2)), HalfSpaces.empty(n, 2)
+    p, xi, spaces = 0.3 * rng.normal(size=(n, 2)), np.zeros((n, 2)), HalfSpaces.empty(n, 2)
     ours = theirs = None
     statuses, heading = set(), rng.uniform(-np.pi, np.pi, size=n)
     for tick in range(TICKS):
@@ -89,7 +89,7 @@ def changed(rng: np.random.Generator, before: HalfSpaces, formation: np.ndarray,
     """Return half-spaces of which some robots' are others than before."""
     n, slots = before.h.shape
     spaces, angle = HalfSpaces.empty(n, slots), rng.uniform(-np.pi, np.pi, size=(n, slots))
-    spaces.active[:] = rng.random((n, slots)) < 0.3
+    spaces.active[:] = rng.random((n, slots)) < 1.5 / n
     spaces.G[spaces.active] = np.stack([np.cos(angle), np.sin(angle)], axis=-1)[spaces.active]
     spaces.binds[spaces.active] = rng.random((n, slots, n))[spaces.active] < 0.5
     room = rng.uniform(-0.2, 2.0, size=(n, slots))

@@ -26,8 +26,8 @@ class CycleState(NamedTuple):
     """What the robots remember."""
 
     tick: int
-    held: np.ndarray | None  # (2,) by the leaders [m]; None before the first decision
-    known: np.ndarray | None  # (2,) by all others: what leaders held in the cycle before [m]; likewise
+    held: np.ndarray | None  # (2,) by the leaders [m]; None for nothing yet: of several, before their first decision
+    known: np.ndarray | None  # (2,) by all others: what leaders held in the cycle before [m]; None in the first cycle
     status: Status
     team: tuple[np.ndarray, np.ndarray, np.ndarray] | None  # p, xi, headings in the cycle's first tick
     judged: HalfSpaces | None  # in each robot's rows, those that its verdict is about, as far as there are verdicts
@@ -45,10 +45,12 @@ class CycleGovernor:
 
     def init(self, problem: Problem) -> CycleState:
         """Return the memory before the first tick."""
-        return CycleState(0, None, None, "holding", None, None)
+        leads = problem.network.leader > 0.0
+        held = problem.p[leads][0].copy() if np.count_nonzero(leads) == 1 else None  # as `robot.first_held`
+        return CycleState(0, held, None, "holding", None, None)
 
     def step(self, problem: Problem, memory: CycleState) -> tuple[Solution, CycleState]:
-        """Return what is held; until the first decision every robot's own p."""
+        """Return what is held, every robot's own p where it is nothing."""
         n, phase = problem.network.robots, memory.tick % self.cycle_ticks
         if problem.half_spaces is None or problem.heading is None:
             raise ValueError("the certified governor needs half-spaces and headings in the problem")
@@ -61,14 +63,17 @@ class CycleGovernor:
         if phase == self.cycle_ticks - 1:
             memory = self._decided(problem, memory)
         m = problem.p.copy()
-        if memory.held is not None and memory.known is not None:
-            m[:] = np.where(problem.network.leader[:, None] > 0, memory.held, memory.known)
+        leads = problem.network.leader > 0.0
+        if memory.held is not None:
+            m[leads] = memory.held
+        if memory.known is not None:
+            m[~leads] = memory.known
         nobody = np.zeros(n, dtype=np.int64)
         solution = Solution(m, np.zeros(problem.rows_shape), memory.status, self.rounds, sent, nobody)
         return solution, memory._replace(tick=memory.tick + 1)
 
     def _decided(self, problem: Problem, memory: CycleState) -> CycleState:
-        """Return the memory with the leaders' next m; at the end of the first cycle it is the mean of p."""
+        """Return the memory with the leaders' next m; where several held nothing, it is the mean of p."""
         if memory.team is None or memory.judged is None:
             raise ValueError("a cycle begins with its first tick")
         p, xi, heading = memory.team

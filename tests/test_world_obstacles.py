@@ -109,3 +109,30 @@ def test_a_moving_box_pushes_a_robot_out_of_its_way():
         world.advance(np.zeros((1, 2)))
     gap = world.truth().body_pose[0, 0] - (0.2 + ROBOT.body_radius)
     assert -0.002 < gap < 0.03  # nudged ahead, for contacts with what is driven are bumps
+
+
+@pytest.mark.parametrize(
+    "thing",
+    [
+        {"walls": [{"from": (1.0, -1.0), "to": (1.0, 1.0), "thickness": 0.02}]},
+        {"boxes": [{"center": (1.1, 0.0), "size": (0.2, 0.5)}]},
+        {"columns": [{"center": (1.1, 0.0), "radius": 0.1}]},
+        {"prisms": [{"corners": [(1.0, -0.3), (1.2, -0.3), (1.2, 0.3), (1.0, 0.3)]}]},
+    ],
+    ids=lambda thing: next(iter(thing)),
+)
+def test_beams_pass_through_glass_and_robots_do_not(thing):
+    [(kind, [entry])] = thing.items()
+    behind = wall((2.0, -1.0), (2.0, 1.0))
+    ranges, stopped = {}, {}
+    for glass in (False, True):
+        around = {"walls": [behind]}
+        around[kind] = [*around.get(kind, []), entry | {"glass": glass}]
+        plant = MujocoPlant(scenario(beams={"count": 4}, world=around))
+        ranges[glass] = plant.observe().ranges[0, 0]
+        for _ in range(250):
+            plant.advance(np.full((1, 2), 3.0))
+        stopped[glass] = plant.truth()
+    assert ranges[False] < 1.1 and ranges[True] == pytest.approx(1.95 + plant.robot.hand_offset, abs=1e-6)
+    assert stopped[True].wall_contact[0] and stopped[True].hand_world[0, 0] < 1.0
+    np.testing.assert_array_equal(stopped[True].hand_world, stopped[False].hand_world)

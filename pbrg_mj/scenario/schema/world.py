@@ -9,6 +9,8 @@ from pydantic import Field
 from pbrg_mj.scenario.polygons import convex_parts
 from pbrg_mj.scenario.schema.base import MOST_EVENTS, MOST_OBSTACLES, NonNegative, Number, Positive, Section, Vector
 
+GLASS = Field(default=False, description="beams pass through it; robots do not")
+
 
 class Wall(Section):
     """A straight wall: a box around the segment from -> to."""
@@ -17,6 +19,7 @@ class Wall(Section):
     end: Vector = Field(alias="to", description="the other end of the centre line [m]")
     thickness: Positive = Field(default=0.1, description="across the centre line [m]")
     height: Positive = Field(default=0.2, description="above the floor [m]")
+    glass: bool = GLASS
 
 
 class Box(Section):
@@ -26,6 +29,7 @@ class Box(Section):
     size: tuple[Positive, Positive] = Field(description="length and width of its footprint [m]")
     angle_deg: Number = Field(default=0.0, description="of its length [deg], counter-clockwise from +x")
     height: Positive = Field(default=0.2, description="above the floor [m]")
+    glass: bool = GLASS
 
     def as_wall(self) -> Wall:
         """Return the wall that covers the same area."""
@@ -33,7 +37,7 @@ class Box(Section):
         dx, dy = length / 2 * math.cos(turn), length / 2 * math.sin(turn)
         start, end = (x - dx, y - dy), (x + dx, y + dy)
         # Not validated: a box at the rim of what is allowed has ends beyond it.
-        return Wall.model_construct(start=start, end=end, thickness=width, height=self.height)
+        return Wall.model_construct(start=start, end=end, thickness=width, height=self.height, glass=self.glass)
 
 
 class Column(Section):
@@ -42,6 +46,7 @@ class Column(Section):
     center: Vector = Field(description="its axis [m]")
     radius: Positive = Field(description="of the column [m]")
     height: Positive = Field(default=0.2, description="above the floor [m]")
+    glass: bool = GLASS
 
 
 class Prism(Section):
@@ -53,11 +58,12 @@ class Prism(Section):
         max_length=64,
     )
     height: Positive = Field(default=0.2, description="above the floor [m]")
+    glass: bool = GLASS
 
     def convex(self) -> tuple[Prism, ...]:
         """Return convex prisms of the same area; itself if it is convex. Raises ValueError as `convex_parts`."""
         parts = convex_parts(self.corners)
-        return (self,) if len(parts) == 1 else tuple(Prism(corners=part, height=self.height) for part in parts)
+        return (self,) if len(parts) == 1 else tuple(self.model_copy(update={"corners": part}) for part in parts)
 
 
 class BoxWaypoint(Section):

@@ -15,6 +15,8 @@ from pbrg_mj.world.scene.footprints import Footprints, footprints_of
 
 LOW_FRICTION = (0.2, 0.005, 0.0001)  # friction: robots slide along obstacles rather than climb them
 MOVING_COLOUR = (0.80, 0.52, 0.16, 1.0)
+UNSEEN = (0.0, 0.0, 0.0, 0.0)
+PANE = (0.62, 0.80, 0.86, 0.35)
 NOTHING = footprints_of()
 
 
@@ -57,26 +59,29 @@ def _add_wall(spec: mujoco.MjSpec, name: str, wall: Wall) -> None:
     start, end = np.asarray(wall.start), np.asarray(wall.end)
     along = end - start
     angle = float(np.arctan2(along[1], along[0]))
-    spec.body("walls").add_geom(
-        name=name,
-        type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=[np.hypot(*along) / 2, wall.thickness / 2, wall.height / 2],
-        pos=[*(start + end) / 2, wall.height / 2],
-        quat=[np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)],
-        material="wall",
-        friction=LOW_FRICTION,
-    )
+    shape = {
+        "type": mujoco.mjtGeom.mjGEOM_BOX,
+        "size": [np.hypot(*along) / 2, wall.thickness / 2, wall.height / 2],
+        "pos": [*(start + end) / 2, wall.height / 2],
+        "quat": [np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)],
+    }
+    _add_solid(spec.body("walls"), name, shape, wall.glass)
 
 
 def _add_column(spec: mujoco.MjSpec, name: str, column: Column) -> None:
-    spec.body("walls").add_geom(
-        name=name,
-        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
-        size=[column.radius, column.height / 2, 0],
-        pos=[*column.center, column.height / 2],
-        material="wall",
-        friction=LOW_FRICTION,
-    )
+    shape = {
+        "type": mujoco.mjtGeom.mjGEOM_CYLINDER,
+        "size": [column.radius, column.height / 2, 0],
+        "pos": [*column.center, column.height / 2],
+    }
+    _add_solid(spec.body("walls"), name, shape, column.glass)
+
+
+def _add_solid(body: mujoco.MjsBody, name: str, shape: dict, glass: bool) -> None:
+    """Add a geom; one of glass as a site, too: pictures show that, and rays meet no sites."""
+    body.add_geom(name=name, friction=LOW_FRICTION, **shape, **_look(glass))
+    if glass:
+        body.add_site(name=name, rgba=PANE, **shape)
 
 
 def _add_prism(spec: mujoco.MjSpec, name: str, prism: Prism) -> None:
@@ -90,9 +95,14 @@ def _add_prism(spec: mujoco.MjSpec, name: str, prism: Prism) -> None:
         type=mujoco.mjtGeom.mjGEOM_MESH,
         meshname=name,
         pos=[*middle, prism.height / 2],
-        material="wall",
         friction=LOW_FRICTION,
+        **_look(prism.glass),
     )
+
+
+def _look(glass: bool) -> dict:
+    """Return what a geom looks like. MuJoCo's rays pass through what has no alpha, and pictures do not show it."""
+    return {"rgba": UNSEEN} if glass else {"material": "wall"}
 
 
 def _add_moving_box(spec: mujoco.MjSpec, name: str, box: MovingBox) -> None:

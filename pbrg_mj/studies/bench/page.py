@@ -8,7 +8,7 @@ from hashlib import sha256
 from html import escape
 from pathlib import Path
 
-from pbrg_mj.api.run import open as open_log
+from pbrg_mj.api.logs import open as open_log
 from pbrg_mj.studies.bench.pictures import picture
 from pbrg_mj.studies.bench.suite import Suite
 from pbrg_mj.studies.bench.table import BenchRun, Row

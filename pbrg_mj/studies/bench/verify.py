@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pbrg_mj.api.logs import metrics_of
 from pbrg_mj.api.replay import verify
-from pbrg_mj.api.run import metrics_of
 from pbrg_mj.errors import InputError, PbrgError
 from pbrg_mj.log.read.ticks import read_header
 from pbrg_mj.studies.bench.bench import FILES, TABLE, Bench

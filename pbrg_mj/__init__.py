@@ -9,7 +9,8 @@
 
 Scenarios   `load`, `draw`, `list_scenarios`, `validate`, `schema`, `template`; `Scenario`
 Runs        `run`, `simulate`, `serve`, `batch`, `reproduce`; `Run`, `Batch`, `TickRecord`, `Interrupted`
-Studies     `sweep`, `tune`, `bench`, `verify_bench`; `Sweep`, `Tuning`, `Bench`, `BenchVerification`
+Studies     `sweep`, `tune`, `bench`, `verify_bench`, `falsify`; `Sweep`, `Tuning`, `Bench`, `BenchVerification`,
+            `Falsification`
 Logs        `open`, `compare`, `report`, `render`, `verify`, `repair`; `Comparison`, `Verification`, `Repair`
 Governors   `RobotProgram`, `RobotFacts`, `TeamConstants`, `OwnData`, `RobotAnswer`: a distributed governor, written for
             one robot; `Governor`, `Problem`, `Solution`, `Status`: one that sees the whole team; `check_governor`
@@ -34,6 +35,7 @@ __all__ = [
     "Bench",
     "BenchVerification",
     "Comparison",
+    "Falsification",
     "Governor",
     "InputError",
     "Interrupted",
@@ -61,6 +63,7 @@ __all__ = [
     "compare",
     "doctor",
     "draw",
+    "falsify",
     "list_scenarios",
     "load",
     "open",
@@ -99,6 +102,7 @@ if TYPE_CHECKING:
     from pbrg_mj.loop.record import TickRecord
     from pbrg_mj.studies.bench.bench import Bench, bench
     from pbrg_mj.studies.bench.verify import BenchVerification, verify_bench
+    from pbrg_mj.studies.falsify import Falsification, falsify
     from pbrg_mj.studies.sweep import Sweep, sweep
     from pbrg_mj.studies.tune import Tuning, tune
 
@@ -121,6 +125,7 @@ _MODULES = {
     "loop.record": ("TickRecord",),
     "studies.bench.bench": ("Bench", "bench"),
     "studies.bench.verify": ("BenchVerification", "verify_bench"),
+    "studies.falsify": ("Falsification", "falsify"),
     "studies.sweep": ("Sweep", "sweep"),
     "studies.tune": ("Tuning", "tune"),
 }

@@ -52,6 +52,12 @@ governors:
   none: {settings: {governor.kind: none}, tuning: nothing to tune}
   centralized: {settings: {governor.kind: centralized}, tuning: nothing to tune}
 """
+SPACE = """\
+find: crossing
+duration: 20
+set: {governor.kind: none, reference.solver: none}
+keys: {control.alpha_r: {uniform: [0.5, 2]}}
+"""
 # Not shown: it compiles the kernels, which would pass for the speed of the first run that is.
 FIRST = "pbrg run paper/experiment_near --duration 1 --quiet -o near.mcap && rm near.mcap"
 # Each paragraph, and the commands that show it.
@@ -84,6 +90,8 @@ PARTS: tuple[tuple[str, tuple[str, ...]], ...] = (
             "cat two.yaml",
             "pbrg bench two.yaml -o two",
             "pbrg bench --verify two",
+            "cat space.yaml",
+            "pbrg falsify paper/simulation_inadmissible --search space.yaml --budget 20 -o shortest",
         ),
     ),
     ("Distributed against centralized: [metrics](metrics.md)", ("pbrg compare near.mcap coarse.mcap",)),
@@ -135,6 +143,7 @@ def page() -> str:
         (folder / "rounds.yaml").write_text(SWEEP)
         (folder / "gain.yaml").write_text(TUNE)
         (folder / "two.yaml").write_text(SUITE)
+        (folder / "space.yaml").write_text(SPACE)
         for title, commands in PARTS:
             shown = "\n".join(run(command, folder) for command in commands)
             block = "\n".join(f"    {line}".rstrip() for line in shown.splitlines())

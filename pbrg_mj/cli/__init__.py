@@ -4,6 +4,7 @@ main          the commands and their exit codes
 scenarios     list, show, new, schema, validate
 run, batch, reproduce    simulate
 sweep, tune    many runs as one table, or to find the best values
+falsify       a search for a failure
 bench         a suite of worlds and governors as one table
 compare, export, plot, render, report    read logs
 replay, repair    a log again, or what is whole in it

@@ -24,6 +24,7 @@ from pbrg_mj.cli import (
     compare,
     doctor,
     export,
+    falsify,
     plot,
     render,
     repair,
@@ -79,6 +80,7 @@ app.command("batch")(answering(batch.batch))
 app.command("sweep")(answering(sweep.sweep))
 app.command("tune")(answering(tune.tune))
 app.command("bench")(answering(bench.bench))
+app.command("falsify")(answering(falsify.falsify))
 app.command("compare")(answering(compare.compare))
 app.command("export")(answering(export.export))
 app.command("plot")(answering(plot.plot))

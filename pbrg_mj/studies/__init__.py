@@ -11,5 +11,8 @@ sweep_plan    SWEEP.yaml -> tasks
 sweep         `pbrg sweep`
 optimizer     points to try, by the values of earlier ones
 tune          `pbrg tune`
+failures      how near a run came to a failure
+shrink        a scenario made smaller that shows it
+falsify       `pbrg falsify`
 bench         `pbrg bench`: suites as one table, and that table verified
 """

@@ -1,0 +1,55 @@
+"""`pbrg falsify`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import pbrg_mj as pbrg
+from pbrg_mj.cli.arguments import Force, ScenarioName, without_drawing
+from pbrg_mj.cli.console import emit, emit_json, note
+from pbrg_mj.cli.study import Backend, Jobs, Json, Scheduler, StudyFolder, counting
+
+
+def falsify(
+    scenario: ScenarioName,
+    search: Annotated[Path, typer.Option("--search", metavar="SPACE.yaml", help="What to search over, and for what.")],
+    output: StudyFolder,
+    budget: Annotated[int, typer.Option(min=1, help="Runs at most.")] = 200,
+    jobs: Jobs = None,
+    backend: Backend = "joblib",
+    scheduler: Scheduler = None,
+    force: Force = False,
+    json: Json = False,
+) -> int:
+    """Search for a contact, a crossing, a violated certificate or a stall; leave the shortest scenario with it.
+
+    The same command goes on after a kill. Exit code 1 when a failure was found.
+    """
+    without_drawing()
+    try:
+        with counting() as watch:
+            made = pbrg.falsify(
+                scenario,
+                search,
+                output,
+                budget=budget,
+                watch=watch,
+                jobs=jobs,
+                backend=backend,
+                scheduler=scheduler,
+                force=force,
+            )
+    except pbrg.Interrupted as error:
+        note(f"interrupted; {error}")
+        return 128 + error.signal
+    if json:
+        emit_json(made.as_dict())
+    elif made.found is None:
+        emit(f"no {made.kind} in {made.runs} runs; the nearest one by {made.nearest:.3g}")
+    else:
+        emit(f"{made.kind} found in {made.runs} runs; {made.path} shows it in {made.found['asked_s']:g} s with "
+             f"{made.found['robots']} robots, after {made.shrinking} runs to make it shorter")  # fmt: skip
+    return 0 if made.found is None else 1

@@ -1,0 +1,140 @@
+"""Where the time of worlds side by side goes, in processor time of one thread.
+
+    PYTHONPATH=scripts python -m performance.batch_profile
+
+Prints microseconds per world and tick: of the stages of `pbrg batch`, of bare physics with and without its beams and
+contacts, and of the recommended governor in every world over one batch of physics (`BatchWorlds`).
+"""
+
+# MuJoCo ships no type stubs for its compiled modules.
+# pyright: reportAttributeAccessIssue=false
+
+from __future__ import annotations
+
+import sys
+from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
+from time import process_time
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from pbrg_mj.environments.batch_worlds import BatchWorlds
+from pbrg_mj.loop.batch import BatchSimulation
+from pbrg_mj.loop.batch_control import BatchState
+from pbrg_mj.loop.simulation import Simulation
+from pbrg_mj.loop.tick import commanded, initial_state, seen
+from pbrg_mj.world.plant.batch import PlantBatch
+from performance.batch import WORLDS
+from performance.closed_loop import RECOMMENDED, bare_model, recorded_commands, scenario
+
+DURATION = "timing.duration=0.5"
+TURNS = 20
+STAGES = (
+    (PlantBatch, "advance", "physics"),
+    (PlantBatch, "truth", "truth"),
+    (BatchSimulation, "_sense_and_perceive", "sensing and perception"),
+    (BatchState, "step", "governor and control"),
+    (BatchSimulation, "_violated", "certificates"),
+)
+DISABLED = {
+    "bare": (),
+    "without beams": ("SENSOR",),
+    "without contacts": ("CONTACT",),
+    "without both": ("SENSOR", "CONTACT"),
+}
+
+
+@contextmanager
+def timed(spent: dict[str, float]) -> Iterator[None]:
+    """Add up the processor time of every stage."""
+
+    def wrapped(function: Any, label: str) -> Any:
+        def call(*arguments: Any, **keys: Any) -> Any:
+            began = process_time()
+            try:
+                return function(*arguments, **keys)
+            finally:
+                spent[label] += process_time() - began
+
+        return call
+
+    before = [(owner, name, getattr(owner, name)) for owner, name, _ in STAGES]
+    for owner, name, label in STAGES:
+        setattr(owner, name, wrapped(getattr(owner, name), label))
+    try:
+        yield
+    finally:
+        for owner, name, function in before:
+            setattr(owner, name, function)
+
+
+def batch_stages() -> dict[str, float]:
+    """Return seconds of every stage of `pbrg batch` with the paper's governor."""
+    plan = scenario(DURATION).scenario
+    BatchSimulation(plan, range(1, 3), 1).run()  # compile
+    spent: dict[str, float] = defaultdict(float)
+    with timed(spent):
+        BatchSimulation(plan, range(1, WORLDS + 1), 1).run()
+    return dict(spent)
+
+
+def bare_physics() -> dict[str, float]:
+    """Return seconds of a tick of mj_step with parts of the physics switched off, the best of many turns."""
+    loaded, best = scenario(DURATION), dict.fromkeys(DISABLED, np.inf)
+    timing, model, commands = loaded.scenario.timing, bare_model(loaded), recorded_commands(loaded)
+    substeps, whole = round(timing.tick / timing.physics_step), model.opt.disableflags
+    for _ in range(TURNS):
+        for name, off in DISABLED.items():
+            model.opt.disableflags = whole | sum(int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{one}")) for one in off)
+            data, began = mujoco.MjData(model), process_time()
+            for command in commands:
+                data.ctrl[:] = command
+                mujoco.mj_step(model, data, substeps)
+            best[name] = min(best[name], (process_time() - began) / len(commands))
+    return best
+
+
+def recommended() -> dict[str, float]:
+    """Return seconds of every stage with the recommended governor, world by world but for the physics."""
+    plan, spent = scenario(DURATION, *RECOMMENDED).scenario, defaultdict(float)
+    loop = Simulation.build(plan).loop
+    list(Simulation.build(plan).control_ticks())  # compile
+    worlds = BatchWorlds(loop, WORLDS, 1)
+    loops = [worlds.loop(world, plan.model_copy(update={"seed": world + 1})) for world in range(WORLDS)]
+    states = [initial_state(one) for one in loops]
+    worlds.advance({})  # compile
+    for index in range(round(plan.timing.duration / plan.timing.tick) + 1):
+        voltage = {}
+        for world, one in enumerate(loops):
+            began = process_time()
+            sight = seen(one, states[world], index)
+            looked = process_time()
+            states[world], tick = commanded(one, states[world], sight)
+            voltage[world] = tick.command
+            spent["sensing and perception"] += looked - began
+            spent["governor, separation and control"] += process_time() - looked
+        began = process_time()
+        worlds.advance(voltage)
+        spent["physics and truth"] += process_time() - began
+    return dict(spent)
+
+
+def main() -> int:
+    ticks = WORLDS * len(recorded_commands(scenario(DURATION)))
+    for title, stages in (("the paper's governor", batch_stages()), ("the recommended governor", recommended())):
+        print(f"{title}, {WORLDS} worlds")
+        for name, seconds in stages.items():
+            print(f"  {name:<34}{seconds / ticks * 1e6:8.1f}")
+        physics = sum(seconds for name, seconds in stages.items() if name.startswith("physics"))
+        print(f"  {'physics, share of all':<34}{physics / sum(stages.values()):8.2f}")
+    print("one world's mj_step alone")
+    for name, seconds in bare_physics().items():
+        print(f"  {name:<34}{seconds * 1e6:8.1f}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -49,8 +49,8 @@ nothing stands in a robot and, in the physics plant, no two robots overlap, nor 
 stands still or another robot's start, or lift it while it is in the air; disturbances last one physics step or longer.
 
 The ideal plant refuses what it would ignore: `drive`, `radio`, `disturbances`, `sensors.camera.delay`, `lost_frames`,
-`occlusions` and `swaps`, `world.moving_boxes`, `world.patches`, `world.floor_friction` and `world.rolling_resistance`
-may be given with their defaults only.
+`occlusions` and `swaps`, `sensors.uwb`, `sensors.odometry`, `world.moving_boxes`, `world.patches`,
+`world.floor_friction` and `world.rolling_resistance` may be given with their defaults only.
 
 A beam's range becomes a reading in this order: the nearest thing in its cone, echoes lost for want of light, bias,
 additive and multiplicative Gaussian noise, quantisation, range limits, outliers, dropout. Keys given beside

@@ -141,4 +141,4 @@ def test_streams_differ_by_source_robot_frame_and_seed():
         for frame in (0, 1)
     }
     assert len(firsts) == 8 * len(Source)
-    assert [int(source) for source in Source] == [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11]
+    assert [int(source) for source in Source] == [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12]

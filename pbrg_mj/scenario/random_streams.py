@@ -22,6 +22,7 @@ class Source(IntEnum):
     BEAM_BIAS = 9
     SIGNAL = 10
     LOST_FRAMES = 11
+    RADIO_RANGES = 12
 
 
 class Streams:

@@ -7,6 +7,8 @@ beam_model      what a range sensor makes of true ranges, one effect after the o
 cone            the nearest thing in a beam's view
 signal_strength echoes lost for want of light
 camera_faults   lost frames, robots not found or mixed up
+ultra_wideband  places by radio ranges, in place of the camera's
+pose_filter     poses from wheel encoders and the camera
 readings        `Readings`, the result
 sense           one tick: all of that for all robots
 """

@@ -9,12 +9,18 @@ from typing import Any
 import numpy as np
 
 from pbrg_mj import plugins
+from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.random_streams import Source, Streams
 from pbrg_mj.scenario.schema import Scenario, per_robot
 from pbrg_mj.sensing.camera_faults import CameraFaults, camera_faults
 from pbrg_mj.sensing.draws_ahead import DrawsAhead
 from pbrg_mj.sensing.noise_model import PlugInNoise
+from pbrg_mj.sensing.pose_filter import FilterParameters
 from pbrg_mj.sensing.signal_strength import SignalStrength
+from pbrg_mj.sensing.ultra_wideband import Radio, radio_of
+from pbrg_mj.world.scene.robot import load_robot_model
+
+LEAST_STD = 1e-6  # [m], [rad] of a camera that the filter takes for exact
 
 
 @dataclass(frozen=True)
@@ -38,6 +44,10 @@ class SensorNoise:
     rays: int = 1  # that stand for a beam
     signal: SignalStrength | None = None  # power that an echo takes; None: none
     camera_faults: CameraFaults | None = None
+    radio: Radio | None = None  # for x and y in place of the camera
+    pose_filter: FilterParameters | None = None  # fuses encoders with the camera
+    frame_period: float = 0.0  # of the camera, for the filter [s]
+    dated_late: float = 0.0  # by how much the filter takes exposures for later than they are [s]
     model: PlugInNoise | None = None  # in place of all that, but for the limits
 
     @cached_property
@@ -59,6 +69,11 @@ class SensorNoise:
     def beam_streams(self) -> Streams:
         """Random streams of the beams."""
         return Streams(self.seed, Source.BEAMS)
+
+    @cached_property
+    def radio_streams(self) -> Streams:
+        """Random streams of the radio ranges."""
+        return Streams(self.seed, Source.RADIO_RANGES)
 
     @cached_property
     def signal_streams(self) -> Streams:
@@ -112,4 +127,31 @@ def noise_parameters(scenario: Scenario) -> SensorNoise:
         rays=beams.rays,
         signal=None if exact or beams.signal_range is None else SignalStrength(beams.signal_range, beams.signal_spread),
         camera_faults=camera_faults(scenario),
+        radio=None if exact or not scenario.sensors.uwb.anchors else radio_of(scenario.sensors.uwb),
+        **_fused(scenario),
     )
+
+
+def _fused(scenario: Scenario) -> dict[str, Any]:
+    """Return what `SensorNoise` holds of the filter; nothing where robots know the camera alone."""
+    odometry, camera = scenario.sensors.odometry, scenario.assumed_sensors.camera
+    if not odometry.fuse:
+        return {}
+    robot = load_robot_model(scenario.robot)
+    if robot.omnidirectional:
+        raise InputError(
+            f"is true, and robot {scenario.robot} has no wheels to count; allowed: false", key="sensors.odometry.fuse"
+        )
+    parameters = FilterParameters(
+        track=robot.track,
+        wheel_radius=robot.wheel_radius,
+        step=2.0 * np.pi / odometry.steps_per_turn,
+        slip=odometry.slip,
+        position_std=max(camera.position_std, LEAST_STD),
+        heading_std=max(float(np.deg2rad(camera.heading_std_deg)), LEAST_STD),
+    )
+    return {
+        "pose_filter": parameters,
+        "frame_period": max(1.0 / camera.rate_hz, scenario.timing.physics_step),
+        "dated_late": scenario.sensors.camera.delay - camera.delay,
+    }

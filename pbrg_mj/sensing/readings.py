@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pbrg_mj.sensing.pose_filter import FilterMemory
+
 
 @dataclass(frozen=True)
 class Readings:
@@ -20,3 +22,4 @@ class Readings:
     new_scan: bool
     pose_frame: int  # frames behind body_pose; -1 before the first
     scan_frame: int
+    pose_filter: FilterMemory | None = None  # of the filter that body_pose is of, if there is one

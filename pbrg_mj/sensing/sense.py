@@ -7,8 +7,10 @@ import numpy as np
 from pbrg_mj.sensing.beam_model import noisy_scans
 from pbrg_mj.sensing.cone import nearest_in_cones, of_those_rays
 from pbrg_mj.sensing.noise import SensorNoise
+from pbrg_mj.sensing.pose_filter import FilterMemory, FilterParameters, begun, corrected, driven, encoder_angles
 from pbrg_mj.sensing.readings import Readings
 from pbrg_mj.sensing.signal_strength import WHITE, echo_probability, relative_power
+from pbrg_mj.sensing.ultra_wideband import measured_ranges, place_of
 from pbrg_mj.world.plant.interface import Observation
 
 
@@ -23,16 +25,20 @@ def sense(observation: Observation, previous: Readings | None, noise: SensorNois
     if previous is not None and faults is not None and faults.loses(pose_frame, noise.seed):
         pose_frame = previous.pose_frame
     if previous is not None and pose_frame == previous.pose_frame:
-        body_pose = previous.body_pose
+        body_pose = _camera_poses(previous)
     else:
         body_pose = _poses(observation, noise)
         if faults is not None:
-            body_pose = faults.applied(body_pose, None if previous is None else previous.body_pose, pose_frame)
+            body_pose = faults.applied(body_pose, None if previous is None else _camera_poses(previous), pose_frame)
+    memory = None
+    if noise.pose_filter is not None and pose_frame >= 0:
+        memory = _filtered(observation, previous, (body_pose, pose_frame), noise, noise.pose_filter)
+        body_pose = memory.now.pose
     if previous is not None and observation.scan_frame == previous.scan_frame:
         ranges, new_scan = previous.ranges, False
     else:
         ranges, new_scan = _ranges(observation, noise), observation.scan_frame >= 0
-    return Readings(body_pose, ranges, new_scan, pose_frame, observation.scan_frame)
+    return Readings(body_pose, ranges, new_scan, pose_frame, observation.scan_frame, memory)
 
 
 def _poses(observation: Observation, noise: SensorNoise) -> np.ndarray:
@@ -44,6 +50,10 @@ def _poses(observation: Observation, noise: SensorNoise) -> np.ndarray:
         at = [noise.camera_streams.at(robot, observation.pose_frame) for robot in range(len(true))]
         return np.array([noise.model.pose(pose, random) for pose, random in zip(true, at, strict=True)])
     seen = true + noise.pose_std * noise.camera_draws.at(observation.pose_frame, len(true))
+    if noise.radio is not None:
+        for robot in range(len(true)):
+            random = noise.radio_streams.at(robot, observation.pose_frame)
+            seen[robot, :2] = place_of(measured_ranges(true[robot, :2], noise.radio, random), noise.radio.anchors)
     return seen + np.array(noise.pose_bias) if noise.pose_bias else seen
 
 
@@ -78,3 +88,29 @@ def _echoes(observation: Observation, noise: SensorNoise) -> np.ndarray:
     for row, robot in enumerate(noise.beam_robots):
         noise.signal_streams.at(robot, observation.scan_frame).random(out=chance[row])
     return np.where(chance < likely, raw, -1.0)
+
+
+def _camera_poses(readings: Readings) -> np.ndarray:
+    """Return the poses (n, 3) that the camera told last."""
+    return readings.body_pose if readings.pose_filter is None else readings.pose_filter.camera
+
+
+def _filtered(
+    observation: Observation,
+    previous: Readings | None,
+    frame: tuple[np.ndarray, int],
+    noise: SensorNoise,
+    parameters: FilterParameters,
+) -> FilterMemory:
+    """Return the filter's memory after this tick: `frame` is the camera's last, its poses (n, 3) and its number."""
+    pose, number = frame
+    if observation.wheel_angle is None:
+        raise ValueError("an observation without wheel angles cannot be filtered")
+    angle = encoder_angles(observation.wheel_angle, parameters.step)
+    if previous is None or previous.pose_filter is None:
+        return begun(pose, angle, parameters)
+    memory = driven(previous.pose_filter, angle, observation.time, parameters)
+    if number == previous.pose_frame:
+        return memory
+    exposed = min(number * noise.frame_period + noise.dated_late, observation.time)
+    return corrected(memory, pose, exposed, parameters)

@@ -18,6 +18,7 @@ from pbrg_mj.perception.scan.line_fit import wrapped
 from pbrg_mj.scenario.schema import Scenario
 
 LONGEST = 0.5  # [s] speeds are not taken over longer gaps
+NEVER_OLD = 1e9  # [s] a filter carries poses on by itself: they are those of the scan
 FRESH = 1e-6  # [s] a pose this old is as old as the scan
 
 ANCHOR = np.dtype(
@@ -78,6 +79,8 @@ def pose_model(scenario: Scenario) -> PoseModel:
     frame, scan = max(1 / camera.rate_hz, step), max(1 / beams.rate_hz, step)
     shared = max(1.0, frame / scan)
     late = scenario.sensors.camera.delay - camera.delay
+    if scenario.sensors.odometry.fuse:
+        late = NEVER_OLD
     return PoseModel(shared * position_std**2, shared * heading_std**2, frame, scan, late)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import islice, pairwise
 
 from pbrg_mj.scenario.checks.certificate import certificate
@@ -16,7 +16,7 @@ from pbrg_mj.scenario.checks.separation import separation
 from pbrg_mj.scenario.checks.work import physics_work, work
 from pbrg_mj.scenario.checks.world import extents, placement
 from pbrg_mj.scenario.diagnostics import Diagnostic, KeyPath, yaml_text
-from pbrg_mj.scenario.schema import Scenario, whole_multiple
+from pbrg_mj.scenario.schema import Scenario, Vector, whole_multiple
 
 MOST_TICKS = 100_000_000  # eleven days at 10 ms, and a log of some 100 GB
 MOST_STEPS = 10_000  # of physics in a tick
@@ -94,6 +94,7 @@ def _sensing(scenario: Scenario) -> Iterator[Diagnostic]:
             ("sensors", "beams", "scan_time"),
             f"is {beams.scan_time:g} s; allowed: at most {1 / beams.rate_hz:g} s, the time between scans",
         )
+    yield from _radio(scenario.sensors.uwb.anchors)
     for k, occlusion in enumerate(scenario.sensors.camera.occlusions):
         if occlusion.time == 0:
             path = ("sensors", "camera", "occlusions", k, "time")
@@ -120,6 +121,18 @@ def _sensing(scenario: Scenario) -> Iterator[Diagnostic]:
             ("estimator", "scope"),
             f"is {estimator.scope}; allowed with `source: points`, which keeps off the way of the robot that sees: own",
         )
+
+
+def _radio(anchors: Sequence[Vector]) -> Iterator[Diagnostic]:
+    path = ("sensors", "uwb", "anchors")
+    if 0 < len(anchors) < 3:
+        yield Diagnostic(path, f"has {len(anchors)} anchors; allowed: none, or three or more")
+    elif anchors:
+        (ax, ay), *others = anchors
+        far = max(math.dist(anchors[0], one) for one in others)
+        off = max(abs((x - ax) * (v - ay) - (y - ay) * (u - ax)) for x, y in others for u, v in others)
+        if off <= 1e-3 * far * far:
+            yield Diagnostic(path, f"is {yaml_text(anchors)}; allowed: places that are not on one line")
 
 
 def _operator(scenario: Scenario) -> Iterator[Diagnostic]:

@@ -22,6 +22,8 @@ PHYSICS_ONLY: tuple[tuple[str, ...], ...] = (
     ("sensors", "camera", "lost_frames"),
     ("sensors", "camera", "occlusions"),
     ("sensors", "camera", "swaps"),
+    ("sensors", "uwb", "anchors"),
+    ("sensors", "odometry", "fuse"),
     ("drive", "kind"),
     ("drive", "pwm_levels"),
     ("drive", "friction"),

@@ -3,7 +3,7 @@
 scenario          the whole, with `outcome` and `log`
 timing, team, graph, operator
 world, sensors, estimator
-beam_presets, camera, sensor_errors   parts of `sensors`
+beam_presets, camera, localization, sensor_errors   parts of `sensors`
 assumed           what the estimator takes the sensors' errors for
 actuation         `drive` and `radio`
 disturbances, network

@@ -40,11 +40,15 @@ class Assumed(Section):
     camera: AssumedCamera = AssumedCamera()
 
     def of(self, sensors: Sensors) -> Sensors:
-        """Return the sensors as perception takes them to be: `sensors`, with what is given here in its place."""
+        """Return the sensors as perception takes them to be: `sensors`, with what is given here in its place.
+
+        Where x and y come from radio ranges the camera's place is as sure as those are in line of sight.
+        """
+        position = {"position_std": sensors.uwb.position_std()} if sensors.uwb.anchors else {}
         return sensors.model_copy(
             update={
                 "beams": sensors.beams.model_copy(update=_given(self.beams)),
-                "camera": sensors.camera.model_copy(update=_given(self.camera)),
+                "camera": sensors.camera.model_copy(update=position | _given(self.camera)),
             }
         )
 

@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 from pbrg_mj.scenario.schema.base import NonNegative, Number, Positive, Probability, RobotNumber, Section
 from pbrg_mj.scenario.schema.beam_presets import PRESETS
 from pbrg_mj.scenario.schema.camera import Camera
+from pbrg_mj.scenario.schema.localization import Odometry, UltraWideband
 from pbrg_mj.scenario.schema.sensor_errors import Deviation, PerRobot
 
 EARLIER_GENERIC = "none"
@@ -98,6 +99,8 @@ class Sensors(Section):
 
     beams: Beams = Beams()
     camera: Camera = Camera()
+    uwb: UltraWideband = UltraWideband()
+    odometry: Odometry = Odometry()
     noise_model: str = Field(
         default="standard", description="of beams and camera: standard, by the numbers above, or a plug-in's name"
     )

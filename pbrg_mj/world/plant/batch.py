@@ -83,7 +83,7 @@ class PlantBatch:
         if self._beam_section.signal_range is None:
             return [Observation(pose, pose_frame, ranges[w], scan) for w, pose in enumerate(poses)]
         cosines = incidence_cosines(readings, index.beams)
-        return [Observation(pose, pose_frame, ranges[w], scan, cosines[w]) for w, pose in enumerate(poses)]
+        return [Observation(pose, pose_frame, ranges[w], scan, cosines=cosines[w]) for w, pose in enumerate(poses)]
 
     def truth(
         self, hand_world: np.ndarray, wall_margin: np.ndarray, wall_contact: np.ndarray, robot_contact: np.ndarray
@@ -116,6 +116,7 @@ def check_batchable(scenario: Scenario) -> None:
         "plant": scenario.plant != "physics",
         "robot": load_robot_model(scenario.robot).omnidirectional,
         "estimator.source": scenario.estimator.source == "points",
+        "sensors.odometry.fuse": scenario.sensors.odometry.fuse,
         "drive.kind": scenario.drive.kind != "voltage",
         "radio": bool(scenario.radio.delay or scenario.radio.jitter),
         "world.patches": bool(scenario.world.patches),

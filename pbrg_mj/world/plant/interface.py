@@ -19,6 +19,8 @@ class Observation:
     pose_frame: int
     ranges: np.ndarray  # (beam robots, rays of all beams) [m]; -1 where nothing was hit
     scan_frame: int
+    time: float = 0.0  # [s]
+    wheel_angle: np.ndarray | None = None  # (n, 2) left, right at this time [rad]; None where nobody asks
     cosines: np.ndarray | None = None  # of the rays' angles of incidence, like `ranges`; None where nobody asks
 
 

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
 import mujoco
@@ -51,7 +52,7 @@ class MujocoPlant:
         sensors = scenario.sensors
         self._index = index_model(self.model, scenario, self.robot)
         self._camera = Sampler(sensors.camera.rate_hz, timing.physics_step, sensors.camera.delay)
-        self._beam_section = sensors.beams
+        self._beam_section, self._encoders = sensors.beams, sensors.odometry.fuse
         self._beams = Sampler(sensors.beams.rate_hz, timing.physics_step)
         arrays = mujoco_arrays(partial(getattr, self.data), self.robot.omnidirectional)
         self._wheel_speed = arrays.speed
@@ -88,7 +89,10 @@ class MujocoPlant:
         last = self._observed
         if last is None or (last.pose_frame, last.scan_frame) != (pose_frame, scan):
             self._observed = last = self._sample(pose_frame, scan)
-        return last
+        return replace(last, time=self.time, wheel_angle=self._wheel_angle()) if self._encoders else last
+
+    def _wheel_angle(self) -> np.ndarray:
+        return self.data.qpos[self._index.wheel_angle]
 
     def truth(self) -> Truth:
         """Return poses, wheel speeds, margins and contacts as they are."""
@@ -128,10 +132,10 @@ class MujocoPlant:
             body_pose = self._kidnappings.camera_readings(body_pose, self._camera.step(pose_frame))
         last = self._observed
         if last and last.scan_frame == scan:
-            return Observation(body_pose, pose_frame, last.ranges, scan, last.cosines)
+            return replace(last, body_pose=body_pose, pose_frame=pose_frame)
         asked = self._beam_section.signal_range is not None
         cosines = incidence_cosines(readings, index.beams) if asked else None
-        return Observation(body_pose, pose_frame, readings[index.beams], scan, cosines)
+        return Observation(body_pose, pose_frame, readings[index.beams], scan, cosines=cosines)
 
     def _begin_step(self) -> None:
         """Move what forces do not move, then compute positions, contacts and sensors."""

@@ -26,6 +26,7 @@ class ModelIndex:
     motor: np.ndarray  # (n, 2) left, right, or ahead, aside in ctrl
     bristles: np.ndarray  # (n, 2) the same in act; (n, 0) without friction
     wheel_speed: np.ndarray  # (n, 2) the same in qvel, or of an omnidirectional base in actuator_velocity
+    wheel_angle: np.ndarray  # (n, 2) in qpos; (n, 0) of an omnidirectional base
     camera_position: np.ndarray  # (n, 2) x, y in sensordata
     camera_ahead: np.ndarray  # (n, 2) x, y of the body's x axis, in sensordata
     beams: np.ndarray  # (b, rays of all beams) in sensordata
@@ -56,6 +57,7 @@ def index_model(model: mujoco.MjModel, scenario: Scenario, robot: RobotModel) ->
         motor=model.actuator_ctrladr[motor],
         bristles=np.array([_states(model, joints) for joints in driven], dtype=int),
         wheel_speed=motor if robot.omnidirectional else model.jnt_dofadr[driven],
+        wheel_angle=motor[:, :0] if robot.omnidirectional else model.jnt_qposadr[driven],
         camera_position=position[:, None] + np.arange(2),
         camera_ahead=ahead[:, None] + np.arange(2),
         beams=np.array([[sensor(f"robot{j}/beam{k}") for k in range(rays)] for j in beam_robots], dtype=int).reshape(

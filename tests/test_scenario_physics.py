@@ -136,7 +136,7 @@ WRONG = {
     "jitter in the ideal plant": (ideal(radio="{jitter: 0.1}"), f"x.yaml:12: radio.jitter: is 0.1, {NOTHING}"),
     "preset nobody knows": (
         three(sensors="{beams: {preset: sonar}}"),
-        "sensors.beams.preset: is 'sonar'; allowed: one of generic, ideal, robotarium, tof_ring, lidar",
+        "sensors.beams.preset: is 'sonar'; allowed: one of generic, ideal, robotarium, tof_ring, tof_cones, lidar, lds_02",
     ),
     "preset against a key": (
         three(sensors="{beams: {preset: tof_ring, range_min: 3.5}}"),
@@ -175,6 +175,11 @@ IGNORED = {
     "world.rolling_resistance": "{rolling_resistance: 0.1}",
     "world.patches": "{patches: [{from: [0, 0], to: [1, 1]}]}",
     "sensors.camera.delay": "{camera: {delay: 0.1}}",
+    "sensors.camera.lost_frames": "{camera: {lost_frames: 0.1}}",
+    "sensors.camera.occlusions": "{camera: {occlusions: [{robot: 1, time: 1, duration: 1}]}}",
+    "sensors.camera.swaps": "{camera: {swaps: [{robots: [1, 2], time: 1, duration: 1}]}}",
+    "sensors.uwb.anchors": "{uwb: {anchors: [[0, 0], [1, 0], [0, 1]]}}",
+    "sensors.odometry.fuse": "{odometry: {fuse: true}}",
     "drive.kind": "{kind: speed_loop}",
     "drive.pwm_levels": "{pwm_levels: 255}",
     "drive.friction": "{friction: 0}",

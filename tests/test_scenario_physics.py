@@ -136,7 +136,8 @@ WRONG = {
     "jitter in the ideal plant": (ideal(radio="{jitter: 0.1}"), f"x.yaml:12: radio.jitter: is 0.1, {NOTHING}"),
     "preset nobody knows": (
         three(sensors="{beams: {preset: sonar}}"),
-        "sensors.beams.preset: is 'sonar'; allowed: one of generic, ideal, robotarium, tof_ring, tof_cones, lidar, lds_02",
+        "sensors.beams.preset: is 'sonar'; allowed: one of generic, ideal, robotarium, tof_ring, tof_cones, lidar, "
+        "lds_02",
     ),
     "preset against a key": (
         three(sensors="{beams: {preset: tof_ring, range_min: 3.5}}"),

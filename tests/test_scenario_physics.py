@@ -21,6 +21,7 @@ def happen(kind: str, *entries: str) -> str:
 
 
 HEIGHTS = "a number from 0.02 to 0.04 or a number from 0.045 to 0.053"
+PRESETS_IN_TURN = ("ideal", "robotarium", "tof_ring", "tof_cones", "lidar", "lds_02")
 NOTHING = "which the ideal plant ignores; allowed: with `plant: physics`"
 # Robots 1 to 3 look along 0, 90 and 180 degrees: their bodies stand at (-0.04, 0), (1, -0.04), (2.04, 0).
 WRONG = {
@@ -136,8 +137,7 @@ WRONG = {
     "jitter in the ideal plant": (ideal(radio="{jitter: 0.1}"), f"x.yaml:12: radio.jitter: is 0.1, {NOTHING}"),
     "preset nobody knows": (
         three(sensors="{beams: {preset: sonar}}"),
-        "sensors.beams.preset: is 'sonar'; allowed: one of generic, ideal, robotarium, tof_ring, tof_cones, lidar, "
-        "lds_02",
+        f"sensors.beams.preset: is 'sonar'; allowed: one of generic, {', '.join(PRESETS_IN_TURN)}",
     ),
     "preset against a key": (
         three(sensors="{beams: {preset: tof_ring, range_min: 3.5}}"),

@@ -306,7 +306,7 @@ def test_an_advance_changes_velocities_by_no_more_than_motors_take_up() -> None:
     """Against the velocities of eq. 2 before and after, at rest and far from every other limit."""
     team, rng, facets, cut = team_of("ring of 5"), np.random.default_rng(29), wheel_facets(load_robot_model()), 0
     model, n = model_of(team), 5
-    limit = SpeedLimit.of(model, PredictionGrid.of(model), facets, load_robot_model().hand_offset, change=0.1)
+    limit = SpeedLimit.of(model, PredictionGrid.of(model), facets, load_robot_model().hand_offset, facets / 0.1)
     for _ in range(30):
         error, heading = np.zeros((2 * n, 2)), rng.uniform(-np.pi, np.pi, size=n)
         advance = 0.08 * rng.normal(size=2)

@@ -20,7 +20,7 @@ from pbrg_mj.governor.certificate.directional_ball import DirectionalBall
 from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid
 from pbrg_mj.governor.certificate.predictive import PredictiveCertificate
 from pbrg_mj.governor.certificate.sight import SightLimit, sight
-from pbrg_mj.governor.certificate.speed import SpeedLimit, disc_facets, turning_offset, wheel_facets
+from pbrg_mj.governor.certificate.speed import UNLIMITED, SpeedLimit, disc_facets, turning_offset, wheel_facets
 from pbrg_mj.governor.certificate.steering import mean_delay, steerable_speed
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.certified.at_once import LayerGovernor, Schedule
@@ -191,9 +191,10 @@ def _advance_limits(scenario: Scenario, model: TeamModel, cycle_ticks: int) -> t
     """Return what stops advances of m. Raises InputError where beams are too short to move at all."""
     facets, robot, limits = speed_facets(scenario, scenario.governor.speed_rows), load_robot_model(scenario.robot), []
     grid = PredictionGrid.of(model)
-    if len(facets):
-        wheels = scenario.plant == "physics" and scenario.governor.speed_rows
-        change = cycle_ticks * model.tick / robot.time_constant if wheels else math.inf
+    change = UNLIMITED
+    if scenario.plant == "physics":
+        change = wheel_facets(robot) * robot.time_constant / (cycle_ticks * model.tick)
+    if len(facets) or len(change):
         limits.append(SpeedLimit.of(model, grid, facets, turning_offset(robot), change))
     estimator = scenario.estimator
     sees = estimator.source in ("beams", "points") and scenario.plant == "physics"

@@ -11,8 +11,8 @@ headings are predicted along the held plan. A velocity beyond the limit without 
 retreat, since walls come first.
 
 Motors do not follow at once, either: with time constant tau a wheel takes up at most R w T / tau in a time T. So an
-advance that is held for T may change what is asked for now, v_j(0) d, by a share T / tau of the facets. m then runs
-where a face gives way, and does not jump.
+advance that is held for T may change what is asked for now, v_j(0) d, by a share T / tau of what wheels can do. m then
+runs where a face gives way, and does not jump.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.kernel import kernel
 from pbrg_mj.world.scene.robot import RobotModel
 
+UNLIMITED = np.zeros((0, 2))  # facets
 STILL = 1e-9  # [m/s] slower, a velocity has no direction
 
 
@@ -40,13 +41,13 @@ class SpeedLimit:
     v: np.ndarray  # (K * n,) [1/s]
     facets: np.ndarray  # (F, 2) of the polygon of velocities in the body's axes, facet . u <= 1 [s/m]
     offset: float  # of the hand point [m]
-    change: float = math.inf  # largest facet . (change of a velocity by one advance)
+    change: np.ndarray  # (C, 2) of the polygon of changes of a velocity by one advance, likewise
 
     @classmethod
     def of(
-        cls, model: TeamModel, grid: PredictionGrid, facets: np.ndarray, offset: float, change: float = math.inf
+        cls, model: TeamModel, grid: PredictionGrid, facets: np.ndarray, offset: float, change: np.ndarray = UNLIMITED
     ) -> SpeedLimit:
-        """Return the rows at the grid's ticks, for facets (F, 2), an offset of the hand point [m] and a `change`."""
+        """Return the rows at the grid's ticks: facets (F, 2) of velocities, (C, 2) of changes, offset [m]."""
         ticks, velocities = grid.tick[:-1], [model.after(0, model.rate)]
         for width in np.diff(ticks).tolist():
             velocities.append(model.after(width, velocities[-1]))
@@ -61,7 +62,7 @@ class SpeedLimit:
         return speed_share(self.rows, error, heading, advance)
 
     @cached_property
-    def rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float, float]:
+    def rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float, np.ndarray]:
         """What `speed_share` takes: time, columns of U (n, 2n, K), v (n, K), facets, offset, change."""
         points, n = len(self.time), len(self.v) // len(self.time)
         columns = np.ascontiguousarray(self.U.reshape(points, n, -1).transpose(1, 2, 0))
@@ -73,7 +74,7 @@ class SpeedLimit:
 def speed_share(rows, error, heading, advance):
     """Compute `SpeedLimit.share`; `rows` are those of `SpeedLimit.rows`."""
     time, columns, v, facets, offset, change = rows
-    if len(facets) == 0:
+    if len(facets) == 0 and len(change) == 0:
         return 1.0
     u = np.empty((2, len(time)))
     n, share, length = len(heading), 1.0, math.sqrt(advance[0] ** 2 + advance[1] ** 2)
@@ -81,12 +82,14 @@ def speed_share(rows, error, heading, advance):
     for f in range(len(facets)):
         slowest = min(slowest, 1.0 / math.sqrt(facets[f, 0] ** 2 + facets[f, 1] ** 2))
     for j in range(n):
-        write_times_error(columns, j, error, u)
         c, s = math.cos(heading[j]), math.sin(heading[j])
-        for f in range(len(facets)):
-            turned = facets[f, 0] * (c * advance[0] + s * advance[1]) + facets[f, 1] * (c * advance[1] - s * advance[0])
-            if v[j, 0] * turned > change:
-                share = min(share, change / (v[j, 0] * turned))
+        for f in range(len(change)):
+            turned = change[f, 0] * (c * advance[0] + s * advance[1]) + change[f, 1] * (c * advance[1] - s * advance[0])
+            if v[j, 0] * turned > 1.0:
+                share = min(share, 1.0 / (v[j, 0] * turned))
+        if len(facets) == 0:
+            continue
+        write_times_error(columns, j, error, u)
         for k in range(_rows_that_may_bind(u, v[j], length, slowest)):
             if k > 0:
                 c, s = _turned(c, s, u[0, k - 1], u[1, k - 1], (time[k] - time[k - 1]) / offset)

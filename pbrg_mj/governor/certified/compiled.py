@@ -23,7 +23,7 @@ from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.half_spaces import HalfSpaces
 
-NOTHING = np.zeros(0), np.zeros((0, 0, 0)), np.zeros((0, 0)), np.zeros((0, 2)), 1.0, np.inf
+NOTHING = np.zeros(0), np.zeros((0, 0, 0)), np.zeros((0, 0)), np.zeros((0, 2)), 1.0, np.zeros((0, 2))
 """`SpeedLimit.rows` that limit nothing."""
 NOWHERE = np.zeros((0, 0, 0)), np.zeros((0, 1)), np.zeros(0, dtype=np.int64), 1.0
 """`SightLimit.rows` that limit nothing."""
@@ -42,7 +42,7 @@ class CompiledDecision:
     """A certificate and the limits of advances, as arrays."""
 
     certificate: AdvanceCertificate
-    speed: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float, float]  # `SpeedLimit.rows`
+    speed: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float, np.ndarray]  # `SpeedLimit.rows`
     sight: tuple[np.ndarray, np.ndarray, np.ndarray, float]  # `SightLimit.rows`
     limited: bool  # whether there are any limits
 

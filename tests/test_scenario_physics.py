@@ -6,6 +6,7 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.checks.physics import PHYSICS_ONLY
 from pbrg_mj.scenario.load import parse_scenario
 from pbrg_mj.scenario.schema import Box
+from pbrg_mj.scenario.schema.team import Variation
 from tests.scenario_texts import THREE, three
 
 IDEAL = THREE + "plant: ideal\nestimator: {source: given}\n"
@@ -204,7 +205,8 @@ def test_the_ideal_plant_refuses_what_it_would_ignore(key: str) -> None:
 
 
 def test_every_such_key_is_tried_above() -> None:
-    assert {".".join(path) for path in PHYSICS_ONLY} == set(IGNORED)
+    variations = {f"team.variation.{name}" for name in Variation.model_fields}  # tests/test_world_variation.py
+    assert {".".join(path) for path in PHYSICS_ONLY} == {*IGNORED, *variations}
 
 
 def test_defaults_may_be_spelt_out_in_the_ideal_plant() -> None:

@@ -8,6 +8,7 @@ import pytest
 from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.load import load_text, parse_scenario
 from pbrg_mj.scenario.robots import ROBOTS
+from pbrg_mj.scenario.schema.team import Variation
 from pbrg_mj.world.plant.compose import compose, model_xml
 from pbrg_mj.world.plant.physics import MujocoPlant
 from pbrg_mj.world.scene.robot import load_robot_model
@@ -107,7 +108,8 @@ def test_wrong_scales_are_refused(keys, message):
         parse_scenario(THREE.replace("  leaders: [3]", f"  leaders: [3]\n  variation: {{{keys}}}"))
 
 
-def test_the_ideal_plant_refuses_them():
-    text = THREE.replace("  leaders: [3]", "  leaders: [3]\n  variation: {mass: 1.1}")
+@pytest.mark.parametrize("name", Variation.model_fields)
+def test_the_ideal_plant_refuses_them(name):
+    text = THREE.replace("  leaders: [3]", f"  leaders: [3]\n  variation: {{{name}: 1.1}}")
     with pytest.raises(InputError, match="ideal plant ignores"):
         parse_scenario(text + "plant: ideal\nestimator: {source: given}\n")

@@ -222,6 +222,6 @@ def test_the_worked_example_learns() -> None:
     finally:
         sys.path.pop(0)
     env = example.environment()
-    learned = np.array(example.trained(env, iterations=4, seed=2)[-1]["gains"])
+    learned = np.array(example.trained(env, iterations=3, seed=2)[-1]["gains"])
     earned = [[example.episode_return(env, gains, k) for k in range(2001, 2006)] for gains in (learned, 0.0 * learned)]
     assert np.median(earned[0]) > np.median(earned[1]) + 1.0

@@ -215,7 +215,7 @@ def test_without_the_libraries_one_line_says_what_is_missing(monkeypatch: pytest
 
 @pytest.mark.slow
 def test_the_worked_example_learns() -> None:
-    """Four iterations from another seed than the page's earn more than doing nothing, in other worlds."""
+    """Three iterations from another seed than the page's earn more than doing nothing, in other worlds."""
     sys.path.insert(0, str(ROOT / "scripts"))
     try:
         example = import_module("train_policy")

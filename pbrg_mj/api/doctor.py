@@ -31,11 +31,15 @@ REQUIRED = (
     "lz4",
     "zstandard",
     "websockets",
+    "pyarrow",
+    "joblib",
 )
 OPTIONAL = {
     "matplotlib": ("pbrg plot", "pip install matplotlib"),
     "av": ("pbrg render", "pip install av"),
     "xarray": ("Run.to_xarray", "pip install xarray"),
+    "distributed": ("pbrg sweep --backend dask", "pip install distributed"),
+    "optuna": ("pbrg tune, pbrg falsify", "pip install optuna"),
     "gymnasium": ("pbrg_mj.environments", "pip install gymnasium"),
     "pettingzoo": ("pbrg_mj.environments", "pip install pettingzoo"),
 }

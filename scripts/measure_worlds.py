@@ -25,12 +25,7 @@ DURATION = 8.0  # [s]
 SET_UPS: dict[str, dict[str, Any]] = {  # all else default
     "distributed": {"governor.kind": "distributed"},
     "certified": {"governor.kind": "certified"},
-    "certified_points": {
-        "governor.kind": "certified",
-        "estimator.source": "points",
-        "estimator.scope": "own",
-        "estimator.half_spaces_per_robot": 6,
-    },
+    "recommended": {"set_up": "recommended"},
 }
 MARK = "<!-- rates -->\n"
 EVENTS = {

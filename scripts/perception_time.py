@@ -1,6 +1,8 @@
 """Time perception: one set of scans of all robots to half-spaces, warm, median over the scans of a run.
 
-python scripts/perception_time.py [SCENARIO ...]    # default: scenes of one wall, a corner, a corridor and a box
+python scripts/perception_time.py [SCENARIO ...] [KEY=VALUE ...]    # default: one wall, a corner, a corridor and a box
+
+Those with `set_up=recommended` or `estimator.source=points` show the estimator of points, all others that of lines.
 """
 
 from __future__ import annotations
@@ -10,7 +12,7 @@ from statistics import median
 from time import perf_counter
 
 from pbrg_mj.loop.simulation import Simulation
-from pbrg_mj.perception.perceive import initial, perceive
+from pbrg_mj.perception.estimator import GuidedEstimator
 from pbrg_mj.scenario.load import load_scenario
 
 DEFAULT = ("sensing/ideal_sensor", "obstacles/corner", "obstacles/corridor", "obstacles/box")
@@ -18,23 +20,30 @@ SECONDS = 20  # of each run: some 200 sets of scans
 REPEATS = 7
 
 
-def time_scans(name: str) -> tuple[int, int, float]:
+def time_scans(name: str, overrides: list[str]) -> tuple[int, int, float]:
     """Return robots with beams, beams of each, and the median time of one set of scans [s]."""
-    plan = load_scenario(name, [f"timing.duration={SECONDS}", "reference.solver=none"]).scenario
-    simulation = Simulation.build(plan)
-    setup = simulation.loop.estimator.setup
-    scans = [(r.readings, r.time) for r in simulation.records() if r.readings.new_scan]
+    plan = load_scenario(name, [f"timing.duration={SECONDS}", "reference.solver=none", *overrides]).scenario
+    simulation, m = Simulation.build(plan), None
+    estimator, scans = simulation.loop.estimator, []
+    for tick in simulation.control_ticks():
+        if tick.readings.new_scan:
+            scans.append((tick.readings, tick.time, m))
+        m = tick.solution.m
     spent = []
     for _ in range(REPEATS):
-        memory = initial(setup)
-        for readings, time in scans:
+        memory = estimator.init()
+        for readings, time, held in scans:
             began = perf_counter()
-            _, memory = perceive(readings, time, memory, setup)
+            if isinstance(estimator, GuidedEstimator):
+                _, memory = estimator.step_towards(readings, time, memory, held)
+            else:
+                _, memory = estimator.step(readings, time, memory)
             spent.append(perf_counter() - began)
     return *scans[0][0].ranges.shape, median(spent)
 
 
 if __name__ == "__main__":
-    for name in sys.argv[1:] or DEFAULT:
-        robots, beams, seconds = time_scans(name)
+    keys = [text for text in sys.argv[1:] if "=" in text]
+    for name in [text for text in sys.argv[1:] if "=" not in text] or DEFAULT:
+        robots, beams, seconds = time_scans(name, keys)
         print(f"{name:<28} {robots} scans of {beams} beams: {seconds * 1e6:.0f} us")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import pbrg_mj as pbrg
 from pbrg_mj.errors import InputError
 from pbrg_mj.governor.certificate.sight import SightLimit
 from pbrg_mj.governor.certified.governor import CertifiedGovernor
@@ -189,6 +190,7 @@ def test_the_recommended_set_up_goes_by_one_name() -> None:
     assert (one.estimator.source, one.estimator.scope, one.estimator.unknown) == ("points", "own", "closed")
     later = load_scenario("families/boxes", ["set_up=recommended", "estimator.half_spaces_per_robot=5"]).scenario
     assert later.estimator.half_spaces_per_robot == 5
+    assert pbrg.load("families/boxes", {"set_up": "recommended"}, seed=3).yaml.count("points") == 1
     with pytest.raises(InputError, match=r"set_up=best.*allowed: set_up=recommended"):
         load_scenario("families/boxes", ["set_up=best"])
 

@@ -112,19 +112,23 @@ def test_a_wall_gives_one_half_space_where_a_line_would_be():
     assert 2.0 - ROBOT.clearance - 3.0 * 0.005 - 0.015 < reach < 2.0 - ROBOT.clearance + 0.003
 
 
-def test_team_mates_bind_nobody():
-    places = np.array([[0.0, 0.0, 0.0], [0.4, 0.1, 0.0], [0.4, -0.3, 1.0]])
-    made, given = estimator(formation=tuple(map(tuple, places[:, :2])))
-    memory = made.init()
-    bodies = Scene((), tuple((x, y, ROBOT.body_radius) for x, y, _ in places))
-    for frame in range(50):
-        one = scan(given, Scene(), places, frame)
-        for robot in range(len(places)):
-            others = Scene((), tuple(d for k, d in enumerate(bodies.discs) if k != robot))
-            one.ranges[robot] = scan(given, others, places[robot : robot + 1], frame).ranges[0]
-            assert np.isfinite(one.ranges[robot]).any()
-        known, memory = made.step_towards(one, frame * PERIOD, memory, np.zeros((3, 2)))
-        assert not known.active.any()
+@pytest.mark.parametrize("preset", ["default", "robotarium", "tof_ring", "lidar"])
+@pytest.mark.parametrize("speed", [0.0, 0.01, 0.2], ids=["rest", "creep", "drive"])
+def test_rows_of_team_mates_bind_nobody(preset: str, speed: float):
+    """Four robots abreast, 0.14 to 0.5 m apart, to and fro in an empty world: outliers, too, give no half-space."""
+    rng = np.random.default_rng([7, int(100 * speed)])
+    row = [[0.0, 0.0, 0.0]] + [[rng.uniform(0.5, 1.5), (k - 1.5) * rng.uniform(0.14, 0.5), 1.0] for k in range(4)]
+    made, given = estimator(sensor(preset), formation=tuple((x, y) for x, y, _ in row))
+    memory, heard = made.init(), 0
+    for frame in range(100):
+        poses = np.array(row)
+        poses[1:, 0] += speed * PERIOD * abs((frame + 20) % 40 - 20)
+        bodies = Scene((), tuple((x, y, ROBOT.body_radius) for x, y, _ in poses[1:]))
+        one = scan(given, [bodies, *[Scene()] * 4], poses, frame)
+        heard += int(np.isfinite(one.ranges[0]).sum())
+        known, memory = made.step_towards(one, frame * PERIOD, memory, np.zeros((5, 2)))
+        assert not known.active[0].any()
+    assert heard > 100
 
 
 def test_a_lone_echo_binds_when_a_second_confirms_it():

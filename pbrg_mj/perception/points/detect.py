@@ -30,8 +30,10 @@ def add_scan(points, scan, ranges, pose, mates, own, parameters):
     """Add the echoes of a scan, `ranges` (beams,) [m], to the memory `points`, and return them.
 
     `mates` (n, 2) [m] are the places of all robots' bodies and `own` this robot's number: echoes within the body's
-    radius and three standard deviations of a team-mate are the team-mate's. An echo with a neighbour, nearer than
-    `JOINING` gaps between beams or `LEAST_JOINING`, binds at once; a lone one when it lies where one was before.
+    radius and three standard deviations of a team-mate are the team-mate's. Echoes in a row, neighbours nearer than
+    `JOINING` gaps between beams or `LEAST_JOINING`, bind at once: two where one earlier echo at its place confirms a
+    lone one, three where outliers are so frequent that it needs more. What is less binds when earlier echoes at its
+    place make up for it.
     """
     echoes = _echoes(ranges, pose, mates, own, parameters)
     place = -1
@@ -40,9 +42,9 @@ def add_scan(points, scan, ranges, pose, mates, own, parameters):
             continue
         std = math.sqrt(echoes.variance[k])
         joins = _neighbour(echoes, ranges, k, -1, parameters), _neighbour(echoes, ranges, k, 1, parameters)
-        echoes.binds[k] = max(joins[0], joins[1]) >= 0 or _confirmed(
-            points, scan, echoes.x[k], echoes.y[k], std + echoes.pose_std[k], parameters
-        )
+        echo = echoes.x[k], echoes.y[k], std, echoes.pose_std[k]
+        needed = parameters.confirmations + 1 - _run(echoes, ranges, k, joins, parameters)
+        echoes.binds[k] = needed <= 0 or _confirmed(points, scan, (echo, needed), pose, parameters)
         place = place_for(points, place + 1)
         point = points[place]
         point["x"], point["y"], point["std"], point["pose_std"] = echoes.x[k], echoes.y[k], std, echoes.pose_std[k]
@@ -114,14 +116,46 @@ def _on_a_line(echoes, k, joins):
 
 
 @kernel
-def _confirmed(points, scan, x, y, std, parameters):
-    """Tell whether a recent scan had an echo at the same place; then that one binds, too."""
-    found = False
+def _run(echoes, ranges, k, joins, parameters):
+    """Return how many echoes in a row an echo is one of: 1, 2, or that of a thing that binds at once."""
+    before, after = joins
+    if before < 0 and after < 0:
+        return 1
+    if before >= 0 and after >= 0:
+        return parameters.confirmations + 1
+    other, step = (before, -1) if before >= 0 else (after, 1)
+    return 2 if _neighbour(echoes, ranges, other, step, parameters) < 0 else parameters.confirmations + 1
+
+
+@kernel
+def _confirmed(points, scan, asked, pose, parameters):
+    """Tell whether as many echoes of recent scans as are needed lie at the same place; then these bind, too.
+
+    The echo is x, y [m], its range's standard deviation and its pose's [m]. The same place is within three standard
+    deviations, along the beam of the ranges and across it of the pose, and a gap between beams to either side.
+    """
+    echo, needed = asked
+    ux, uy = echo[0] - pose.x, echo[1] - pose.y
+    distance = math.sqrt(ux * ux + uy * uy)
+    ux, uy = ux / distance, uy / distance
+    found = 0
     for i in range(len(points)):
-        other = points[i]
-        if other["live"] and 0 < scan - other["scan"] <= parameters.recent:
-            near = 3.0 * (std + other["std"] + other["pose_std"]) + 0.02
-            if (x - other["x"]) ** 2 + (y - other["y"]) ** 2 <= near * near:
-                other["binds"] = True
-                found = True
-    return found
+        if _at_one_place(points[i], echo, (ux, uy, distance), scan, parameters):
+            found += 1
+    if found < needed:
+        return False
+    for i in range(len(points)):
+        if _at_one_place(points[i], echo, (ux, uy, distance), scan, parameters):
+            points[i]["binds"] = True
+    return True
+
+
+@kernel
+def _at_one_place(other, echo, beam, scan, parameters):
+    if not other["live"] or not 0 < scan - other["scan"] <= parameters.recent:
+        return False
+    (x, y, std, pose_std), (ux, uy, distance) = echo, beam
+    dx, dy = other["x"] - x, other["y"] - y
+    poses = 3.0 * math.sqrt(pose_std**2 + other["pose_std"] ** 2) + 0.02
+    along = 3.0 * math.sqrt(std**2 + other["std"] ** 2) + poses
+    return abs(dx * ux + dy * uy) <= along and abs(dx * uy - dy * ux) <= parameters.gap * distance + poses

@@ -6,17 +6,18 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import norm
+from scipy.stats import norm, poisson
 
 from pbrg_mj.perception.points.face import ROOM
 from pbrg_mj.perception.scan.self_occlusion import blocked_beams
 from pbrg_mj.perception.track.world_frame import PoseModel, pose_model
-from pbrg_mj.scenario.schema import Scenario, beam_angles
+from pbrg_mj.scenario.schema import Beams, Scenario, beam_angles
 from pbrg_mj.world.scene.robot import RobotModel
 
 JOINING = 2.0  # gaps between beams, on a face met head-on: more apart are two echoes of one thing no longer
 MOST_ECHOES = 16
 ENOUGH = 432  # echoes that are remembered, six scans of 72 beams: what a noisy sensor misses in one is in another
+FALSE_ECHOES = 1e-5  # confirmed outliers a scan: one in three hours of scans
 LEAST_JOINING = 0.2  # [m] robots are 0.2 m wide: they pass between no two echoes that are nearer than that
 
 
@@ -39,6 +40,7 @@ class PointParameters(NamedTuple):
     sigmas: float  # half-spaces move inward by this many standard deviations of a pose
     range_sigmas: np.ndarray  # (16,) and of a range where 1, 2, ... echoes tell of the face
     recent: int  # scans whose points are all kept
+    confirmations: int  # echoes of recent scans that a lone one needs at its place
     memory: float  # how long a point out of sight is kept [s]
     closed_beyond: bool  # what no beam has shown to be free binds
     silence_is_free: bool  # a beam without an echo shows its way to be free
@@ -49,6 +51,7 @@ def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
     """Return the parameters for a scenario; the ideal plant is seen exactly."""
     beams, exact = scenario.assumed_sensors.beams, scenario.plant == "ideal"
     angles, pose = beam_angles(beams), pose_model(scenario)
+    recent = min(max(math.ceil(ENOUGH / beams.count), 2), 6)
     return PointParameters(
         directions=np.column_stack([np.cos(angles), np.sin(angles)]),
         blocked=blocked_beams(beams, scenario.robot),
@@ -65,7 +68,8 @@ def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
         body_radius=robot.body_radius,
         sigmas=scenario.estimator.sigmas,
         range_sigmas=range_sigmas(scenario.estimator.sigmas),
-        recent=min(max(math.ceil(ENOUGH / beams.count), 2), 6),
+        recent=recent,
+        confirmations=1 if exact else confirmations(beams, recent),
         memory=scenario.estimator.memory,
         closed_beyond=scenario.estimator.unknown != "free",
         silence_is_free=scenario.estimator.unknown != "strict",
@@ -79,6 +83,21 @@ def blind_radius(robot: RobotModel, error: float) -> float:
     Its hand point may then go round it, whatever a hull takes of the room.
     """
     return (robot.clearance + robot.hand_offset + error) / ROOM
+
+
+def confirmations(beams: Beams, recent: int) -> int:
+    """Return how many earlier echoes confirm a lone one, so that outliers hardly ever confirm each other.
+
+    An outlier is anywhere along its beam. It meets one of the earlier scan's at a rate of their number times the share
+    of that scan that counts as the same place; by chance that happens a Poisson-distributed number of times.
+    """
+    outliers, middle = beams.outliers * beams.count, beams.range_max / 2
+    std = math.hypot(beams.noise_std, beams.noise_ratio * middle)
+    share = min(6.0 * math.sqrt(2.0) * std / (beams.range_max - beams.range_min), 1.0) * 3.0 / beams.count
+    needed = 1
+    while outliers * poisson.sf(needed - 1, outliers * share * recent) > FALSE_ECHOES and needed < recent:
+        needed += 1
+    return needed
 
 
 def range_sigmas(sigmas: float) -> np.ndarray:

@@ -36,12 +36,12 @@ def apply_overrides(document: Document, overrides: Sequence[str]) -> Document:
 
 def _keys_of(text: str) -> Sequence[str]:
     """Return what `set_up=NAME` stands for; of any other override itself."""
-    key, _, name = text.partition("=")
-    if key.strip() != SET_UP:
+    path, name = _parse(text)
+    if path != [SET_UP]:
         return (text,)
-    if name.strip() not in SET_UPS:
+    if not isinstance(name, str) or name not in SET_UPS:
         raise InputError(f"override {yaml_text(text)}; allowed: {SET_UP}={' or '.join(SET_UPS)}")
-    return SET_UPS[name.strip()]
+    return SET_UPS[name]
 
 
 def _apply(document: Document, text: str) -> Document:

@@ -10,6 +10,7 @@ TOP = Path(__file__).parents[1]
 DEMO = (TOP / "scripts" / "demo").read_text(encoding="utf-8")
 LINES = re.findall(r"^    \$ (pbrg [^#\n]*)", (TOP / "README.md").read_text(encoding="utf-8"), flags=re.MULTILINE)
 SUFFIXES = (".mcap", ".yaml")
+COMMANDS = (TOP / "docs" / "commands.md").read_text(encoding="utf-8")
 EXTRAS = {"plot": "plot", "reproduce": "plot", "render": "video", "report": "video"}  # what a command needs
 
 
@@ -21,10 +22,11 @@ def files(line: str) -> tuple[set[str], set[str]]:
     return {word for word in words if word.endswith(SUFFIXES)} - made, made
 
 
-def test_every_file_a_line_reads_was_made_by_the_demo_or_a_line_before():
+def test_every_file_a_line_reads_was_made_by_the_demo_or_a_line_before_or_stands_on_the_commands_page():
     assert len(LINES) > 10
     there = {name for line in re.findall(r"\.venv/bin/(pbrg .*)", DEMO) for name in files(line)[1]}
     assert there == {"near.mcap"}
+    there |= set(re.findall(r"^ +\$ cat (\S+)$", COMMANDS, flags=re.MULTILINE))
     for line in LINES:
         read, made = files(line)
         assert read <= there, line

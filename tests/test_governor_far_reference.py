@@ -9,9 +9,9 @@ import pytest
 
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.centralized.cvxpy_solver import CvxpySolver
+from pbrg_mj.governor.distributed.from_scenario import multiplier_cap
 from pbrg_mj.governor.distributed.penalty import LEAST_SLACK, exact_multiplier_cap
 from pbrg_mj.governor.problem.near_reference import near_references
-from pbrg_mj.governor.registry import multiplier_cap
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_scenario
 from tests.problems import FORMATION, START, graph, problem

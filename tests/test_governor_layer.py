@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 
+from pbrg_mj.governor.certificate.by_name import CERTIFICATES
 from pbrg_mj.governor.certificate.directional_ball import DirectionalBall
 from pbrg_mj.governor.certificate.evaluate import rows_of_model, worst_rows
 from pbrg_mj.governor.certificate.predictive import PredictiveCertificate
@@ -18,7 +19,7 @@ from pbrg_mj.governor.messaging.carrier import CarriedGovernor
 from pbrg_mj.governor.problem.ball import BallCertificate, ball_rows
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.governor.problem.rows import row_values
-from pbrg_mj.governor.registry import CERTIFICATES, governor
+from pbrg_mj.governor.registry import governor
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.load import load_scenario

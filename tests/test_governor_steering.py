@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pbrg_mj.governor.certificate.steering import GAIN_MARGIN, mean_delay, steerable_speed
-from pbrg_mj.governor.registry import speed_facets
+from pbrg_mj.governor.certified.advance_limits import speed_facets
 from pbrg_mj.scenario.load import load_scenario
 from pbrg_mj.world.scene.robot import load_robot_model
 

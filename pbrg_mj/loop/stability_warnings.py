@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from pbrg_mj.governor.distributed.from_scenario import round_step
 from pbrg_mj.governor.problem.ball import BallCertificate
-from pbrg_mj.governor.registry import round_step
 from pbrg_mj.governor.stability.delay_margin import MAX_ROBOTS, DelayedRounds, delay_margin
 from pbrg_mj.governor.stability.step_bound import linear_step_limit, steepest_gradients
 from pbrg_mj.scenario.checks.certificate import CERTIFIED

@@ -14,7 +14,7 @@ import numpy as np
 from pbrg_mj.analysis.metrics.contacts import FIELDS, contact_flags
 from pbrg_mj.analysis.metrics.margins import ball_radius
 from pbrg_mj.analysis.metrics.obstacles import footprints, names
-from pbrg_mj.governor.registry import multiplier_cap
+from pbrg_mj.governor.distributed.from_scenario import multiplier_cap
 from pbrg_mj.log.read.run import Run
 from pbrg_mj.scenario.robots import robot_size
 from pbrg_mj.scenario.schema import WITHOUT_GOVERNOR

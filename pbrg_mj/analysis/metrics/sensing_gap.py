@@ -8,9 +8,9 @@ import numpy as np
 
 from pbrg_mj.analysis.metrics.best_formation import HalfSpaceRows, best_formation
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
+from pbrg_mj.governor.certificate.by_name import CERTIFICATES
 from pbrg_mj.governor.problem.ball import BallCertificate
 from pbrg_mj.governor.problem.interface import Certificate, Problem, StateCertificate
-from pbrg_mj.governor.registry import CERTIFICATES
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.graph import network

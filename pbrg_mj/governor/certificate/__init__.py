@@ -15,5 +15,6 @@ With constant m the team follows a linear model, so a certificate is a statement
 - `projection`: the nearest point to r that all half-spaces allow
 - `nearest`: the same where rows are cones in m, by tangents
 - `evaluate`: by how much an applied reference violates each certificate, tick by tick
+- `by_name`: certificates by the names a scenario calls them
 - `description`: a scenario's certificate in a few words for its log and its numbers
 """

@@ -9,4 +9,6 @@
 - `consensus`: the smallest of the robots' shares, and whether all have told theirs
 - `layer`: the program of one robot behind any optimizer: of its candidate what all owners of half-spaces have verified
 - `at_once`: the layer within a tick, for all robots at once
+- `advance_limits`: what stops advances in a scenario
+- `from_scenario`: which of these a scenario asks for
 """

@@ -7,4 +7,5 @@
 - `link_states`: what robots keep of the messages that come
 - `network_equations`: rounds over a channel in plain NumPy; `network_rounds`, `waves`: the same compiled
 - `governor`: a tick's rounds, and what each robot takes from them
+- `from_scenario`: the governor with a scenario's gains
 """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from pbrg_mj.studies.run_task import Result, run_task
 from pbrg_mj.studies.task import Task
 
 BACKENDS = ("joblib", "dask")
+IDLE = 20  # [s] without work after which a process ends, also where the one that gave it work was killed
 PATIENCE = 10.0  # [s] for a scheduler to answer
 
 
@@ -56,11 +58,14 @@ def _processes(tasks: Sequence[Task], keep_logs: bool, jobs: int) -> Generator[R
     from joblib.externals.loky import get_reusable_executor
     from joblib.externals.loky.process_executor import TerminatedWorkerError
 
-    pool = Parallel(n_jobs=jobs, backend="loky", return_as="generator_unordered", batch_size=1)  # pyright: ignore[reportArgumentType]
+    options: dict[str, Any] = {"batch_size": 1, "idle_worker_timeout": IDLE}
+    pool = Parallel(n_jobs=jobs, backend="loky", return_as="generator_unordered", **options)
     one: Callable[..., Any] = delayed(run_task)
     finished = False
     try:
-        with closing(pool(one(task, keep_logs, worker=True) for task in tasks)) as results:  # type: ignore[type-var]
+        made: Any = pool(one(task, keep_logs, worker=True) for task in tasks)
+        with warnings.catch_warnings(), closing(made) as results:
+            warnings.filterwarnings("ignore", ".*have been cancelled")  # as Ctrl-C means them to be
             yield from results
         finished = True
     except TerminatedWorkerError:

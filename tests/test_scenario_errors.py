@@ -29,7 +29,10 @@ MISTAKES = {
     ),
     "second spelling of a key": (
         three(world="{walls: [{start: [0, 5], to: [1, 5]}]}"),
-        "x.yaml:10: world.walls.0.start: is unknown; known: from, to, thickness, height, glass (and 1 more)",
+        (
+            "x.yaml:10: world.walls.0.start: is unknown; "
+            "known: from, to, thickness, height, glass, reflectance (and 1 more)"
+        ),
     ),
     "key twice": (THREE + "seed: 4\n", "x.yaml:10: seed: is there twice, first in line 2"),
     "missing key": (

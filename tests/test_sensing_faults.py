@@ -95,6 +95,23 @@ def test_the_plant_tells_how_obliquely_a_wall_is_met() -> None:
     assert MujocoPlant(scenario(walls=(slanted,), beams=EXACT)).observe().cosines is None
 
 
+@pytest.mark.parametrize("reflectance", [0.0, 0.05, 0.17, 1.0])
+def test_dark_surfaces_are_lost_nearer_and_steeper(reflectance: float) -> None:
+    """Shares of echoes over range and incidence against the normal distribution."""
+    signal, rng = SignalStrength(2.0, 0.2), np.random.default_rng(17)
+    noise = dataclasses.replace(noise_parameters(scenario(beams=EXACT)), signal=signal)
+    distance, cosine = rng.uniform(0.2, 2.2, 8), np.cos(np.deg2rad(rng.uniform(0, 85, 8)))
+    given = {"cosines": np.tile(cosine, (1, 400)), "reflectances": np.full((1, 3200), reflectance)}
+    ranges = np.tile(distance, (1, 400))
+    heard = [
+        np.isfinite(sense(observed(np.zeros((1, 3)), k, ranges, **given), None, noise).ranges[0]) for k in range(10)
+    ]
+    share = np.reshape(heard, (-1, 8)).mean(axis=0)
+    power = reflectance / 0.88 * cosine * (2.0 / distance) ** 2
+    want = norm.cdf((1 - 1 / np.maximum(power, 1e-12)) / 0.2)
+    assert np.all(np.abs(share - want) < 4 * np.sqrt(want * (1 - want) / 4000) + 1e-9)
+
+
 def test_each_beam_has_an_error_of_its_own_that_stays() -> None:
     noise = noise_parameters(scenario(beams={**EXACT, "beam_bias_std": 0.02}))
     seen = np.array([sense(observed(np.zeros((1, 3)), k, np.ones((1, 4000))), None, noise).ranges for k in range(3)])

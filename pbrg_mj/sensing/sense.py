@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from pbrg_mj.scenario.schema import WHITE
 from pbrg_mj.sensing.beam_model import noisy_scans
 from pbrg_mj.sensing.cone import nearest_in_cones, of_those_rays
 from pbrg_mj.sensing.noise import SensorNoise
 from pbrg_mj.sensing.pose_filter import FilterMemory, FilterParameters, begun, corrected, driven, encoder_angles
 from pbrg_mj.sensing.readings import Readings
-from pbrg_mj.sensing.signal_strength import WHITE, echo_probability, relative_power
+from pbrg_mj.sensing.signal_strength import echo_probability, relative_power
 from pbrg_mj.sensing.ultra_wideband import measured_ranges, place_of
 from pbrg_mj.world.plant.interface import Observation
 
@@ -77,13 +78,15 @@ def _ranges(observation: Observation, noise: SensorNoise) -> np.ndarray:
 
 def _echoes(observation: Observation, noise: SensorNoise) -> np.ndarray:
     """Return (beam robots, beams) true ranges [m] of what beams have an echo of, -1 for nothing."""
-    raw, cosines = observation.ranges, observation.cosines
+    raw, cosines, reflectances = observation.ranges, observation.cosines, observation.reflectances
     if noise.rays > 1:
         raw, which = nearest_in_cones(raw, noise.rays)
         cosines = None if cosines is None else of_those_rays(cosines, which, noise.rays)
+        reflectances = None if reflectances is None else of_those_rays(reflectances, which, noise.rays)
     if noise.signal is None or cosines is None or observation.scan_frame < 0:
         return raw
-    likely = echo_probability(relative_power(raw, cosines, WHITE, noise.signal), noise.signal)
+    power = relative_power(raw, cosines, WHITE if reflectances is None else reflectances, noise.signal)
+    likely = echo_probability(power, noise.signal)
     chance = np.empty(raw.shape)
     for row, robot in enumerate(noise.beam_robots):
         noise.signal_streams.at(robot, observation.scan_frame).random(out=chance[row])

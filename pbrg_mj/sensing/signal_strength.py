@@ -2,7 +2,7 @@
 
 A diffuse (Lambertian) surface sends back a power in proportion to its reflectance, to the cosine of the angle of
 incidence and to the inverse square of the range. The data sheet of ST's VL53L1X agrees: 3.6 m on white targets (0.88 of
-the light) and 1.7 m on dark ones (0.17), of which the law makes 1.6 m.
+the light) and 1.7 m on dark ones (0.17), of which the law makes 1.6 m. Surfaces whose scenario says nothing are white.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtr
 
-WHITE = 0.88  # reflectance of the targets that data sheets state ranges for [-]
+from pbrg_mj.scenario.schema import WHITE
 
 
 class SignalStrength(NamedTuple):

@@ -7,9 +7,22 @@ import math
 from pydantic import Field
 
 from pbrg_mj.scenario.polygons import convex_parts
-from pbrg_mj.scenario.schema.base import MOST_EVENTS, MOST_OBSTACLES, NonNegative, Number, Positive, Section, Vector
+from pbrg_mj.scenario.schema.base import (
+    MOST_EVENTS,
+    MOST_OBSTACLES,
+    NonNegative,
+    Number,
+    Positive,
+    Probability,
+    Section,
+    Vector,
+)
 
+WHITE = 0.88  # reflectance of the targets that data sheets state ranges for [-]
 GLASS = Field(default=False, description="beams pass through it; robots do not")
+REFLECTANCE = Field(
+    default=WHITE, description="share of the light that it sends back, felt with sensors.beams.signal_range [-]"
+)
 
 
 class Wall(Section):
@@ -20,6 +33,7 @@ class Wall(Section):
     thickness: Positive = Field(default=0.1, description="across the centre line [m]")
     height: Positive = Field(default=0.2, description="above the floor [m]")
     glass: bool = GLASS
+    reflectance: Probability = REFLECTANCE
 
 
 class Box(Section):
@@ -30,14 +44,16 @@ class Box(Section):
     angle_deg: Number = Field(default=0.0, description="of its length [deg], counter-clockwise from +x")
     height: Positive = Field(default=0.2, description="above the floor [m]")
     glass: bool = GLASS
+    reflectance: Probability = REFLECTANCE
 
     def as_wall(self) -> Wall:
         """Return the wall that covers the same area."""
         (x, y), (length, width), turn = self.center, self.size, math.radians(self.angle_deg)
         dx, dy = length / 2 * math.cos(turn), length / 2 * math.sin(turn)
         start, end = (x - dx, y - dy), (x + dx, y + dy)
+        same = {"height": self.height, "glass": self.glass, "reflectance": self.reflectance}
         # Not validated: a box at the rim of what is allowed has ends beyond it.
-        return Wall.model_construct(start=start, end=end, thickness=width, height=self.height, glass=self.glass)
+        return Wall.model_construct(start=start, end=end, thickness=width, **same)
 
 
 class Column(Section):
@@ -47,6 +63,7 @@ class Column(Section):
     radius: Positive = Field(description="of the column [m]")
     height: Positive = Field(default=0.2, description="above the floor [m]")
     glass: bool = GLASS
+    reflectance: Probability = REFLECTANCE
 
 
 class Prism(Section):
@@ -59,6 +76,7 @@ class Prism(Section):
     )
     height: Positive = Field(default=0.2, description="above the floor [m]")
     glass: bool = GLASS
+    reflectance: Probability = REFLECTANCE
 
     def convex(self) -> tuple[Prism, ...]:
         """Return convex prisms of the same area; itself if it is convex. Raises ValueError as `convex_parts`."""

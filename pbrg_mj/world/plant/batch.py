@@ -29,9 +29,10 @@ from pbrg_mj.world.scene.footprints import Footprints, world_footprints
 from pbrg_mj.world.scene.model_index import index_model
 from pbrg_mj.world.scene.obstacles import moving_footprints
 from pbrg_mj.world.scene.robot import load_robot_model
-from pbrg_mj.world.sensors.beams import incidence_cosines, scan_frame
+from pbrg_mj.world.sensors.beams import scan_frame
 from pbrg_mj.world.sensors.camera import camera_poses, fill_camera_history
 from pbrg_mj.world.sensors.sampling import Sampler
+from pbrg_mj.world.sensors.surfaces import Surfaces
 
 
 class PlantBatch:
@@ -51,6 +52,7 @@ class PlantBatch:
         self._camera = Sampler(camera.rate_hz, timing.physics_step, camera.delay)
         self._beam_section = beams
         self._beams = Sampler(beams.rate_hz, timing.physics_step)
+        self._surfaces = Surfaces(scenario)
         self._disturbances = Disturbances(scenario)
         self._step = 0
         self._batch = batch.Batch(model, worlds, threads, persistent=True)
@@ -79,11 +81,8 @@ class PlantBatch:
         pose_frame, scan = self.frames()
         readings, index = self._arrays.sensordata, self._index
         poses = [camera_poses(row, index.camera_position, index.camera_ahead) for row in readings]
-        ranges = readings[:, index.beams]
-        if self._beam_section.signal_range is None:
-            return [Observation(pose, pose_frame, ranges[w], scan) for w, pose in enumerate(poses)]
-        cosines = incidence_cosines(readings, index.beams)
-        return [Observation(pose, pose_frame, ranges[w], scan, cosines=cosines[w]) for w, pose in enumerate(poses)]
+        ranges, met = readings[:, index.beams], [self._surfaces.met(row, index.beams) for row in readings]
+        return [Observation(pose, pose_frame, ranges[w], scan, **met[w]) for w, pose in enumerate(poses)]
 
     def truth(
         self, hand_world: np.ndarray, wall_margin: np.ndarray, wall_contact: np.ndarray, robot_contact: np.ndarray

@@ -26,6 +26,7 @@ from pbrg_mj.world.scene.variation import vary
 from pbrg_mj.world.sensors.beams import add_beams
 from pbrg_mj.world.sensors.camera import add_camera_sensors
 from pbrg_mj.world.sensors.sampling import Sampler
+from pbrg_mj.world.sensors.surfaces import Surfaces
 
 GOLDEN_RATIO = (np.sqrt(5) - 1) / 2
 
@@ -88,7 +89,7 @@ def _robot_spec(scenario: Scenario, robot: RobotModel, j: int, beams: bool) -> m
     add_camera_sensors(child, Sampler(sensors.camera.rate_hz, step, sensors.camera.delay))
     if beams:
         height = sensors.beams.height if scenario.robot == "generic" else None
-        add_beams(child, sensors.beams, Sampler(sensors.beams.rate_hz, step), height)
+        add_beams(child, sensors.beams, Sampler(sensors.beams.rate_hz, step), height, Surfaces(scenario))
     return child
 
 

@@ -22,6 +22,7 @@ class Observation:
     time: float = 0.0  # [s]
     wheel_angle: np.ndarray | None = None  # (n, 2) left, right at this time [rad]; None where nobody asks
     cosines: np.ndarray | None = None  # of the rays' angles of incidence, like `ranges`; None where nobody asks
+    reflectances: np.ndarray | None = None  # of what rays meet, like `ranges`; None where all is white or nobody asks
 
 
 class Truth(NamedTuple):

@@ -27,9 +27,10 @@ from pbrg_mj.world.scene.footprints import world_footprints
 from pbrg_mj.world.scene.model_index import index_model
 from pbrg_mj.world.scene.obstacles import box_centre, moving_footprints
 from pbrg_mj.world.scene.robot import load_robot_model
-from pbrg_mj.world.sensors.beams import incidence_cosines, scan_frame
+from pbrg_mj.world.sensors.beams import scan_frame
 from pbrg_mj.world.sensors.camera import camera_poses, fill_camera_history
 from pbrg_mj.world.sensors.sampling import Sampler
+from pbrg_mj.world.sensors.surfaces import Surfaces
 
 
 class MujocoPlant:
@@ -54,6 +55,7 @@ class MujocoPlant:
         self._camera = Sampler(sensors.camera.rate_hz, timing.physics_step, sensors.camera.delay)
         self._beam_section, self._encoders = sensors.beams, sensors.odometry.fuse
         self._beams = Sampler(sensors.beams.rate_hz, timing.physics_step)
+        self._surfaces = Surfaces(scenario)
         arrays = mujoco_arrays(partial(getattr, self.data), self.robot.omnidirectional)
         self._wheel_speed = arrays.speed
         self._truth_from = tuple(arrays), tuple(truth_index(self._index))
@@ -133,9 +135,8 @@ class MujocoPlant:
         last = self._observed
         if last and last.scan_frame == scan:
             return replace(last, body_pose=body_pose, pose_frame=pose_frame)
-        asked = self._beam_section.signal_range is not None
-        cosines = incidence_cosines(readings, index.beams) if asked else None
-        return Observation(body_pose, pose_frame, readings[index.beams], scan, cosines=cosines)
+        met = self._surfaces.met(readings, index.beams)
+        return Observation(body_pose, pose_frame, readings[index.beams], scan, **met)
 
     def _begin_step(self) -> None:
         """Move what forces do not move, then compute positions, contacts and sensors."""

@@ -1,4 +1,4 @@
-"""Range beams: rays from a robot's body in a horizontal plane."""
+"""Range beams: rays from a robot's body, level while the robot is."""
 
 # MuJoCo ships no type stubs for its compiled modules.
 # pyright: reportAttributeAccessIssue=false
@@ -10,13 +10,10 @@ import numpy as np
 
 from pbrg_mj.scenario.schema import Beams, ray_angles
 from pbrg_mj.world.sensors.sampling import Sampler
-
-DISTANCE = (mujoco.mjtRayDataField.mjRAYDATA_DIST,)
-# In this order MuJoCo writes them: the distance, the ray's direction (3), the normal of what it meets (3).
-WITH_NORMAL = (*DISTANCE, mujoco.mjtRayDataField.mjRAYDATA_DIR, mujoco.mjtRayDataField.mjRAYDATA_NORMAL)
+from pbrg_mj.world.sensors.surfaces import Surfaces
 
 
-def add_beams(robot: mujoco.MjSpec, beams: Beams, sampler: Sampler, height: float | None) -> None:
+def add_beams(robot: mujoco.MjSpec, beams: Beams, sampler: Sampler, height: float | None, surfaces: Surfaces) -> None:
     """Add the rays of all beams, all from the site of that name, put at `height` [m]; None: as the model has it.
 
     A ray leaves along its own site's z axis. In a scan that takes time a beam is sampled as much before the scan's end
@@ -25,7 +22,6 @@ def add_beams(robot: mujoco.MjSpec, beams: Beams, sampler: Sampler, height: floa
     origin = robot.site("beams").pos
     if height is not None:
         origin[2] = height - robot.body("robot").pos[2]
-    fields = WITH_NORMAL if beams.signal_range is not None else DISTANCE
     for k, angle in enumerate(ray_angles(beams).tolist()):
         name = f"beam{k}"
         early = beams.scan_time * (1.0 - (k // beams.rays + 1) / beams.count)
@@ -35,7 +31,7 @@ def add_beams(robot: mujoco.MjSpec, beams: Beams, sampler: Sampler, height: floa
             type=mujoco.mjtSensor.mjSENS_RANGEFINDER,
             objtype=mujoco.mjtObj.mjOBJ_SITE,
             objname=name,
-            intprm=[sum(1 << int(field) for field in fields), 0, 0],
+            intprm=[sum(1 << int(field) for field in surfaces.fields), 0, 0],
             **sampler.options_before(early),
         )
 
@@ -44,15 +40,6 @@ def scan_frame(beams: Beams, sampler: Sampler, step: int) -> int:
     """Return the number of the scan held at a physics step; -1 before the first turn of one that takes time is over."""
     frame = sampler.frame(step)
     return -1 if frame == 0 and beams.scan_time > 0 else frame
-
-
-def incidence_cosines(readings: np.ndarray, beams: np.ndarray) -> np.ndarray:
-    """Return the cosines (..., b, rays) between rays and the normals of what they meet; 0 where nothing is met.
-
-    `readings` (..., values) are MuJoCo's, `beams` (b, rays) tells where each ray's distance stands in them.
-    """
-    direction, normal = (readings[..., beams[..., None] + np.arange(first, first + 3)] for first in (1, 4))
-    return np.abs(np.sum(direction * normal, axis=-1))
 
 
 def _quat_along(angle: float) -> list[float]:

@@ -15,6 +15,7 @@ from scipy import stats
 import pbrg_mj as pbrg
 from pbrg_mj.cli.main import main
 from pbrg_mj.errors import InputError
+from pbrg_mj.studies.bench.bench import Bench
 from pbrg_mj.studies.bench.statistics import Difference, Quartiles, shifted_geometric_mean
 from pbrg_mj.studies.bench.suite import bundled_suites, read_suite
 
@@ -122,6 +123,15 @@ def test_a_second_run_makes_the_same_table(made, tmp_path):
     again = pbrg.bench(written(tmp_path, SUITE), tmp_path / "out", jobs=1)
     for name in ("table.md", "runs.md", "records.parquet"):
         assert (again.folder / name).read_bytes() == (made.folder / name).read_bytes(), name
+
+
+def test_a_table_does_not_depend_on_the_name_of_its_suites_file(tmp_path):
+    text = SUITE.split("\n", 1)[1]  # without description
+    tables = []
+    for name in ("mine.yaml", "suite.yaml"):
+        (tmp_path / name).write_text(text)
+        tables.append(Bench(read_suite(tmp_path / name), tmp_path, ()).markdown())
+    assert tables[0] == tables[1]
 
 
 def test_a_submission_of_logs_is_verified(made, submission, capsys):

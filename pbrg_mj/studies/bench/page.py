@@ -30,7 +30,7 @@ def page(suite: Suite, rows: Sequence[Row], folder: Path, versions: Mapping[str,
     """Return the page as HTML; `folder` has the logs. All text is escaped, and the page's policy forbids scripts."""
     digest = "sha256-" + b64encode(sha256(STYLE.encode()).digest()).decode()
     policy = f"default-src 'none'; style-src '{digest}'; base-uri 'none'; form-action 'none'"
-    title = escape(suite.file.keys.description or suite.file.path.stem)
+    title = escape(suite.title)
     made = ", ".join(f"{escape(name)} {escape(version)}" for name, version in versions.items())
     parts = [
         f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>',

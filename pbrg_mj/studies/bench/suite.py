@@ -67,6 +67,11 @@ class Suite:
     tunings: dict[str, str]
     centralized: frozenset[str]  # governors that see the whole team
 
+    @property
+    def title(self) -> str:
+        """What stands above its table: nothing of the file's name, which is another one in a benchmark's folder."""
+        return self.file.keys.description or "Benchmark"
+
 
 def bundled_suites() -> dict[str, Path]:
     """Return the bundled suites' files by name."""

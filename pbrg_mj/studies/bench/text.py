@@ -99,7 +99,7 @@ def as_text(rows: Sequence[Row]) -> str:
 
 def as_markdown(suite: Suite, rows: Sequence[Row]) -> str:
     """Return the table in Markdown, the same at every repetition; margins lead to the logs that made them."""
-    parts = [f"{suite.file.keys.description or suite.file.path.stem}: {len(suite.tasks)} runs.\n"]
+    parts = [f"{suite.title}: {len(suite.tasks)} runs.\n"]
     for group, title in NAMES.items():
         lines = [_line(list(COLUMNS)), "|" + "---|" * len(COLUMNS)]
         lines += [

@@ -14,7 +14,10 @@ import pbrg_mj as pbrg  # noqa: E402
 from pbrg_mj.cli.main import main  # noqa: E402
 from pbrg_mj.scenario.parse.document import read_document  # noqa: E402
 from pbrg_mj.studies.failures import FAILURES  # noqa: E402
+from pbrg_mj.studies.run_task import Result, packages  # noqa: E402
+from pbrg_mj.studies.runner import Runner  # noqa: E402
 from pbrg_mj.studies.shrink import shrunk  # noqa: E402
+from pbrg_mj.studies.task import Source, Task  # noqa: E402
 
 # Three robots without governor. Only a reference far to the right, beyond the wall, makes one cross.
 TEAM = """\
@@ -56,6 +59,51 @@ def test_a_planted_crossing_is_found_shrunk_and_ready_to_run(files, tmp_path, ca
     assert main(arguments) == 1  # again: the same, and no run is made twice
     assert "1 robots" in capsys.readouterr().out
     assert (tmp_path / "out" / "records.parquet").read_bytes() == before
+
+
+class OutOfOrder:
+    """A backend whose runs end in an order of their own; says which were asked for before it was closed."""
+
+    def __init__(self, order):
+        self.order, self.given = order, []
+
+    def check(self):
+        pass
+
+    def run(self, tasks, keep_logs):
+        for seed in self.order:
+            self.given.append(seed)
+            task = next(one for one in tasks if one.seed == seed)
+            yield Result(task.digest, {"status": "ok", "value": seed % 2}, {}, packages())
+
+
+@pytest.mark.parametrize(
+    ("order", "asked_for"),
+    [((4, 2, 6, 3, 5, 8), [4, 2, 6, 3]), ((5, 3, 4, 2, 6, 8), [5, 3, 4, 2]), ((2, 4, 3, 5), [2, 4, 3])],
+)
+def test_the_first_run_that_ends_a_search_ends_it_whatever_comes_first(order, asked_for, tmp_path):
+    """Runs of the seeds 2, 4, 3, 5, 6, 8, of which odd ones fail: the first is that of 3."""
+    source = Source("team", TEAM, "team.yaml", "team.yaml")
+    tasks = [Task(source, {}, seed) for seed in (2, 4, 3, 5, 6, 8)]
+    for again in (False, True):  # from the journal alone
+        backend = OutOfOrder(order)
+        with Runner(tmp_path, ("search.yaml", b""), backend) as runner:
+            results = runner.run(tasks, ends=lambda record: record["value"] == 1)
+        assert [record["value"] for record, _ in results] == [0, 0, 1]
+        assert backend.given == ([] if again else asked_for)
+
+
+@pytest.mark.slow
+def test_processes_find_the_same_and_leave_no_files(files, tmp_path, monkeypatch, capsys):
+    team, search, out = files
+    place = tmp_path / "place"
+    place.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(place))
+    for jobs in "12":
+        assert main(["falsify", team, "--search", search, "-o", out + jobs, "--jobs", jobs]) == 1
+    one, two = ((tmp_path / f"out{jobs}" / "records.parquet").read_bytes() for jobs in "12")
+    assert one == two
+    assert not list(place.glob("pbrg-*"))
 
 
 def test_what_does_not_fail_is_not_blamed(files, tmp_path, capsys):

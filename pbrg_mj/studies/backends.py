@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tempfile
 import warnings
 from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
@@ -61,9 +62,10 @@ def _processes(tasks: Sequence[Task], keep_logs: bool, jobs: int) -> Generator[R
     options: dict[str, Any] = {"batch_size": 1, "idle_worker_timeout": IDLE}
     pool = Parallel(n_jobs=jobs, backend="loky", return_as="generator_unordered", **options)
     one: Callable[..., Any] = delayed(run_task)
+    place = tempfile.TemporaryDirectory(prefix="pbrg-")  # what killed processes leave behind goes with it
     finished = False
     try:
-        made: Any = pool(one(task, keep_logs, worker=True) for task in tasks)
+        made: Any = pool(one(task, keep_logs, worker=True, place=place.name) for task in tasks)
         with warnings.catch_warnings(), closing(made) as results:
             warnings.filterwarnings("ignore", ".*have been cancelled")  # as Ctrl-C means them to be
             yield from results
@@ -73,6 +75,7 @@ def _processes(tasks: Sequence[Task], keep_logs: bool, jobs: int) -> Generator[R
     finally:
         if not finished:
             get_reusable_executor().shutdown(wait=True, kill_workers=True)
+        place.cleanup()
 
 
 def _dask(tasks: Sequence[Task], keep_logs: bool, scheduler: str) -> Generator[Result, None, None]:

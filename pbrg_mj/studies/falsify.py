@@ -116,21 +116,27 @@ def _search(
 ) -> Falsification:
     value, always = FAILURES[keys.find], always_set(keys)
     made: list[tuple[Task, tuple[Record, Record]]] = []
-    nearest, first = math.inf, None
-    tasks: list[Task] = []
-    while first is None and (left := budget - len(made)):
+    nearest, failing = math.inf, False
+
+    def nearness(record: Record) -> float:
+        return value(record) if record["status"] == "ok" else WORST
+
+    while not failing and (left := budget - len(made)):
         asked = optimizer.ask(min(left, keys.at_once))
         tasks = [_task(source, always | point, len(made) + k) for k, (_, point) in enumerate(asked)]
         before: int = len(made)
-        results = runner.run(tasks, watch=lambda done, _, failed, before=before: watch(before + done, budget, failed))
-        made += zip(tasks, results, strict=True)
-        values = [value(record) if record["status"] == "ok" else WORST for record, _ in results]
-        optimizer.tell([(trial, one) for (trial, _), one in zip(asked, values, strict=True)])
-        nearest = min(nearest, *values)
-        first = next((k for k, one in enumerate(values) if one < 0), None)
+        results = runner.run(
+            tasks,
+            watch=lambda done, _, failed, before=before: watch(before + done, budget, failed),
+            ends=lambda record: nearness(record) < 0,
+        )
+        made += zip(tasks, results, strict=False)  # none after the first failure
+        values = [nearness(record) for record, _ in results]
+        optimizer.tell([(trial, one) for (trial, _), one in zip(asked, values, strict=False)])
+        nearest, failing = min(nearest, *values), values[-1] < 0
     searched, found, tried = len(made), None, 0
-    if first is not None:
-        task, (record, _) = made[len(made) - len(tasks) + first]
+    if failing:
+        task, (record, _) = made[-1]
         text, found, tried = shrunk(task.scenario(), record, value, keys.shrink, _runs(runner, source.name, made))
         write_atomically(runner.folder / FOUND, _writing(text))
         load(runner.folder / FOUND)  # ready to run

@@ -36,15 +36,16 @@ class Result:
     log: bytes | None = None
 
 
-def run_task(task: Task, keep_log: bool = False, worker: bool = False) -> Result:
+def run_task(task: Task, keep_log: bool = False, worker: bool = False, place: str | None = None) -> Result:
     """Run a task. A run that fails is a record whose `status` is `failed`, with the `error` in one line.
 
-    `worker`: this is another process than the user's, to which Ctrl-C is left. Raises OSError and MemoryError when the
-    machine is short of something: that is no property of the run.
+    `worker`: this is another process than the user's, to which Ctrl-C is left. `place`: the folder for its files, which
+    stay there if the process is killed. Raises OSError and MemoryError when the machine is short of something: that is
+    no property of the run.
     """
     if worker and threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-    with tempfile.TemporaryDirectory(prefix="pbrg-") as folder, _silent():
+    with tempfile.TemporaryDirectory(prefix="pbrg-", dir=place) as folder, _silent():
         log = Path(folder) / "run.mcap"
         try:
             metrics = record(task.scenario(), log)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, closing
+from itertools import takewhile
 from pathlib import Path
 from typing import Self
 
@@ -15,6 +16,8 @@ from pbrg_mj.studies.run_task import Record, Result, packages
 from pbrg_mj.studies.task import Task
 
 LOGS = "logs"
+Ends = Callable[[Record], bool]
+"""Whether a run ends the study."""
 Watch = Callable[[int, int, int], object]
 """Called with the numbers of runs that are over, of all runs, and of those that failed."""
 
@@ -49,11 +52,12 @@ class Runner:
         self._open.close()
 
     def run(
-        self, tasks: Sequence[Task], logs: Sequence[str] = (), watch: Watch | None = None
+        self, tasks: Sequence[Task], logs: Sequence[str] = (), watch: Watch | None = None, ends: Ends | None = None
     ) -> list[tuple[Record, Record]]:
         """Return each task's record and timings; write its log under that name into `logs/`, if names are given.
 
-        `watch` is called in place of the runner's own.
+        `watch` is called in place of the runner's own. The first task, in the order of `tasks`, whose record `ends` the
+        study is the last one returned: what is under way then is ended, whichever runs came first.
 
         Raises Interrupted on Ctrl-C, after which the same call goes on where it ended.
         """
@@ -65,6 +69,8 @@ class Runner:
         everything = len({task.digest for task in tasks})
         there = (self._journal[one][0] for one in {task.digest for task in tasks} - left.keys())
         failed = sum(record["status"] != "ok" for record in there)
+        if self._is_over(tasks, left, ends):
+            return self._results(tasks, ends)
         try:
             with closing(self._backend.run(list(left.values()), bool(names))) as results:
                 watch(everything - len(left), everything, failed)
@@ -73,11 +79,28 @@ class Runner:
                     del left[result.digest]
                     failed += result.record["status"] != "ok"
                     watch(everything - len(left), everything, failed)
+                    if self._is_over(tasks, left, ends):
+                        break
         except Stopped as stopped:
             raise Interrupted(self._so_far(everything - len(left), everything), stopped.signal) from None
         except KeyboardInterrupt:
             raise Interrupted(self._so_far(everything - len(left), everything)) from None
-        return [self._journal[task.digest] for task in tasks]
+        return self._results(tasks, ends)
+
+    def _is_over(self, tasks: Sequence[Task], left: Mapping[str, Task], ends: Ends | None) -> bool:
+        """Return whether a run ends the study, and all before it are known, while others are left."""
+        if ends is None:
+            return False
+        known = takewhile(lambda task: task.digest not in left, tasks)
+        return bool(left) and any(ends(self._journal[task.digest][0]) for task in known)
+
+    def _results(self, tasks: Sequence[Task], ends: Ends | None) -> list[tuple[Record, Record]]:
+        results = []
+        for task in tasks:
+            results.append(self._journal[task.digest])
+            if ends is not None and ends(results[-1][0]):
+                break
+        return results
 
     def _so_far(self, done: int, total: int) -> str:
         return f"{done} of {total} runs are in {self.folder}; the same command goes on from there"

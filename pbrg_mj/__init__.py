@@ -9,8 +9,8 @@
 
 Scenarios   `load`, `draw`, `list_scenarios`, `validate`, `schema`, `template`; `Scenario`
 Runs        `run`, `simulate`, `serve`, `batch`, `reproduce`; `Run`, `Batch`, `TickRecord`, `Interrupted`
-Studies     `sweep`, `tune`, `bench`, `verify_bench`, `falsify`; `Sweep`, `Tuning`, `Bench`, `BenchVerification`,
-            `Falsification`
+Studies     `sweep`, `tune`, `bench`, `verify_bench`, `release_bench`, `falsify`; `Sweep`, `Tuning`, `Bench`,
+            `BenchVerification`, `Release`, `Falsification`
 Logs        `open`, `compare`, `report`, `render`, `verify`, `repair`; `Comparison`, `Verification`, `Repair`
 Governors   `RobotProgram`, `RobotFacts`, `TeamConstants`, `OwnData`, `RobotAnswer`: a distributed governor, written for
             one robot; `Governor`, `Problem`, `Solution`, `Status`: one that sees the whole team; `check_governor`
@@ -43,6 +43,7 @@ __all__ = [
     "PbrgError",
     "PlugInError",
     "Problem",
+    "Release",
     "Repair",
     "RobotAnswer",
     "RobotFacts",
@@ -67,6 +68,7 @@ __all__ = [
     "list_scenarios",
     "load",
     "open",
+    "release_bench",
     "render",
     "repair",
     "report",
@@ -101,6 +103,7 @@ if TYPE_CHECKING:
     from pbrg_mj.governor.problem.interface import Governor, Problem, Solution, Status
     from pbrg_mj.loop.record import TickRecord
     from pbrg_mj.studies.bench.bench import Bench, bench
+    from pbrg_mj.studies.bench.release import Release, release_bench
     from pbrg_mj.studies.bench.verify import BenchVerification, verify_bench
     from pbrg_mj.studies.falsify import Falsification, falsify
     from pbrg_mj.studies.sweep import Sweep, sweep
@@ -124,6 +127,7 @@ _MODULES = {
     "governor.problem.interface": ("Governor", "Problem", "Solution", "Status"),
     "loop.record": ("TickRecord",),
     "studies.bench.bench": ("Bench", "bench"),
+    "studies.bench.release": ("Release", "release_bench"),
     "studies.bench.verify": ("BenchVerification", "verify_bench"),
     "studies.falsify": ("Falsification", "falsify"),
     "studies.sweep": ("Sweep", "sweep"),

@@ -23,6 +23,10 @@ def bench(
     verify: Annotated[
         Path | None, typer.Option("--verify", metavar="DIR", help="Replay a folder's logs; make its table from them.")
     ] = None,
+    release: Annotated[
+        Path | None,
+        typer.Option("--release", metavar="DIR", help="Write SHA-256 of a finished folder's files into it."),
+    ] = None,
     jobs: Jobs = None,
     backend: Backend = "joblib",
     scheduler: Scheduler = None,
@@ -30,13 +34,15 @@ def bench(
 ) -> int:
     """Run a suite of worlds under all its governors; write one table, its page and its logs.
 
-    The same command goes on after a kill. Exit code 1 when --verify finds that logs or table are not what they say.
+    The same command goes on after a kill. Exit code 1 when --verify finds that logs or table are not what they say, or
+    not those that were released.
     """
     without_drawing()
-    if verify is not None:
-        if suite is not None or quick:
-            raise InputError("--verify takes a folder alone; allowed: pbrg bench --verify DIR")
-        return _verify(verify)
+    for option, folder, act in (("--verify", verify, _verify), ("--release", release, _release)):
+        if folder is not None:
+            if suite is not None or quick or None not in (verify, release):
+                raise InputError(f"{option} takes a folder alone; allowed: pbrg bench {option} DIR")
+            return act(folder)
     try:
         with counting() as watch:
             made = pbrg.bench(
@@ -65,5 +71,12 @@ def _verify(folder: Path) -> int:
     emit("")
     for problem in found.problems:
         emit(problem)
+    if found.release:
+        emit(f"as released in {found.release}")
     emit(f"{worlds}; {'every log replays, and the table is theirs' if found.ok else 'not verified'}")
     return 0 if found.ok else 1
+
+
+def _release(folder: Path) -> int:
+    emit(str(pbrg.release_bench(folder)))
+    return 0

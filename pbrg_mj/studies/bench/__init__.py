@@ -7,5 +7,6 @@ text          the table as text and Markdown
 pictures      a run as a drawing
 page          the table, pictures, logs and commands as one page
 bench         `pbrg bench`
+release       `pbrg bench --release`: SHA-256 of every file, checked before a folder is verified
 verify        `pbrg bench --verify`
 """

@@ -12,6 +12,7 @@ from pbrg_mj.api.replay import verify
 from pbrg_mj.errors import InputError, PbrgError
 from pbrg_mj.log.read.ticks import read_header
 from pbrg_mj.studies.bench.bench import FILES, TABLE, Bench
+from pbrg_mj.studies.bench.release import Release, check_release
 from pbrg_mj.studies.bench.suite import Suite, bundled_suites, read_suite
 from pbrg_mj.studies.bench.table import bench_runs
 from pbrg_mj.studies.run_task import Record, numbers, timings
@@ -28,6 +29,7 @@ class BenchVerification:
     bench: Bench  # made from the logs
     problems: tuple[str, ...]  # a line each
     suite: str | None  # the bundled suite whose worlds these are; None: worlds of its own
+    release: Release | None = None  # the manifest whose files these are, if there is one
 
     @property
     def ok(self) -> bool:
@@ -39,10 +41,12 @@ def verify_bench(folder: str | Path, *, watch: Watch = nobody) -> BenchVerificat
     """Replay the logs of a benchmark's folder, or of a submission: a suite's file and `logs/`.
 
     Each log must hold the suite's scenario for its name and replay bit for bit; the table is made from the logs alone
-    and compared with `table.md`, if that is there. A run without a log counts as failed. Raises InputError when the
-    folder has no suite, or its suite is wrong here.
+    and compared with `table.md`, if that is there. A run without a log counts as failed. The manifest of a release is
+    checked before all this: raises PbrgError when the files are not those that it names. Raises InputError when the
+    folder has no suite, or its suite or its manifest is wrong here.
     """
     folder = Path(folder)
+    release = check_release(folder)
     there = [quick for quick, name in FILES.items() if (folder / name).is_file()]
     if len(there) != 1:
         raise InputError(f"has no suite; required: one of {', '.join(FILES.values())}", file=str(folder))
@@ -63,7 +67,7 @@ def verify_bench(folder: str | Path, *, watch: Watch = nobody) -> BenchVerificat
     made = Bench(suite, folder, tuple(bench_runs(suite, results)))
     if (folder / TABLE).is_file() and (folder / TABLE).read_text(encoding="utf-8") != made.markdown():
         problems.append(f"{TABLE}: is not what the logs give")
-    return BenchVerification(made, tuple(problems), _bundled(suite, quick=there[0]))
+    return BenchVerification(made, tuple(problems), _bundled(suite, quick=there[0]), release)
 
 
 def _problems(log: Path, task: Task) -> Iterator[str]:

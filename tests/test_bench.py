@@ -157,6 +157,15 @@ def test_a_submission_that_lies_is_refused(made, submission, capsys):
         pbrg.verify_bench(submission)
 
 
+@pytest.mark.parametrize(("duration", "suite"), [(6, "standard"), (7, None)])
+def test_a_submission_is_told_whose_worlds_it_has(duration, suite, tmp_path):
+    """Whoever takes part in them; logs there are none."""
+    quick = bundled_suites()["standard"].read_text().replace("[none, paper, certified, centralized]", "[none]")
+    (tmp_path / "quick_suite.yaml").write_text(quick.replace("  duration: 6", f"  duration: {duration}"))
+    found = pbrg.verify_bench(tmp_path)
+    assert (found.suite, len(found.bench.runs)) == (suite, 9)
+
+
 def test_quick_runs_have_a_folder_of_their_own(tmp_path, capsys):
     file = str(written(tmp_path, SUITE))
     assert main(["bench", file, "--quick", "-o", str(tmp_path / "out"), "--jobs", "1"]) == 0

@@ -84,10 +84,18 @@ def read_suite(source: str | Path, *, quick: bool = False) -> Suite:
     bundled = bundled_suites()
     if not Path(source).is_file() and str(source) not in bundled:
         raise InputError(f"{str(source)!r} is neither a file nor a suite; allowed: {', '.join(bundled)}, or a file")
-    path = Path(source) if Path(source).is_file() else bundled[str(source)]
+    return _suite(_read(Path(source) if Path(source).is_file() else bundled[str(source)], quick=quick))
+
+
+def bundled_keys(*, quick: bool) -> dict[str, SuiteKeys]:
+    """Return the bundled suites' keys by name, without a look at the scenarios that they name."""
+    return {name: _read(path, quick=quick).keys for name, path in bundled_suites().items()}
+
+
+def _read(path: Path, *, quick: bool) -> StudyFile[SuiteKeys]:
     file = read_study(path, SuiteKeys)
     _check(file)
-    return _suite(_shortened(file) if quick else file)
+    return _shortened(file) if quick else file
 
 
 def _suite(file: StudyFile[SuiteKeys]) -> Suite:

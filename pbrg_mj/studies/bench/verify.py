@@ -13,7 +13,7 @@ from pbrg_mj.errors import InputError, PbrgError
 from pbrg_mj.log.read.ticks import read_header
 from pbrg_mj.studies.bench.bench import FILES, TABLE, Bench
 from pbrg_mj.studies.bench.release import Release, check_release
-from pbrg_mj.studies.bench.suite import Suite, bundled_suites, read_suite
+from pbrg_mj.studies.bench.suite import Suite, bundled_keys, read_suite
 from pbrg_mj.studies.bench.table import bench_runs
 from pbrg_mj.studies.run_task import Record, numbers, timings
 from pbrg_mj.studies.runner import LOGS, Watch, nobody
@@ -98,8 +98,5 @@ def _bundled(suite: Suite, *, quick: bool) -> str | None:
     def worlds(keys: Any) -> list[Any]:
         return [getattr(keys, name) for name in WORLDS]
 
-    for name, path in bundled_suites().items():
-        bundled = read_suite(path, quick=quick)
-        if worlds(bundled.file.keys) == worlds(suite.file.keys):
-            return name
-    return None
+    found = (name for name, keys in bundled_keys(quick=quick).items() if worlds(keys) == worlds(suite.file.keys))
+    return next(found, None)

@@ -44,13 +44,14 @@ robot numbers exist and stand in a list once; the graph is connected; `timing.ti
 `timing.physics_step` (physics plant), and `timing.duration` and `reference.period` are whole multiples of
 `timing.tick`; `plant: ideal` goes with `estimator.source: given`, and `estimator.given` with that source alone;
 `operator` has either `reference` or `waypoints`, which start at 0 s and move on in time, as do the waypoints of a
-moving box; walls have a length, boxes and patches an area, prisms are convex and turn at every corner; at the start
+moving box; walls, thresholds and ramps have a length, boxes and patches an area, prisms are polygons; at the start
 nothing stands in a robot and, in the physics plant, no two robots overlap, nor does a kidnapping put a robot onto what
 stands still or another robot's start, or lift it while it is in the air; disturbances last one physics step or longer.
 
 The ideal plant refuses what it would ignore: `drive`, `radio`, `disturbances`, `sensors.camera.delay`, `lost_frames`,
 `occlusions` and `swaps`, `sensors.uwb`, `sensors.odometry`, `world.moving_boxes`, `world.patches`,
-`world.floor_friction` and `world.rolling_resistance` may be given with their defaults only.
+`world.thresholds`, `world.ramps`, `world.floor_friction` and `world.rolling_resistance` may be given with their
+defaults only.
 
 A beam's range becomes a reading in this order: the nearest thing in its cone, echoes lost for want of light, bias,
 additive and multiplicative Gaussian noise, quantisation, range limits, outliers, dropout. Keys given beside

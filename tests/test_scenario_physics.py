@@ -176,6 +176,8 @@ IGNORED = {
     "world.floor_friction": "{floor_friction: 0.5}",
     "world.rolling_resistance": "{rolling_resistance: 0.1}",
     "world.patches": "{patches: [{from: [0, 0], to: [1, 1]}]}",
+    "world.thresholds": "{thresholds: [{from: [0, 5], to: [1, 5], height: 0.002}]}",
+    "world.ramps": "{ramps: [{from: [0, 5], to: [1, 5], width: 1, height: 0.05}]}",
     "sensors.camera.delay": "{camera: {delay: 0.1}}",
     "sensors.camera.lost_frames": "{camera: {lost_frames: 0.1}}",
     "sensors.camera.occlusions": "{camera: {occlusions: [{robot: 1, time: 1, duration: 1}]}}",

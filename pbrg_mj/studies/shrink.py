@@ -13,7 +13,7 @@ from pbrg_mj.scenario.load import load_text
 from pbrg_mj.scenario.parse.document import read_document, write_document
 from pbrg_mj.studies.run_task import Record
 
-OBSTACLES = ("walls", "boxes", "columns", "prisms", "moving_boxes", "patches")
+OBSTACLES = ("walls", "boxes", "columns", "prisms", "moving_boxes", "patches", "thresholds", "ramps")
 PER_ROBOT = (("team", "start"), ("team", "formation"), ("team", "heading_deg"))
 AFTER = 0.1  # [s] kept after the failure
 Data = dict[str, Any]

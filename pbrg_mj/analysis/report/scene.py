@@ -10,6 +10,7 @@ from pbrg_mj.analysis.metrics.obstacles import footprints, outlines
 from pbrg_mj.analysis.metrics.outcome import final_target
 from pbrg_mj.log.read.run import Run
 from pbrg_mj.scenario.schema import MovingBox
+from pbrg_mj.world.scene.footprints import footprints_of
 
 LEAST_SPAN = 1.0  # of the scene shown [m]
 MARGIN = 0.12  # around what happened, as a share of its span
@@ -17,7 +18,10 @@ NEAR = 0.3  # how far from what happened a moving box is shown, as a share of it
 
 
 def still(run: Run) -> list[dict[str, Any]]:
-    """Return what stands still: kind and corners [m] of working areas, walls, and boxes with all other solids."""
+    """Return what stands still: kind and corners [m] of working areas, walls, and boxes with all other solids.
+
+    Thresholds and ramps are working areas here.
+    """
     scenario = run.scenario
     walls = len(scenario.world.walls)
     patches = [{"kind": "patch", "corners": _rectangle(patch.start, patch.end)} for patch in scenario.world.patches]
@@ -25,7 +29,8 @@ def still(run: Run) -> list[dict[str, Any]]:
         {"kind": "wall" if k < walls else "box", "corners": corners.tolist()}
         for k, corners in enumerate(outlines(footprints(scenario)))
     ]
-    return [*patches, *solid]
+    feet = outlines(footprints_of([rise.as_wall() for rise in scenario.world.rises]))
+    return [*patches, *({"kind": "patch", "corners": corners.tolist()} for corners in feet), *solid]
 
 
 def moving(run: Run, time: np.ndarray) -> tuple[list[tuple[float, float]], np.ndarray]:

@@ -21,7 +21,7 @@ ROBOT_HEIGHT = 0.04  # of the drawn robot [m]
 
 
 def static_scene(scenario: Scenario) -> bytes:
-    """Return a SceneUpdate at time 0: floor, walls, robots and, if any, boxes, patches, and where moving boxes stop."""
+    """Return a SceneUpdate at time 0: floor, walls, robots and, if any, all else that is seen from above."""
     world = scenario.world
     message = SceneUpdate()
     floor = message.entities.add(frame_id="world", id="floor")
@@ -33,6 +33,8 @@ def static_scene(scenario: Scenario) -> bytes:
         "boxes": ([box.as_wall() for box in world.boxes], primitives.WALL_COLOR),
         "patches": (_patches(world), primitives.PATCH_COLOR),
         "stops": (_stops(world), primitives.STOP_COLOR),
+        "thresholds": ([threshold.as_wall() for threshold in world.thresholds], primitives.PATCH_COLOR),
+        "ramps": (_feet(world), primitives.PATCH_COLOR),
     }
     for name, (walls, color) in layers.items():
         if walls or name == "walls":
@@ -46,7 +48,8 @@ def static_scene(scenario: Scenario) -> bytes:
 def _extent(scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
     """Return the lower left and the upper right corner (2,) [m] of the floor to draw."""
     world = scenario.world
-    things = (*world.obstacles, *_patches(world), *_stops(world))
+    rises = [rise.as_wall() for rise in world.rises]
+    things = (*world.obstacles, *_patches(world), *_stops(world), *rises)
     ends = [end for thing in things for end in (thing.start, thing.end)]
     solids = footprints_of(columns=world.columns, prisms=world.prisms)
     radius = solids.radius[:, None]
@@ -67,6 +70,10 @@ def _patches(world: World) -> list[Wall]:
 def _stops(world: World) -> list[Wall]:
     flat = {"height": FLAT_HEIGHT}
     return [box.at(stop).as_wall().model_copy(update=flat) for box in world.moving_boxes for stop in box.waypoints]
+
+
+def _feet(world: World) -> list[Wall]:
+    return [ramp.as_wall().model_copy(update={"height": FLAT_HEIGHT}) for ramp in world.ramps]
 
 
 def _add_walls(entity: Any, walls: Sequence[Wall], color: primitives.Color) -> None:

@@ -18,6 +18,8 @@ PHYSICS_ONLY: tuple[tuple[str, ...], ...] = (
     ("world", "floor_friction"),
     ("world", "rolling_resistance"),
     ("world", "patches"),
+    ("world", "thresholds"),
+    ("world", "ramps"),
     ("sensors", "camera", "delay"),
     ("sensors", "camera", "lost_frames"),
     ("sensors", "camera", "occlusions"),

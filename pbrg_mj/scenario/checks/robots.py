@@ -18,6 +18,8 @@ def robots(scenario: Scenario) -> Iterator[Diagnostic]:
         return
     wheels = {
         ("world", "patches"): bool(world.patches),
+        ("world", "thresholds"): bool(world.thresholds),
+        ("world", "ramps"): bool(world.ramps),
         ("world", "rolling_resistance"): bool(world.rolling_resistance),
         ("world", "floor_friction"): world.floor_friction != type(world)().floor_friction,
         ("disturbances", "dead_motors"): bool(scenario.disturbances.dead_motors),

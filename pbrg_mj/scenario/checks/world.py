@@ -22,6 +22,8 @@ KINDS = {
     "moving_boxes": ("box", "boxes"),
     "columns": ("column", "columns"),
     "prisms": ("prism", "prisms"),
+    "thresholds": ("threshold", "thresholds"),
+    "ramps": ("ramp", "ramps"),
 }  # in the singular and for many
 ROUNDING = 1e-9  # [m] robots that just touch do not overlap
 
@@ -36,12 +38,13 @@ class Obstacle:
 
 
 def extents(scenario: Scenario) -> Iterator[Diagnostic]:
-    """Yield walls without length, boxes and patches without area, crossed prisms, waypoints out of order."""
+    """Yield what has no length or no area, prisms whose sides cross, waypoints out of order."""
     world = scenario.world
-    for k, wall in enumerate(world.walls):
-        if math.dist(wall.start, wall.end) < SHORTEST:
-            message = f"runs from {yaml_text(wall.start)} to {yaml_text(wall.end)}; allowed: two different points"
-            yield Diagnostic(("world", "walls", k), message)
+    for name, lines in (("walls", world.walls), ("thresholds", world.thresholds), ("ramps", world.ramps)):
+        for k, line in enumerate(lines):
+            if math.dist(line.start, line.end) < SHORTEST:
+                message = f"runs from {yaml_text(line.start)} to {yaml_text(line.end)}; allowed: two different points"
+                yield Diagnostic(("world", name, k), message)
     for name, boxes in (("boxes", world.boxes), ("moving_boxes", world.moving_boxes)):
         for k, box in enumerate(boxes):
             if min(box.size) < SHORTEST:
@@ -101,6 +104,8 @@ def _still(scenario: Scenario) -> tuple[Obstacle, ...]:
         "boxes": [_from_wall(box.as_wall()) for box in world.boxes],
         "columns": [partial(distances_to_column, column) for column in world.columns],
         "prisms": [partial(distances_to_prism, prism) for prism in world.prisms],
+        "thresholds": [_from_wall(threshold.as_wall()) for threshold in world.thresholds],
+        "ramps": [_from_wall(ramp.as_wall()) for ramp in world.ramps],
     }
     others = (
         Obstacle(("world", name, k), one, "stands in") for name, all_ in solids.items() for k, one in enumerate(all_)

@@ -28,7 +28,19 @@ from pbrg_mj.scenario.schema.sensor_errors import per_robot
 from pbrg_mj.scenario.schema.sensors import Beams, Sensors, beam_angles, ray_angles
 from pbrg_mj.scenario.schema.team import Team
 from pbrg_mj.scenario.schema.timing import LONGEST_PHYSICS_STEP, Timing, whole_multiple, whole_number
-from pbrg_mj.scenario.schema.world import WHITE, Box, BoxWaypoint, Column, MovingBox, Patch, Prism, Wall, World
+from pbrg_mj.scenario.schema.world import (
+    WHITE,
+    Box,
+    BoxWaypoint,
+    Column,
+    MovingBox,
+    Patch,
+    Prism,
+    Ramp,
+    Threshold,
+    Wall,
+    World,
+)
 
 __all__ = [
     "LONGEST_PHYSICS_STEP",
@@ -62,12 +74,14 @@ __all__ = [
     "Prism",
     "Push",
     "Radio",
+    "Ramp",
     "Reference",
     "Scenario",
     "Section",
     "Sensors",
     "Swap",
     "Team",
+    "Threshold",
     "Timing",
     "Vector",
     "Wall",

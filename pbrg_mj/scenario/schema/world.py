@@ -1,8 +1,9 @@
-"""`world`: walls, boxes, columns, prisms and the floor."""
+"""`world`: walls, boxes, columns, prisms, and the floor with its thresholds and ramps."""
 
 from __future__ import annotations
 
 import math
+from typing import Annotated
 
 from pydantic import Field
 
@@ -10,6 +11,7 @@ from pbrg_mj.scenario.polygons import convex_parts
 from pbrg_mj.scenario.schema.base import (
     MOST_EVENTS,
     MOST_OBSTACLES,
+    SMALLEST,
     NonNegative,
     Number,
     Positive,
@@ -18,6 +20,7 @@ from pbrg_mj.scenario.schema.base import (
     Vector,
 )
 
+HIGHEST_THRESHOLD = 0.04  # [m] the generic robot's beams are 0.049 m up
 WHITE = 0.88  # reflectance of the targets that data sheets state ranges for [-]
 GLASS = Field(default=False, description="beams pass through it; robots do not")
 REFLECTANCE = Field(
@@ -121,6 +124,32 @@ class Patch(Section):
     )
 
 
+class Threshold(Section):
+    """A low bar on the floor, or a platform: wheels climb it or are stopped. Margins and contacts do not count it."""
+
+    start: Vector = Field(alias="from", description="one end of the centre line [m]")
+    end: Vector = Field(alias="to", description="the other end of the centre line [m]")
+    width: Positive = Field(default=0.03, description="across the centre line [m]")
+    height: Annotated[float, Field(ge=SMALLEST, le=HIGHEST_THRESHOLD)] = Field(description="above the floor [m]")
+
+    def as_wall(self) -> Wall:
+        """Return the wall that covers the same area."""
+        return Wall.model_construct(start=self.start, end=self.end, thickness=self.width, height=self.height)
+
+
+class Ramp(Section):
+    """A wedge that rises from the floor along its centre line to a face. Margins and contacts do not count it."""
+
+    start: Vector = Field(alias="from", description="middle of its foot [m]")
+    end: Vector = Field(alias="to", description="middle of its upper edge [m]")
+    width: Positive = Field(description="across the centre line [m]")
+    height: Positive = Field(description="of its upper edge above the floor [m]")
+
+    def as_wall(self) -> Wall:
+        """Return the wall that covers the same area."""
+        return Wall.model_construct(start=self.start, end=self.end, thickness=self.width, height=self.height)
+
+
 class World(Section):
     """What stands around the robots."""
 
@@ -138,11 +167,20 @@ class World(Section):
     patches: tuple[Patch, ...] = Field(
         default=(), description="working areas with another floor", max_length=MOST_OBSTACLES
     )
+    thresholds: tuple[Threshold, ...] = Field(
+        default=(), description="low bars on the floor that wheels climb", max_length=MOST_OBSTACLES
+    )
+    ramps: tuple[Ramp, ...] = Field(default=(), description="wedges that robots drive on", max_length=MOST_OBSTACLES)
 
     @property
     def everything(self) -> tuple[Wall | Box | Column | Prism | MovingBox, ...]:
-        """All that robots can touch."""
+        """All obstacles: what robots shall not touch."""
         return (*self.walls, *self.boxes, *self.columns, *self.prisms, *self.moving_boxes)
+
+    @property
+    def rises(self) -> tuple[Threshold | Ramp, ...]:
+        """What stands out of the floor and is driven on."""
+        return (*self.thresholds, *self.ramps)
 
     @property
     def obstacles(self) -> tuple[Wall, ...]:

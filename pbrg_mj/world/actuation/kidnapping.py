@@ -52,7 +52,7 @@ class Kidnappings:
             )
             for one in sorted(scenario.disturbances.kidnappings, key=lambda one: one.time)
         ]
-        self._hover = ABOVE + max((thing.height for thing in around.everything), default=0.0)
+        self._hover = ABOVE + max((thing.height for thing in (*around.everything, *around.rises)), default=0.0)
         self._seen = start.copy()  # by the camera's newest frame
         self._lift_poses: dict[int, LiftPose] = {}
 

@@ -12,22 +12,26 @@ NEAR = 3.0  # body radii between the centres of robots that may touch although o
 
 
 @kernel
-def write_contacts(arrays, index, body_radius, truth):
+def write_contacts(arrays, index, numbers, truth):
     """Write with what each robot was in contact at this step, or at those within the tick before.
 
-    `arrays` are MujocoArrays, `index` is a TruthIndex; of `truth` the poses are there and the contacts are written.
+    `arrays` are MujocoArrays, `index` is a TruthIndex, `numbers` are a body's radius and how many boxes move; of
+    `truth` the poses are there and the contacts are written.
     """
+    body_radius, moving_boxes = numbers
+    ground = MOVING + moving_boxes
     counters, steps = index.contacts.shape[1], index.earlier_contacts.shape[2]
     for j in range(len(index.body)):
         wall = moving = robot = False
         for step in range(-1, steps):  # -1: now
             boxes = 0.0
-            for k in range(MOVING, counters):
+            for k in range(MOVING, ground):
                 boxes += _count(arrays, index, j, k, step)
+            below = _count(arrays, index, j, ground, step) if ground < counters else 0.0
             walls = _count(arrays, index, j, WALLS, step)
             wall |= walls > 0.0
             moving |= boxes > 0.0
-            robot |= _count(arrays, index, j, SKIRT, step) > walls + boxes
+            robot |= _count(arrays, index, j, SKIRT, step) > walls + boxes + below
         truth.wall_contact[j], truth.moving_contact[j] = wall, moving
         truth.robot_contact[j] = robot and _may_meet(arrays, index, truth.body_pose, NEAR * body_radius, j)
 

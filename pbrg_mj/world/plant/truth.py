@@ -80,7 +80,7 @@ def write_truth(arrays, index, obstacles, size, truth):
             truth.wheel_speed[j, side] = arrays.speed[index.wheel_speed[j, side]]
         truth.wall_margin[j] = margin(x, y, walls, clearance)
         truth.moving_margin[j] = margin(x, y, moving, clearance)
-    write_contacts(arrays, index, body_radius, truth)
+    write_contacts(arrays, index, (body_radius, len(moving.centre)), truth)
 
 
 @kernel

@@ -37,7 +37,7 @@ class ModelIndex:
 def index_model(model: mujoco.MjModel, scenario: Scenario, robot: RobotModel) -> ModelIndex:
     """Look the names of `compose` up. Raises KeyError when one is missing."""
     every, beam_robots, rays = range(scenario.robots), scenario.beam_robots, scenario.sensors.beams.all_rays
-    counters = counter_names(len(scenario.world.moving_boxes))
+    counters = counter_names(scenario.world)
 
     def sensor(name: str) -> int:
         return model.sensor(name).adr[0]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.io import loadmat
 
-from pbrg_mj.analysis.export import arrays, export
+from pbrg_mj.analysis.export import RunArrays, export
 from pbrg_mj.analysis.figures.figure import plot
 from pbrg_mj.analysis.series import series
 from pbrg_mj.errors import InputError
@@ -26,8 +26,8 @@ def test_npz_holds_every_array_bit_for_bit(tmp_path):
     made = varied()
     export(made, tmp_path / "run.npz")
     with np.load(tmp_path / "run.npz", allow_pickle=False) as file:
-        assert set(file) == set(arrays(made))
-        for name, values in arrays(made).items():
+        assert set(file) == set(RunArrays(made))
+        for name, values in RunArrays(made).items():
             np.testing.assert_array_equal(file[name], values)
         np.testing.assert_array_equal(file["q_true_m"], made.ticks.hand_true)
         np.testing.assert_array_equal(file["q_m"], made.ticks.hand)
@@ -43,7 +43,7 @@ def test_mat_holds_every_number_bit_for_bit(tmp_path):
     made = varied()
     export(made, tmp_path / "run.mat")
     file = loadmat(tmp_path / "run.mat")
-    for name, values in arrays(made).items():
+    for name, values in RunArrays(made).items():
         assert name in file
         if values.dtype.kind in "if" and values.ndim:
             np.testing.assert_array_equal(file[name].reshape(values.shape), values)
@@ -76,7 +76,7 @@ def test_csv_leaves_blank_what_a_tick_does_not_have(tmp_path):
 def test_every_column_has_a_name_of_its_own():
     names = [name for one in series(varied()) for name, _ in one.columns()]
     assert len(names) == len(set(names))
-    assert all(name.isidentifier() or name == "lambda" for name in arrays(varied()))
+    assert all(name.isidentifier() or name == "lambda" for name in RunArrays(varied()))
 
 
 @pytest.mark.parametrize("suffix", [".npz", ".mat", ".csv"])

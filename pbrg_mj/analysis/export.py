@@ -3,9 +3,16 @@
 from __future__ import annotations
 
 import csv
-import io
-from collections.abc import Callable
+import os
+import struct
+import tempfile
+import zipfile
+import zlib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from itertools import chain
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 from scipy.io import savemat
@@ -17,7 +24,11 @@ from pbrg_mj.log.read.run import Run
 
 MAT_HEADER = b"MATLAB 5.0 MAT-file, pbrg-mj"
 CSV_ROWS = 200  # written at a time
-MAT_HEADER_LENGTH = 116  # free text at the start of a MAT-file
+MAT_HEADER_LENGTH = 116  # free text at the start of a MAT-file, bytes
+MAT_FLAGS_LENGTH = 12  # behind it
+MAT_TAG = struct.Struct("=II")  # before every element: its type, and its length in bytes
+MAT_COMPRESSED = 15  # the type of an element that holds another one, compressed
+MAT_BLOCK = 2**20
 
 
 def export(run: Run, path: Path) -> None:
@@ -28,40 +39,82 @@ def export(run: Run, path: Path) -> None:
     write_atomically(path, lambda whole: write(run, whole))
 
 
-def arrays(run: Run) -> dict[str, np.ndarray]:
-    """Return every series as an array by name and unit, with what is constant over the run."""
-    constants = {
-        "formation_m": np.array(run.scenario.team.formation),
-        "leaders": np.array(run.scenario.team.leaders),
-        "scenario_name": np.array(run.name),
-        "scenario_yaml": np.array(run.scenario_yaml),
-    }
-    return {one.key: one.values for one in series(run)} | constants
+class RunArrays(Mapping[str, np.ndarray]):
+    """Every series of a run as an array by name and unit, made whenever it is asked for, and the run's constants."""
+
+    def __init__(self, run: Run):
+        self._series = {one.key: one for one in series(run)}
+        self._constants = {
+            "formation_m": np.array(run.scenario.team.formation),
+            "leaders": np.array(run.scenario.team.leaders),
+            "scenario_name": np.array(run.name),
+            "scenario_yaml": np.array(run.scenario_yaml),
+        }
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return the array of that name. Raises KeyError."""
+        return self._series[name].values if name in self._series else self._constants[name]
+
+    def __contains__(self, name: object) -> bool:
+        """Tell whether there is an array of that name, which is not made."""
+        return name in self._series or name in self._constants
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names."""
+        return chain(self._series, self._constants)
+
+    def __len__(self) -> int:
+        """Return how many arrays there are."""
+        return len(self._series) + len(self._constants)
 
 
 def _write_npz(run: Run, path: Path) -> None:
-    with path.open("wb") as file:
-        np.savez_compressed(file, **arrays(run))  # pyright: ignore[reportArgumentType]
+    """Write what `numpy.savez_compressed` would, an array at a time."""
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, values in RunArrays(run).items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
+                np.lib.format.write_array(file, values, allow_pickle=False)
 
 
 def _write_mat(run: Run, path: Path) -> None:
-    buffer = io.BytesIO()
-    savemat(buffer, arrays(run), do_compression=True, oned_as="column")
-    # savemat puts the date into the free text; the same run shall give the same bytes.
-    path.write_bytes(MAT_HEADER.ljust(MAT_HEADER_LENGTH) + buffer.getvalue()[MAT_HEADER_LENGTH:])
+    """Write what `scipy.io.savemat` would with compression, which holds an array four times to compress it."""
+    with tempfile.TemporaryFile(dir=path.parent) as plain, path.open("wb") as file:
+        savemat(plain, RunArrays(run), oned_as="column")  # pyright: ignore[reportArgumentType]
+        plain.seek(MAT_HEADER_LENGTH)
+        # savemat puts the date into the free text; the same run shall give the same bytes.
+        file.write(MAT_HEADER.ljust(MAT_HEADER_LENGTH) + plain.read(MAT_FLAGS_LENGTH))
+        while tag := plain.read(MAT_TAG.size):
+            plain.seek(-MAT_TAG.size, os.SEEK_CUR)
+            _compress(plain, MAT_TAG.size + MAT_TAG.unpack(tag)[1], file)
+
+
+def _compress(plain: BinaryIO, size: int, file: BinaryIO) -> None:
+    """Write the next `size` bytes of a MAT-file, an array with its tag, as a compressed element."""
+    start, compressor = file.tell(), zlib.compressobj()
+    file.write(bytes(MAT_TAG.size))
+    for first in range(0, size, MAT_BLOCK):
+        file.write(compressor.compress(plain.read(min(MAT_BLOCK, size - first))))
+    file.write(compressor.flush())
+    end = file.tell()
+    file.seek(start)
+    file.write(MAT_TAG.pack(MAT_COMPRESSED, end - start - MAT_TAG.size))
+    file.seek(end)
 
 
 def _write_csv(run: Run, path: Path) -> None:
     """Write a row per tick. Numbers become texts some ticks at a time: as objects they take ten times the memory."""
-    known = series(run)
-    rows_of = {id(one.index): _rows_of(run, one) for one in known}
-    columns = [(rows_of[id(one.index)], name, values) for one in known for name, values in one.columns()]
+    start = replace(run, ticks=run.ticks.rows(0, 1), optima=run.optima.rows(0, 1), timings=run.timings.rows(0, 1))
+    names = [name for one in series(start) for name, _ in one.columns()]
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([name for _, name, _ in columns])
+        writer.writerow(names)
         for first in range(0, len(run.ticks.index), CSV_ROWS):
-            rows = range(first, min(first + CSV_ROWS, len(run.ticks.index)))
-            writer.writerows(zip(*(_in_rows(where, values, rows) for where, _, values in columns), strict=True))
+            part = run.part(first, first + CSV_ROWS)
+            rows, cells = len(part.ticks.index), {}
+            for one in series(part):
+                where = _rows_of(part, one)
+                cells |= {name: _in_rows(where, values, rows) for name, values in one.columns()}
+            writer.writerows(zip(*(cells.get(name, [""] * rows) for name in names), strict=True))
 
 
 def _rows_of(run: Run, one: Series) -> np.ndarray:
@@ -72,15 +125,15 @@ def _rows_of(run: Run, one: Series) -> np.ndarray:
     return np.where(run.ticks.index[rows] == one.index, rows, -1)
 
 
-def _in_rows(where: np.ndarray, values: np.ndarray, rows: range) -> list[object]:
-    """Return one entry per row of some, blank where the series has none."""
-    column: list[object] = [""] * len(rows)
-    there = np.flatnonzero((where >= rows.start) & (where < rows.stop))
+def _in_rows(where: np.ndarray, values: np.ndarray, rows: int) -> list[object]:
+    """Return one entry per row, blank where the series has none."""
+    column: list[object] = [""] * rows
+    there = np.flatnonzero(where >= 0)
     chosen = values[there]
     for row, value in zip(
         where[there].tolist(), (chosen.astype(int) if chosen.dtype == bool else chosen).tolist(), strict=True
     ):
-        column[row - rows.start] = value
+        column[row] = value
     return column
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from pbrg_mj.analysis.metrics.log_metrics import FinalColumns
 from pbrg_mj.analysis.metrics.per_tick import PerTick
-from pbrg_mj.log.read.columns import Columns
+from pbrg_mj.log.read.column_store import Columns
 from pbrg_mj.log.read.run import Run, TickSeries, open_run
 from pbrg_mj.log.read.ticks import read_header
 

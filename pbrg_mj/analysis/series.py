@@ -2,23 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields
+from functools import cache
 from itertools import product
+from operator import attrgetter
+from typing import Any
 
 import numpy as np
 
 from pbrg_mj.analysis.metrics.per_tick import certificate_rows, per_tick
 from pbrg_mj.governor.certificate.evaluate import NAMES
 from pbrg_mj.log.read.run import Run
+from pbrg_mj.log.read.series import LoggedSeries
+from pbrg_mj.scenario.schema import Scenario
 
 XY = ("x", "y")
 SIDE = ("left", "right")
 
+Axes = tuple[tuple[str, ...] | None, ...]
+Table = Sequence[tuple[str, str, Callable[[Any], np.ndarray], Axes]]  # name, unit, values, what the axes run over
+
 
 @dataclass(frozen=True)
 class Series:
-    """One quantity over time: `values[s]` belongs to tick `index[s]`.
+    """One quantity over time: `values[s]` belongs to tick `index[s]`. They are made whenever they are asked for.
 
     `axes` names what the axes after the first run over: a tuple of components, or None for a count from 1.
     """
@@ -26,8 +34,13 @@ class Series:
     name: str
     unit: str
     index: np.ndarray  # (S,) int64
-    values: np.ndarray  # (S, ...)
-    axes: tuple[tuple[str, ...] | None, ...] = ()
+    read: Callable[[], np.ndarray]
+    axes: Axes = ()
+
+    @property
+    def values(self) -> np.ndarray:
+        """The values (S, ...)."""
+        return self.read()
 
     @property
     def key(self) -> str:
@@ -36,11 +49,12 @@ class Series:
 
     def columns(self) -> Iterator[tuple[str, np.ndarray]]:
         """Yield every component as a flat column (S,), named like `q_true_x_1_m`: components first, then counts."""
-        for place in product(*(range(size) for size in self.values.shape[1:])):
+        values = self.values
+        for place in product(*(range(size) for size in values.shape[1:])):
             labels = [axis[i] for axis, i in zip(self.axes, place, strict=True) if axis]
             numbers = [str(i + 1) for axis, i in zip(self.axes, place, strict=True) if not axis]
             parts = (self.name, *labels, *numbers, self.unit)
-            yield "_".join(part for part in parts if part), self.values[(slice(None), *place)]
+            yield "_".join(part for part in parts if part), values[(slice(None), *place)]
 
 
 def series(run: Run) -> list[Series]:
@@ -49,86 +63,91 @@ def series(run: Run) -> list[Series]:
 
 
 def _tick_series(run: Run) -> list[Series]:
-    t = run.ticks
-    layout = (
-        ("tick", "", t.index, ()),
-        ("time", "s", t.time, ()),
-        ("q_true", "m", t.hand_true, (None, XY)),
-        ("heading_true", "rad", t.body_pose_true[..., 2], (None,)),
-        ("body_true", "m", t.body_pose_true[..., :2], (None, XY)),
-        ("wheel_speed", "rad_s", t.wheel_speed, (None, SIDE)),
-        ("wall_margin", "m", t.wall_margin, (None,)),
-        ("wall_contact", "", t.wall_contact, (None,)),
-        ("moving_margin", "m", t.moving_margin, (None,)),
-        ("moving_contact", "", t.moving_contact, (None,)),
-        ("robot_contact", "", t.robot_contact, (None,)),
-        ("q", "m", t.hand, (None, XY)),
-        ("heading", "rad", t.body_pose[..., 2], (None,)),
-        ("body", "m", t.body_pose[..., :2], (None, XY)),
-        ("pose_frame", "", t.pose_frame, ()),
-        ("scan_frame", "", t.scan_frame, ()),
-        ("half_space_G", "", t.half_space_G, (None, None, XY)),
-        ("half_space_h", "m", t.half_space_h, (None, None)),
-        ("half_space_active", "", t.half_space_active, (None, None)),
-        ("half_space_binds", "", t.half_space_binds, (None, None, None)),
-        ("p", "m", t.p, (None, XY)),
-        ("xi", "m", t.xi, (None, XY)),
-        ("r", "m", t.reference, (XY,)),
-        ("m", "m", t.m, (None, XY)),
-        ("lambda", "", t.multipliers, (None, None)),
-        ("status", "", t.status.astype(str), ()),
-        ("rounds", "", t.rounds, ()),
-        ("sent", "bytes", t.bytes_sent, (None,)),
-        ("lost", "", t.lost, (None,)),
-        ("storage", "m2", t.storage, ()),
-        ("storage_change", "m2", t.storage_change, ()),
-        ("worst_row", "m", t.worst_row, ()),
-        ("consensus_spread", "m", t.consensus_spread, ()),
-        ("stationarity", "m", t.stationarity, ()),
-        ("complementarity", "m2", t.complementarity, ()),
-        ("u", "m_s", t.velocity, (None, XY)),
-        ("command", *_command(run)),
-        ("winding_up", "", t.winding_up, (None,)),
-        ("flow_primal_storage", "m2_s2", t.flow_primal_storage, ()),
-        ("flow_dual_storage", "m2_s2", t.flow_dual_storage, ()),
-        ("flow_primal_dissipation", "m2_s3", t.flow_primal_dissipation, ()),
-        ("flow_dual_dissipation", "m2_s3", t.flow_dual_dissipation, ()),
+    unit, axes = _command(run.scenario)
+    layout: Table = (
+        ("tick", "", lambda t: t.index, ()),
+        ("time", "s", lambda t: t.time, ()),
+        ("q_true", "m", lambda t: t.hand_true, (None, XY)),
+        ("heading_true", "rad", lambda t: t.body_pose_true[..., 2], (None,)),
+        ("body_true", "m", lambda t: t.body_pose_true[..., :2], (None, XY)),
+        ("wheel_speed", "rad_s", lambda t: t.wheel_speed, (None, SIDE)),
+        ("wall_margin", "m", lambda t: t.wall_margin, (None,)),
+        ("wall_contact", "", lambda t: t.wall_contact, (None,)),
+        ("moving_margin", "m", lambda t: t.moving_margin, (None,)),
+        ("moving_contact", "", lambda t: t.moving_contact, (None,)),
+        ("robot_contact", "", lambda t: t.robot_contact, (None,)),
+        ("q", "m", lambda t: t.hand, (None, XY)),
+        ("heading", "rad", lambda t: t.body_pose[..., 2], (None,)),
+        ("body", "m", lambda t: t.body_pose[..., :2], (None, XY)),
+        ("pose_frame", "", lambda t: t.pose_frame, ()),
+        ("scan_frame", "", lambda t: t.scan_frame, ()),
+        ("half_space_G", "", lambda t: t.half_space_G, (None, None, XY)),
+        ("half_space_h", "m", lambda t: t.half_space_h, (None, None)),
+        ("half_space_active", "", lambda t: t.half_space_active, (None, None)),
+        ("half_space_binds", "", lambda t: t.half_space_binds, (None, None, None)),
+        ("p", "m", lambda t: t.p, (None, XY)),
+        ("xi", "m", lambda t: t.xi, (None, XY)),
+        ("r", "m", lambda t: t.reference, (XY,)),
+        ("m", "m", lambda t: t.m, (None, XY)),
+        ("lambda", "", lambda t: t.multipliers, (None, None)),
+        ("status", "", lambda t: t.status.astype(str), ()),
+        ("rounds", "", lambda t: t.rounds, ()),
+        ("sent", "bytes", lambda t: t.bytes_sent, (None,)),
+        ("lost", "", lambda t: t.lost, (None,)),
+        ("storage", "m2", lambda t: t.storage, ()),
+        ("storage_change", "m2", lambda t: t.storage_change, ()),
+        ("worst_row", "m", lambda t: t.worst_row, ()),
+        ("consensus_spread", "m", lambda t: t.consensus_spread, ()),
+        ("stationarity", "m", lambda t: t.stationarity, ()),
+        ("complementarity", "m2", lambda t: t.complementarity, ()),
+        ("u", "m_s", lambda t: t.velocity, (None, XY)),
+        ("command", unit, lambda t: t.command, axes),
+        ("winding_up", "", lambda t: t.winding_up, (None,)),
+        ("flow_primal_storage", "m2_s2", lambda t: t.flow_primal_storage, ()),
+        ("flow_dual_storage", "m2_s2", lambda t: t.flow_dual_storage, ()),
+        ("flow_primal_dissipation", "m2_s3", lambda t: t.flow_primal_dissipation, ()),
+        ("flow_dual_dissipation", "m2_s3", lambda t: t.flow_dual_dissipation, ()),
     )
-    known = [row for row in layout if row[0] not in run.absent]
-    return [Series(name, unit, t.index, values, axes) for name, unit, values, axes in known]
+    return _from_columns(run.ticks, [row for row in layout if row[0] not in run.absent])
 
 
 def _certificate_series(run: Run) -> list[Series]:
     """Return what each certificate says of what the leaders apply, evaluated from the logged states."""
-    rows = per_tick(run, certificate_rows)
-    return [Series(f"{name}_row", "m", run.ticks.index, rows[:, k]) for k, name in enumerate(NAMES)]
+    rows = cache(lambda: per_tick(run, certificate_rows))
+    index = run.ticks.index
+    return [Series(f"{name}_row", "m", index, lambda k=k: rows()[:, k]) for k, name in enumerate(NAMES)]
 
 
-def _command(run: Run) -> tuple[str, np.ndarray, tuple[tuple[str, ...] | None, ...]]:
-    if run.scenario.plant == "ideal":
-        return "m_s", run.ticks.command, (None, XY)
-    unit = {"voltage": "V", "speed_loop": "rad_s"}[run.scenario.drive.kind]
-    return unit, run.ticks.command, (None, SIDE)
+def _command(scenario: Scenario) -> tuple[str, Axes]:
+    if scenario.plant == "ideal":
+        return "m_s", (None, XY)
+    return {"voltage": "V", "speed_loop": "rad_s"}[scenario.drive.kind], (None, SIDE)
 
 
 def _optimum_series(run: Run) -> list[Series]:
-    o = run.optima
-    layout = (
-        ("reference_tick", "", o.index, ()),
-        ("m_star", "m", o.m, (XY,)),
-        ("cost_star", "m2", o.cost, ()),
-        ("lambda_star", "", o.multipliers, (None, None)),
-        ("reference_status", "", o.status.astype(str), ()),
-        ("primal_storage", "m2", o.primal_storage, ()),
-        ("dual_storage", "m2", o.dual_storage, ()),
-        ("primal_dissipation", "m2_s", o.primal_dissipation, ()),
-        ("dual_dissipation", "m2_s", o.dual_dissipation, ()),
+    layout: Table = (
+        ("reference_tick", "", lambda o: o.index, ()),
+        ("m_star", "m", lambda o: o.m, (XY,)),
+        ("cost_star", "m2", lambda o: o.cost, ()),
+        ("lambda_star", "", lambda o: o.multipliers, (None, None)),
+        ("reference_status", "", lambda o: o.status.astype(str), ()),
+        ("primal_storage", "m2", lambda o: o.primal_storage, ()),
+        ("dual_storage", "m2", lambda o: o.dual_storage, ()),
+        ("primal_dissipation", "m2_s", lambda o: o.primal_dissipation, ()),
+        ("dual_dissipation", "m2_s", lambda o: o.dual_dissipation, ()),
     )
-    return [Series(name, unit, o.index, values, axes) for name, unit, values, axes in layout]
+    return _from_columns(run.optima, layout)
 
 
 def _timing_series(run: Run) -> list[Series]:
     t = run.timings
     stages = [field.name for field in fields(t) if field.name != "index"]
-    wall = [Series(f"wall_clock_{stage}", "s", t.index, getattr(t, stage)) for stage in stages]
-    return [Series("timed_tick", "", t.index, t.index), *wall] if len(t.index) else []
+    layout: Table = [(f"wall_clock_{stage}", "s", attrgetter(stage), ()) for stage in stages]
+    return _from_columns(t, [("timed_tick", "", attrgetter("index"), ()), *layout]) if len(t.index) else []
+
+
+def _from_columns(columns: LoggedSeries, layout: Table) -> list[Series]:
+    """Return series that take their values from a log's columns, each read when it is asked for and not kept."""
+    return [
+        Series(name, unit, columns.index, lambda of=of: of(columns.unread()), axes) for name, unit, of, axes in layout
+    ]

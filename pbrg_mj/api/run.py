@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 import numpy as np
 
 from pbrg_mj.analysis.dataset import dataset
-from pbrg_mj.analysis.export import arrays, export
+from pbrg_mj.analysis.export import RunArrays, export
 from pbrg_mj.analysis.figures.figure import PAPER, plot, wanted_panels
 from pbrg_mj.analysis.figures.panel import OnePart, draw_panel
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics, metrics
@@ -94,7 +94,7 @@ class Run:
     @cached_property
     def arrays(self) -> Arrays:
         """All arrays by name, with the run's constants."""
-        return Arrays(arrays(self._recorded))
+        return Arrays(RunArrays(self._recorded))
 
     @cached_property
     def optimum(self) -> Arrays:

@@ -17,7 +17,7 @@ from pbrg_mj.analysis.metrics.obstacles import footprints, names
 from pbrg_mj.governor.distributed.from_scenario import multiplier_cap
 from pbrg_mj.log.read.run import Run
 from pbrg_mj.scenario.robots import robot_size
-from pbrg_mj.scenario.schema import WITHOUT_GOVERNOR
+from pbrg_mj.scenario.schema import WITHOUT_GOVERNOR, Scenario
 from pbrg_mj.world.scene.footprints import least_along, signed_distance
 
 Kind = Literal[
@@ -44,6 +44,11 @@ class Binding:
 def bindings(run: Run) -> tuple[Binding, ...]:
     """Return what binds at the end, the governor's side first; empty when the team is where r asks it to be."""
     return (*_status(run), *_constraints(run), *_lag(run), *_robots(run))
+
+
+def ticks_needed(scenario: Scenario) -> int:
+    """Return how many of a run's last ticks `bindings` looks at."""
+    return 2 + int((scenario.outcome.rest_time + SECOND) / scenario.timing.tick)
 
 
 def _status(run: Run) -> Iterator[Binding]:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pbrg_mj.log.read.columns import Columns
+from pbrg_mj.log.read.column_store import Columns
 
 
 class NotKeptError(LookupError):

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from pbrg_mj.analysis.metrics.binding import SECOND
+from pbrg_mj.analysis.metrics.binding import ticks_needed
 from pbrg_mj.analysis.metrics.index_join import NotKeptError
 from pbrg_mj.analysis.metrics.outcome import signs
 from pbrg_mj.analysis.metrics.per_tick import state_size
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics, Totals, summed_up
 from pbrg_mj.log.read import run as reader
-from pbrg_mj.log.read.columns import Columns
+from pbrg_mj.log.read.column_store import Columns
 from pbrg_mj.log.read.run import OptimumSeries, Run, TickSeries, TimingSeries
 from pbrg_mj.log.read.ticks import read_header
 from pbrg_mj.scenario.schema import Scenario, whole_number
@@ -75,7 +75,7 @@ class FinalColumns:
     """All columns of the last ticks, and of the last optimum: `bindings` needs no more."""
 
     def __init__(self, scenario: Scenario):
-        self._last = LastTicks(2 + int((scenario.outcome.rest_time + SECOND) / scenario.timing.tick))
+        self._last = LastTicks(ticks_needed(scenario))
         self._optimum: Columns = {}
 
     def add(self, block: Columns) -> None:

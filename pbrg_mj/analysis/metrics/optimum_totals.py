@@ -11,7 +11,7 @@ from pbrg_mj.analysis.metrics.index_join import IndexJoin
 from pbrg_mj.analysis.metrics.samples import Samples, WallClock
 from pbrg_mj.analysis.metrics.sensing_gap import TrueOptimum
 from pbrg_mj.governor.problem.near_reference import near_references
-from pbrg_mj.log.read.columns import Columns
+from pbrg_mj.log.read.column_store import Columns
 from pbrg_mj.log.schema.fields import MESSAGES
 from pbrg_mj.scenario.schema import Scenario
 

@@ -12,6 +12,8 @@ from pbrg_mj.log.read.run import Run, TickSeries
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.schema import Scenario
 
+PART_TICKS = 2**12  # of a run looked at at a time
+
 PerTick = Callable[[TickSeries, Scenario], np.ndarray]
 
 
@@ -71,6 +73,9 @@ def largest(multipliers: np.ndarray) -> np.ndarray:
 
 
 def per_tick(run: Run, quantity: PerTick) -> np.ndarray:
-    """Return a quantity at all ticks of a run."""
+    """Return a quantity at all ticks of a run, whose columns are read some thousand rows at a time."""
     known = run.reduced.get(quantity.__name__)
-    return quantity(run.ticks, run.scenario) if known is None else known
+    if known is not None:
+        return known
+    rows = range(0, max(len(run.ticks.index), 1), PART_TICKS)
+    return np.concatenate([quantity(run.ticks.rows(first, first + PART_TICKS), run.scenario) for first in rows])

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from pbrg_mj.analysis.metrics.binding import bindings
+from pbrg_mj.analysis.metrics.binding import bindings, ticks_needed
 from pbrg_mj.analysis.metrics.certificate_totals import CertificateTotals
 from pbrg_mj.analysis.metrics.margins import true_margin
 from pbrg_mj.analysis.metrics.optimum_totals import OptimumTotals, WallClockTotals
 from pbrg_mj.analysis.metrics.outcome import Outcome, final_target, outcome
+from pbrg_mj.analysis.metrics.per_tick import PART_TICKS
 from pbrg_mj.analysis.metrics.safety_totals import NetworkTotals, SafetyTotals
 from pbrg_mj.analysis.metrics.samples import Statistics, WallClock
 from pbrg_mj.analysis.metrics.settling import Settling
 from pbrg_mj.errors import InputError
-from pbrg_mj.log.read.columns import Columns
+from pbrg_mj.log.read.column_store import Columns
 from pbrg_mj.log.read.run import Run, TickSeries
 from pbrg_mj.scenario.schema import Scenario
 
@@ -136,10 +137,19 @@ def metrics(run: Run) -> RunMetrics:
     if not len(run.ticks.time):
         raise InputError("the log holds no complete tick", file=run.path)
     totals = Totals(run.scenario, 1)
-    totals.add_ticks(vars(run.ticks))
-    totals.add_optima(vars(run.optima))
-    totals.add_timings(vars(run.timings))
-    return summed_up(totals, run, run)
+    for first in range(0, len(run.ticks.index), PART_TICKS):
+        part = run.part(first, first + PART_TICKS)
+        totals.add_ticks(vars(part.ticks))
+        totals.add_optima(vars(part.optima))
+        totals.add_timings(vars(part.timings))
+    told = replace(run, ticks=run.ticks.unread(), optima=run.optima.unread())
+    return summed_up(totals, told, _end_of(run))
+
+
+def _end_of(run: Run) -> Run:
+    """Return the last ticks and the last optimum: `bindings` needs no more."""
+    first, last = len(run.ticks.index) - ticks_needed(run.scenario), len(run.optima.index) - 1
+    return replace(run, ticks=run.ticks.rows(max(first, 0)), optima=run.optima.rows(max(last, 0)))
 
 
 @np.errstate(all="ignore")

@@ -7,15 +7,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pbrg_mj.log.read.column_store import Columns, ColumnStore
 from pbrg_mj.log.read.layout import Layout
 from pbrg_mj.log.schema.fields import MESSAGES, Dims, Field
 from pbrg_mj.log.schema.protobuf import DTYPE
 
 BLOCK_MESSAGES = 250
 MOST_LAYOUTS = 32  # of messages of one length
-GROWTH = 1.1
 
-Columns = dict[str, np.ndarray]
 Reduce = Callable[[Columns], Columns]
 
 
@@ -30,8 +29,7 @@ class MessageColumns:
     absent: frozenset[str] = frozenset()  # fields that the log is too old to have
     _layouts: dict[int, list[Layout]] = field(default_factory=dict)  # by length of the message
     _block: list[tuple[Layout, bytes]] = field(default_factory=list)
-    _columns: Columns = field(default_factory=dict)  # with room behind their rows
-    _rows: int = 0
+    _columns: ColumnStore = field(default_factory=ColumnStore)
 
     def add(self, data: bytes, first: int, last: int) -> int:
         """Take a message and return its tick's number.
@@ -50,12 +48,10 @@ class MessageColumns:
             self._end_block()
         return index
 
-    def columns(self) -> Columns:
+    def columns(self) -> ColumnStore:
         """Return the columns, (messages, ...); no message may follow."""
         if self._block or not self._columns:
             self._end_block()
-        for values in self._columns.values():
-            values.resize((self._rows, *values.shape[1:]), refcheck=False)
         return self._columns
 
     def _layout(self, data: bytes) -> Layout:
@@ -79,23 +75,9 @@ class MessageColumns:
         for one in MESSAGES[self.name]:
             if one.kind == "text":
                 columns[one.name] = columns[one.name].astype(DTYPE["text"])
-        kept = self.reduce(columns)
-        for name, values in kept.items():
-            self._columns[name] = _appended(self._columns.get(name), self._rows, values)
-        self._rows += len(next(iter(kept.values()), ()))
+        if kept := self.reduce(columns):
+            self._columns.append(kept)
 
     def _empty(self, one: Field) -> np.ndarray:
         dtype = object if one.kind == "text" else DTYPE[one.kind]
         return np.empty((len(self._block), *one.extent(self.dims)), dtype)
-
-
-def _appended(column: np.ndarray | None, rows: int, values: np.ndarray) -> np.ndarray:
-    """Return a column with values behind its `rows`; it grows in place, a tenth at a time."""
-    if column is None:
-        column = np.empty(values.shape, values.dtype)
-    if column.itemsize < values.itemsize:  # a longer text
-        column = column.astype(values.dtype)
-    if rows + len(values) > len(column):
-        column.resize((int(GROWTH * (rows + len(values))), *column.shape[1:]), refcheck=False)
-    column[rows : rows + len(values)] = values
-    return column

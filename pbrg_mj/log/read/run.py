@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, BinaryIO, Self
+from typing import BinaryIO
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.log.read.columns import MessageColumns, Reduce
 from pbrg_mj.log.read.header import Embedded, most_messages, open_mcap
 from pbrg_mj.log.read.mcap_records import DamageError, read_records
+from pbrg_mj.log.read.series import LoggedSeries
 from pbrg_mj.log.schema import channels
 from pbrg_mj.log.schema.ending import Ending, asked_ticks, how_it_ended
 from pbrg_mj.log.schema.fields import MESSAGES
@@ -21,19 +22,8 @@ from pbrg_mj.log.schema.message import LogMessage
 from pbrg_mj.scenario.schema import Scenario
 
 
-class _Series:
-    """Columns by name."""
-
-    @classmethod
-    def of(cls, columns: Mapping[str, Any]) -> Self:
-        """Return a series that has these columns alone; asking for another one raises AttributeError."""
-        made = object.__new__(cls)
-        made.__dict__.update(columns)
-        return made
-
-
 @dataclass(frozen=True)
-class TickSeries(_Series):
+class TickSeries(LoggedSeries):
     """One row per tick; T ticks, n robots, K half-space slots per robot, R constraint rows per robot."""
 
     index: np.ndarray  # (T,) int64
@@ -79,7 +69,7 @@ class TickSeries(_Series):
 
 
 @dataclass(frozen=True)
-class OptimumSeries(_Series):
+class OptimumSeries(LoggedSeries):
     """One row per reference tick; S of them."""
 
     index: np.ndarray  # (S,) int64, the tick's index
@@ -96,7 +86,7 @@ class OptimumSeries(_Series):
 
 
 @dataclass(frozen=True)
-class TimingSeries(_Series):
+class TimingSeries(LoggedSeries):
     """Wall-clock time of each stage of a tick [s]; empty when the scenario switched timings off."""
 
     index: np.ndarray  # (T,) int64, the tick's index; all others (T,) [s]
@@ -144,6 +134,15 @@ class Run:
         """Why the log ends where it does, in a few words."""
         return how_it_ended(self.ending, self.length, self.scenario)
 
+    def part(self, first: int, last: int) -> Run:
+        """Return the ticks in rows `first` to before `last`, with their optima and timings. A log's are read again."""
+        ticks = self.ticks.rows(first, last)
+        if not len(ticks.index):
+            return replace(self, ticks=ticks, optima=self.optima.rows(0, 0), timings=self.timings.rows(0, 0))
+        numbers = ticks.index[0], ticks.index[-1] + 1
+        optima, timings = (np.searchsorted(one.index, numbers).tolist() for one in (self.optima, self.timings))
+        return replace(self, ticks=ticks, optima=self.optima.rows(*optima), timings=self.timings.rows(*timings))
+
 
 NOTHING: Mapping[str, Reduce] = MappingProxyType({})
 TOPICS = {channels.TICK: "Tick", channels.OPTIMUM: "Optimum", channels.TIMING: "Timing"}
@@ -188,7 +187,10 @@ class _Contents:
 
 
 def open_run(path: str | Path, reduce: Mapping[str, Reduce] = NOTHING) -> Run:
-    """Read a log into arrays, bit for bit what the run had: float64, int64, bool and text, time on the first axis.
+    """Read a log as arrays, bit for bit what the run had: float64, int64, bool and text, time on the first axis.
+
+    The log is read once and checked. Arrays of more than a few megabytes then lie in a temporary file, which goes with
+    the run; each is held from when it is first asked for.
 
     TickSeries, OptimumSeries and TimingSeries give every array's shape and unit. A log that is cut or corrupted yields
     the ticks of its leading whole chunks, and the reason in `Run.damage`. Scans are read apart, by `read_scans`.
@@ -232,12 +234,12 @@ def _assemble(contents: _Contents, path: str) -> Run:
         scenario_yaml=header.scenario_yaml,
         model_xml=header.model_xml,
         versions=header.versions,
-        ticks=TickSeries.of({name: values for name, values in ticks.items() if name in own}),
+        ticks=TickSeries.of(ticks),
         optima=OptimumSeries.of(messages["Optimum"].columns()),
         timings=TimingSeries.of(messages["Timing"].columns()),
         damage=contents.damage,
         absent=absent,
         ending=contents.embedded.ending(),
         centralized=header.centralized,
-        reduced={name: values for name, values in ticks.items() if name not in own},
+        reduced={name: ticks[name] for name in ticks if name not in own},
     )

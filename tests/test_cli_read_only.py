@@ -15,6 +15,7 @@ import pytest
 
 from pbrg_mj.cli.main import main
 from scripts.fuzz.sandbox import Ending, run_apart
+from tests.needs import need_module
 
 LOG = Path(__file__).parent / "data" / "version_0_1_0.mcap"
 NOBODY = 65534
@@ -34,15 +35,31 @@ COMMANDS = {
     "repair": ("repair", str(LOG), "-o", "{}/new.mcap"),
     "new": ("new", "{}/new.yaml"),
     "schema": ("schema", "-o", "{}/new.json"),
+    "sweep": ("sweep", "sweep.yaml", "-o", "{}/new"),
+    "sweep, there": ("sweep", "sweep.yaml", "-o", "{}"),
+    "tune": ("tune", "tune.yaml", "-o", "{}/new"),
+    "bench": ("bench", "suite.yaml", "-o", "{}/new"),
+    "bench, there": ("bench", "suite.yaml", "-o", "{}", "--force"),
+    "falsify": ("falsify", SHORT[0], "--search", "search.yaml", "-o", "{}/new"),
 }
+STUDIES = {
+    "sweep.yaml": f"scenario: {SHORT[0]}",
+    "tune.yaml": f"scenario: {SHORT[0]}\nkeys: {{control.alpha_r: {{uniform: [0.5, 3]}}}}",
+    "suite.yaml": f"scenario: [{SHORT[0]}]\ntrain: 1\nheld_out: 2\n"
+    "governors: {none: {settings: {}, tuning: none}}",
+    "search.yaml": "find: contact\nkeys: {control.alpha_r: {uniform: [0.5, 3]}}",
+}
+SEARCHES = ("tune", "falsify")
 
 
 @pytest.fixture
 def locked() -> Iterator[Path]:
-    """A folder that everybody may read: with a log, a page, and no leave to write."""
+    """A folder that everybody may read: with a log, a page, studies' files, and no leave to write."""
     folder = Path(tempfile.mkdtemp(prefix="locked-"))  # pytest's own folders are closed to others
     for name in ("there.mcap", "there.html"):
         (folder / name).write_bytes(LOG.read_bytes())
+    for name, text in STUDIES.items():
+        (folder / name).write_text(text)
     folder.chmod(0o555)
     yield folder
     folder.chmod(0o755)
@@ -63,7 +80,10 @@ def without_rights(arguments: list[str]) -> Ending:
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_what_may_not_be_written_is_one_line(name: str, locked: Path) -> None:
+def test_what_may_not_be_written_is_one_line(name: str, locked: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    if name in SEARCHES:
+        need_module("optuna")
+    monkeypatch.chdir(locked)
     before = {path.name: path.read_bytes() for path in locked.iterdir()}
     # In a place that is no folder it ends as early: what it imports until then a user without rights need not read.
     assert main([part.format(f"{locked}/there.html") for part in COMMANDS[name]]) == 2

@@ -8,6 +8,7 @@ Those with `set_up=recommended` or `estimator.source=points` show the estimator 
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from statistics import median
 from time import perf_counter
 
@@ -20,7 +21,7 @@ SECONDS = 20  # of each run: some 200 sets of scans
 REPEATS = 7
 
 
-def time_scans(name: str, overrides: list[str]) -> tuple[int, int, float]:
+def time_scans(name: str, overrides: Sequence[str] = ()) -> tuple[int, int, float]:
     """Return robots with beams, beams of each, and the median time of one set of scans [s]."""
     plan = load_scenario(name, [f"timing.duration={SECONDS}", "reference.solver=none", *overrides]).scenario
     simulation, m = Simulation.build(plan), None

@@ -39,7 +39,7 @@ def test_it_runs(tmp_path, monkeypatch):
     cells = [cell for cell in book.cells if cell.cell_type == "code"]
     said = "".join(out.get("text", "") for cell in cells for out in cell.outputs)
     assert "<Scenario paper/experiment_near: 5 robots, physics plant, 20 s>" in said
-    assert "distributed against centralized" in said and "Governor (centralized)" in said
+    assert "distributed against centralized" in said and "(centralized)" in said
     pictures = [out for cell in cells for out in cell.outputs if "image/png" in out.get("data", {})]
     assert len(pictures) == 3
     assert [out for cell in cells for out in cell.outputs if out.output_type == "stream" and out.name == "stderr"] == []

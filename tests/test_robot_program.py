@@ -103,7 +103,7 @@ def test_a_governor_that_sees_the_whole_team_is_centralized_in_every_table(tmp_p
         assert re.search(r"sent per robot per second +centralized", one.summary())
     data = pbrg.compare(run).as_dicts()[0]
     assert (data["centralized"], data["sent_per_robot_total_bytes"]) == (True, None)
-    assert re.search(r"governor +\S*Omniscient \(centralized\)\n", pbrg.compare(run).table())
+    assert re.search(r"governor +object:Omniscient\n +\(centralized\)\n", pbrg.compare(run).table())
     cards = pbrg.report([run], tmp_path / "page.html").read_text("utf-8")
     assert "object:Omniscient (centralized)" in cards
 

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 import pbrg_mj as pbrg
+from pbrg_mj.api import simulate
 from pbrg_mj.cli.main import main
 from scripts.fuzz.sandbox import run_apart
 from scripts.fuzz.values import pick
@@ -25,6 +26,7 @@ SCENARIOS = ("paper/experiment_near", "paper/simulation_inadmissible", "network/
 LONGEST = 2.0  # [s] of wall clock from the first tick to the kill
 EARLY = 20  # one run in so many is killed that soon after its start instead, perhaps before its first tick
 PATIENCE = 60.0  # [s] for the first tick
+FIRST_TICK = 1e-9  # [s] what is told of the tick at 0: it has been seen
 LOST = 1.0  # [s] of simulated time, less than which may be lost
 VERIFIED = 10  # one log in so many is simulated again and compared
 
@@ -47,6 +49,8 @@ def attack(seed: int, codes: Counter[str]) -> Iterator[Failure]:
     kept = _last_time(left[0]) if left else None
     lost = simulated - (kept or 0.0)
     codes["killed before the log began" if kept is None else "killed"] += 1
+    if seed % EARLY and not simulated:
+        yield Failure(seed, "no tick", command, f"none was seen within {PATIENCE:g} s")
     if len(left) > 1 or lost >= LOST:
         yield Failure(seed, "lost", command, f"{lost:.3f} s of {simulated:.3f} s; left: {[one.name for one in left]}")
     if kept is not None:
@@ -78,16 +82,16 @@ def _run_and_kill(name: str, after: float, *, early: bool) -> float:
 
 def _run(name: str, shared: mmap.mmap) -> None:
     """Run for long, telling after every tick what time it is."""
-    run = pbrg.run
+    record = simulate.record
 
     def watched(*arguments, watch=(), **more):
-        def tell(record) -> None:
-            shared[:] = struct.pack("d", record.time)
+        def tell(tick) -> None:
+            shared[:] = struct.pack("d", max(tick.time, FIRST_TICK))
 
-        return run(*arguments, watch=[*watch, tell], **more)
+        return record(*arguments, watch=[*watch, tell], **more)
 
     with contextlib.suppress(BaseException):
-        pbrg.run = watched
+        simulate.record = watched
         main(["run", name, "--duration", "900", "--quiet", "-o", LOG])
     os._exit(1)  # it was to be killed
 

@@ -10,7 +10,7 @@ import pytest
 
 import pbrg_mj as pbrg
 from pbrg_mj.loop.simulation import Simulation
-from pbrg_mj.loop.tick import Demand
+from pbrg_mj.loop.tick import ExternalCommand
 from pbrg_mj.scenario.schema import operator_reference
 from tests.needs import need_module
 
@@ -48,7 +48,7 @@ def test_asking_for_the_operators_reference_is_the_run(scenario: pbrg.Scenario, 
     alone = [(tick.problem.p, tick.solution.m, tick.command) for tick in simulation.control_ticks()]
     episode = Episode(Simulation.build(settings).loop, Options(period=settings.timing.tick))
     for k, (p, m, command) in enumerate(alone[:-1]):
-        episode.demand(Demand(reference=operator_reference(settings.operator, k * settings.timing.tick)))
+        episode.demand(ExternalCommand(reference=operator_reference(settings.operator, k * settings.timing.tick)))
         np.testing.assert_array_equal(episode.command(), command)
         episode.loop.world.advance(command)
         truth = episode.loop.world.truth()

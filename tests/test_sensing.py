@@ -9,8 +9,8 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.load import load_scenario
 from pbrg_mj.scenario.random_streams import Source, Streams
 from pbrg_mj.scenario.schema import Beams, Camera, Operator, Scenario, Sensors, Team
-from pbrg_mj.sensing.draws_ahead import DrawsAhead
 from pbrg_mj.sensing.noise import SensorNoise, sensor_noise
+from pbrg_mj.sensing.normal_buffer import NormalBuffer
 from pbrg_mj.sensing.sense import sense
 from pbrg_mj.world.plant.interface import Observation
 
@@ -171,7 +171,7 @@ def test_as_many_biases_as_robots(key: str) -> None:
 def test_numbers_drawn_ahead_are_those_of_their_frames() -> None:
     """In whatever order frames are asked for, with some left out; and no more are drawn than in a row."""
     streams, drawn = Streams(5, Source.CAMERA), []
-    draws = DrawsAhead(Streams(5, Source.CAMERA), 3)
+    draws = NormalBuffer(Streams(5, Source.CAMERA), 3)
     at = draws._streams.at
     draws._streams.at = lambda robot, frame: (drawn.append(frame), at(robot, frame))[1]
     for frame in [0, 1, 2, 20, 23, 26, 27, 28, 45]:

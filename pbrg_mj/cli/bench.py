@@ -43,21 +43,17 @@ def bench(
             if suite is not None or quick or None not in (verify, release):
                 raise InputError(f"{option} takes a folder alone; allowed: pbrg bench {option} DIR")
             return act(folder)
-    try:
-        with counting() as watch:
-            made = pbrg.bench(
-                suite or "standard",
-                output,
-                quick=quick,
-                watch=watch,
-                jobs=jobs,
-                backend=backend,
-                scheduler=scheduler,
-                force=force,
-            )
-    except pbrg.Interrupted as error:
-        note(f"interrupted; {error}")
-        return 128 + error.signal
+    with counting() as watch:
+        made = pbrg.bench(
+            suite or "standard",
+            output,
+            quick=quick,
+            watch=watch,
+            jobs=jobs,
+            backend=backend,
+            scheduler=scheduler,
+            force=force,
+        )
     emit(made.table())
     note(f"written: {made.folder / 'index.html'}, table.md, runs.md, records.parquet, logs")
     return 0

@@ -9,7 +9,7 @@ import typer
 
 import pbrg_mj as pbrg
 from pbrg_mj.cli.arguments import Force, ScenarioName, without_drawing
-from pbrg_mj.cli.console import emit, emit_json, note
+from pbrg_mj.cli.console import emit, emit_json
 from pbrg_mj.cli.study import Backend, Jobs, Json, Scheduler, StudyFolder, counting
 
 
@@ -29,22 +29,18 @@ def falsify(
     The same command goes on after a kill. Exit code 1 when a failure was found.
     """
     without_drawing()
-    try:
-        with counting() as watch:
-            made = pbrg.falsify(
-                scenario,
-                search,
-                output,
-                budget=budget,
-                watch=watch,
-                jobs=jobs,
-                backend=backend,
-                scheduler=scheduler,
-                force=force,
-            )
-    except pbrg.Interrupted as error:
-        note(f"interrupted; {error}")
-        return 128 + error.signal
+    with counting() as watch:
+        made = pbrg.falsify(
+            scenario,
+            search,
+            output,
+            budget=budget,
+            watch=watch,
+            jobs=jobs,
+            backend=backend,
+            scheduler=scheduler,
+            force=force,
+        )
     if json:
         emit_json(made.as_dict())
     elif made.found is None:

@@ -9,7 +9,7 @@ import typer
 
 import pbrg_mj as pbrg
 from pbrg_mj.cli.arguments import Force, without_drawing
-from pbrg_mj.cli.console import emit, emit_json, note
+from pbrg_mj.cli.console import emit, emit_json
 from pbrg_mj.cli.study import Backend, Jobs, Json, Scheduler, StudyFolder, counting
 
 
@@ -28,12 +28,8 @@ def sweep(
     """
     without_drawing()
     options = {"jobs": jobs, "backend": backend, "scheduler": scheduler, "force": force}
-    try:
-        with counting() as watch:
-            made = pbrg.sweep(file, output, watch=watch, **options)
-    except pbrg.Interrupted as error:
-        note(f"interrupted; {error}")
-        return 128 + error.signal
+    with counting() as watch:
+        made = pbrg.sweep(file, output, watch=watch, **options)
     if json:
         emit_json({**made.summary(), "records": str(made.path)})
         return 0

@@ -9,7 +9,7 @@ import typer
 
 import pbrg_mj as pbrg
 from pbrg_mj.cli.arguments import Force, without_drawing
-from pbrg_mj.cli.console import emit, emit_json, note
+from pbrg_mj.cli.console import emit, emit_json
 from pbrg_mj.cli.study import Backend, Jobs, Json, Scheduler, StudyFolder, counting
 
 
@@ -24,12 +24,8 @@ def tune(
 ) -> int:
     """Search the values of keys that are best on training seeds. The same command goes on after a kill."""
     without_drawing()
-    try:
-        with counting() as watch:
-            made = pbrg.tune(file, output, watch=watch, jobs=jobs, backend=backend, scheduler=scheduler, force=force)
-    except pbrg.Interrupted as error:
-        note(f"interrupted; {error}")
-        return 128 + error.signal
+    with counting() as watch:
+        made = pbrg.tune(file, output, watch=watch, jobs=jobs, backend=backend, scheduler=scheduler, force=force)
     if json:
         emit_json(made.as_dict())
         return 0

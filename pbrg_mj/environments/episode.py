@@ -11,7 +11,7 @@ from pbrg_mj.environments.observation import Layout
 from pbrg_mj.environments.options import Options
 from pbrg_mj.environments.reward import Step
 from pbrg_mj.errors import PlugInError
-from pbrg_mj.loop.tick import ClosedLoop, ControlTick, Demand, commanded, initial_state, seen
+from pbrg_mj.loop.tick import ClosedLoop, ControlTick, ExternalCommand, commanded, initial_state, seen
 from pbrg_mj.scenario.schema import operator_reference, whole_number
 
 
@@ -39,7 +39,7 @@ class Episode:
         state = initial_state(loop)
         self._state = state._replace(displacement=None) if options.actions == "velocities" else state
         self._sight = seen(loop, self._state, 0)
-        self._demand, self._last, self._began = Demand(), None, 0
+        self._demand, self._last, self._began = ExternalCommand(), None, 0
         self._passed: list[TrueState] = []
 
     @property
@@ -66,11 +66,13 @@ class Episode:
         """Take the acting robots' actions, (agents, 2), for the ticks to come; those beyond [-1, 1] are clipped."""
         options, wanted = self._options, np.clip(np.asarray(actions, dtype=float), -1.0, 1.0)
         if options.actions == "velocities":
-            self.demand(Demand(velocity=options.speed * wanted))
+            self.demand(ExternalCommand(velocity=options.speed * wanted))
         else:
-            self.demand(Demand(reference=np.mean(self._sight.p[list(self.acting)] + options.reach * wanted, axis=0)))
+            self.demand(
+                ExternalCommand(reference=np.mean(self._sight.p[list(self.acting)] + options.reach * wanted, axis=0))
+            )
 
-    def demand(self, demand: Demand) -> None:
+    def demand(self, demand: ExternalCommand) -> None:
         """Take what is asked of the robots for the ticks to come."""
         self._demand, self._began, self._passed = demand, self._sight.index, []
 

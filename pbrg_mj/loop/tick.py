@@ -113,7 +113,7 @@ class ControlTick(NamedTuple):
     timestamps: tuple[float, ...]  # wall clock before sensing, and after sensing, perception, governor, control [s]
 
 
-class Demand(NamedTuple):
+class ExternalCommand(NamedTuple):
     """What somebody asks of the robots from outside; None: the operator's r, the velocities of eq. 2."""
 
     reference: np.ndarray | None = None  # (2,) in place of the operator's r [m]
@@ -157,7 +157,7 @@ def commanded(
     loop: ClosedLoop,
     state: LoopState,
     sight: SeenTick,
-    demand: Demand = Demand(),  # noqa: B008 - a tuple
+    demand: ExternalCommand = ExternalCommand(),  # noqa: B008 - a tuple
 ) -> tuple[LoopState, ControlTick]:
     """Do the second half: govern, control and command; return the next state and what was done."""
     scenario, readings, half_spaces = loop.scenario, sight.readings, sight.half_spaces

@@ -13,8 +13,8 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.random_streams import Source, Streams
 from pbrg_mj.scenario.schema import Scenario, per_robot
 from pbrg_mj.sensing.camera_faults import CameraFaults, camera_faults
-from pbrg_mj.sensing.draws_ahead import DrawsAhead
 from pbrg_mj.sensing.noise_model import PlugInNoise
+from pbrg_mj.sensing.normal_buffer import NormalBuffer
 from pbrg_mj.sensing.pose_filter import FilterParameters
 from pbrg_mj.sensing.signal_strength import SignalStrength
 from pbrg_mj.sensing.ultra_wideband import Radio, radio_of
@@ -61,9 +61,9 @@ class SensorNoise:
         return np.array([self.position_std, self.position_std, self.heading_std])
 
     @cached_property
-    def camera_draws(self) -> DrawsAhead:
+    def camera_draws(self) -> NormalBuffer:
         """What is drawn for x, y and heading in the camera's frames."""
-        return DrawsAhead(self.camera_streams, 3)
+        return NormalBuffer(self.camera_streams, 3)
 
     @cached_property
     def beam_streams(self) -> Streams:

@@ -28,8 +28,8 @@ class Surfaces:
 
     def __init__(self, scenario: Scenario):
         """Look up what is not white."""
-        self._coloured = Coloured(scenario.world)
-        self.fields = WITH_PLACE if len(self._coloured.reflectance) else WITH_NORMAL
+        self._reflective = ReflectiveSurfaces(scenario.world)
+        self.fields = WITH_PLACE if len(self._reflective.reflectance) else WITH_NORMAL
         if scenario.sensors.beams.signal_range is None:
             self.fields = DISTANCE
 
@@ -45,10 +45,10 @@ class Surfaces:
             readings[beams[..., None] + np.arange(3 * k - 2, 3 * k + 1)] for k in range(1, len(self.fields))
         )
         told = {"cosines": np.abs(np.sum(direction * normal, axis=-1))}
-        return {**told, "reflectances": self._coloured.reflectances(place[0])} if place else told
+        return {**told, "reflectances": self._reflective.reflectances(place[0])} if place else told
 
 
-class Coloured:
+class ReflectiveSurfaces:
     """The walls, boxes, columns and prisms of a world that are neither white nor of glass."""
 
     def __init__(self, world: World):

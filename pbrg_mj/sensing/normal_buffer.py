@@ -13,7 +13,7 @@ from pbrg_mj.scenario.random_streams import Streams
 FRAMES = 16  # drawn in a row
 
 
-class DrawsAhead:
+class NormalBuffer:
     """Standard normal numbers of every robot and frame."""
 
     def __init__(self, streams: Streams, numbers: int) -> None:

@@ -90,7 +90,7 @@ def test_values_are_those_that_python_reads(found: tuple[Path, dict[str, Any]]) 
     run = open_run(log)
     last = channels["/tick"]["last"]
     for name in ("m", "multipliers", "body_pose_true", "half_space_h", "half_space_active", "command"):
-        assert last[name] == run.ticks.__dict__[name][-1].ravel().tolist(), name
+        assert last[name] == getattr(run.ticks, name)[-1].ravel().tolist(), name
     assert (last["status"], int(last["index"])) == ("ok", TICKS - 1)
     assert channels["/optimum"]["last"]["m"] == run.optima.m[-1].tolist()
     assert [pose["position"]["x"] for pose in channels["/poses/p"]["last"]["poses"]] == run.ticks.p[-1, :, 0].tolist()

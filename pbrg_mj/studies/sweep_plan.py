@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
+from pbrg_mj.api.scenario import Scenario
 from pbrg_mj.api.seeds import seeds_of
 from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.diagnostics import KeyPath
@@ -159,14 +160,14 @@ def _try(file: StudyFile[SweepKeys], source: Source, seed: int) -> None:
             check_settings(file, source, seed, fixed | dict([*first[:k], *first[k + 1 :], (path, values)]))
 
 
-def check_settings(file: StudyFile[Any], source: Source, seed: int, entries: Entries) -> None:
-    """Make a scenario with the settings of some entries of a file.
+def check_settings(file: StudyFile[Any], source: Source, seed: int, entries: Entries) -> Scenario:
+    """Return a scenario with the settings of some entries of a file.
 
     Raises InputError at the line of the entry that has the key which is wrong, else of the last one.
     """
     settings = _merged(plain(values) for values in entries.values())
     try:
-        Task(source, settings, seed).scenario()
+        return Task(source, settings, seed).scenario()
     except InputError as error:
         own = [path for path, values in entries.items() if any(_within(error.key, key) for key in values)]
         path = (own or list(entries) or [("scenario",)])[-1]

@@ -6,6 +6,7 @@ import hashlib
 import platform
 import re
 from collections.abc import Callable
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -41,17 +42,22 @@ PACKAGES = (
 def versions() -> dict[str, str]:
     """Return name -> version of Python, the platform, the processor and the packages a run's numbers depend on."""
     found = {"python": platform.python_version(), "platform": platform.platform(), "processor": processor()}
-    for package in PACKAGES:
-        try:
-            found[package.replace("pbrg-mj", "pbrg_mj")] = version(package)
-        except PackageNotFoundError:  # a checkout that was never installed
-            found[package.replace("pbrg-mj", "pbrg_mj")] = "not installed"
+    found |= {package.replace("pbrg-mj", "pbrg_mj"): _installed(package) for package in PACKAGES}
     found["pbrg_mj.code"] = code_digest()
     return found
 
 
+@cache
+def _installed(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:  # a checkout that was never installed
+        return "not installed"
+
+
+@cache
 def code_digest() -> str:
-    """Return a digest of this package's own code: a checkout changes without a new version."""
+    """Return a digest of this package's own code: a checkout changes without a new version. It is read once."""
     folder = Path(__file__).resolve().parents[2]
     digest = hashlib.sha256()
     for file in sorted(folder.rglob("*.py")):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -15,7 +16,7 @@ from pbrg_mj.plugins import is_centralized
 from pbrg_mj.scenario.schema.base import Section
 from pbrg_mj.studies.document import StudyFile, plain, read_study
 from pbrg_mj.studies.sweep_plan import Entries, Seed, Values, always_set, check_settings, seed_list, sources
-from pbrg_mj.studies.task import Task
+from pbrg_mj.studies.task import Source, Task
 
 GROUPS = ("held_out", "train")
 Seeds = str | Seed | tuple[Seed, ...]
@@ -26,6 +27,9 @@ class GovernorEntry(Section):
 
     settings: Values = Field(description="values of keys by their dotted names")
     tuning: str = Field(description="the sweep by which its settings were found, and where that is published")
+    networks: tuple[str, ...] | None = Field(
+        default=None, description="those it runs on, all if not given; `none` on one stands for all", min_length=1
+    )
 
 
 class Quick(Section):
@@ -103,12 +107,7 @@ def _suite(file: StudyFile[SuiteKeys]) -> Suite:
     seeds = {group: seed_list(file, group) for group in GROUPS}
     if both := set(seeds["train"]) & set(seeds["held_out"]):
         raise file.error(("held_out",), f"has the seed {min(both)} of `train`; allowed: other ones")
-    for source in scenarios:
-        for governor, entry in keys.governors.items():
-            for network, settings in keys.networks.items():
-                entries: Entries = {("set", key): {key: one} for key, one in always.items()}
-                entries |= {("networks", network): settings, ("governors", governor): entry.settings}
-                check_settings(file, source, seeds["train"][0], entries)
+    kinds = _tried(file, scenarios, seeds["train"][0])
     tasks = [
         Task(
             source,
@@ -117,15 +116,31 @@ def _suite(file: StudyFile[SuiteKeys]) -> Suite:
             {"group": group, "governor_name": governor, "network_name": network},
         )
         for group in GROUPS
+        for seed in seeds[group]  # a seed after the other: what was made before a kill is a whole comparison
         for network, settings in keys.networks.items()
         for governor, entry in keys.governors.items()
+        if network in (entry.networks or keys.networks)
         for source in scenarios
-        for seed in seeds[group]
     ]
-    kinds = {name: str(entry.settings.get("governor.kind", "distributed")) for name, entry in keys.governors.items()}
     centralized = frozenset(name for name, kind in kinds.items() if is_centralized(kind))
     tunings = {name: entry.tuning for name, entry in keys.governors.items()}
     return Suite(file, tuple(tasks), tuple(map(_log_name, tasks)), tunings, centralized)
+
+
+def _tried(file: StudyFile[SuiteKeys], scenarios: Sequence[Source], seed: int) -> dict[str, str]:
+    """Return each governor's `governor.kind`; try each with each network, and each scenario with the first of both.
+
+    What a scenario does not take of another governor shows as a run that fails. Raises InputError.
+    """
+    keys, kinds = file.keys, dict[str, str]()
+    entries: Entries = {("set", key): {key: one} for key, one in always_set(keys).items()}
+    for governor, entry in keys.governors.items():
+        for network, settings in keys.networks.items():
+            chosen: Entries = {("networks", network): settings, ("governors", governor): entry.settings}
+            for source in scenarios if not kinds else scenarios[:1]:
+                found = check_settings(file, source, seed, entries | chosen)
+                kinds[governor] = found.settings.governor.kind
+    return kinds
 
 
 def _check(file: StudyFile[SuiteKeys]) -> None:
@@ -137,6 +152,14 @@ def _check(file: StudyFile[SuiteKeys]) -> None:
         for k, name in enumerate(getattr(quick, part) if quick else ()):
             if name not in known:
                 raise file.error(("quick", part, k), f"is {name!r}; allowed: {', '.join(known)}")
+    for governor, entry in keys.governors.items():
+        for k, name in enumerate(entry.networks or ()):
+            if name not in keys.networks:
+                raise file.error(("governors", governor, "networks", k), f"is {name!r}; allowed: {_listed(keys)}")
+
+
+def _listed(keys: SuiteKeys) -> str:
+    return ", ".join(keys.networks)
 
 
 def _shortened(file: StudyFile[SuiteKeys]) -> StudyFile[SuiteKeys]:

@@ -142,8 +142,16 @@ def bench_runs(suite: Suite, results: Sequence[tuple[Record, Record]]) -> list[B
 
 
 def table(suite: Suite, runs: Sequence[BenchRun]) -> list[Row]:
-    """Return the rows in the suite's order: held-out seeds first."""
-    without = {one.world: one for one in runs if one.task.labels["governor_name"] == WITHOUT and one.ok}
+    """Return the rows in the suite's order: held-out seeds first.
+
+    Where `none` has no run on a network, its run of the same world on another one stands for it: it sends nothing.
+    """
+    alone = [one for one in runs if one.task.labels["governor_name"] == WITHOUT and one.ok]
+    own, elsewhere = {one.world: one for one in alone}, {one.world[:2]: one for one in reversed(alone)}
+
+    def without(one: BenchRun) -> BenchRun | None:
+        return own.get(one.world) or elsewhere.get(one.world[:2])
+
     grouped: dict[tuple[str, str, str], list[BenchRun]] = {}
     for one in runs:
         labels = one.task.labels
@@ -152,10 +160,10 @@ def table(suite: Suite, runs: Sequence[BenchRun]) -> list[Row]:
         Row(
             *key,
             key[2] in suite.centralized,
-            tuple(own),
-            tuple((one, without[one.world]) for one in own if one.ok and one.world in without),
+            tuple(found),
+            tuple((one, other) for one in found if one.ok and (other := without(one))),
         )
-        for key, own in grouped.items()
+        for key, found in grouped.items()
     ]
 
 

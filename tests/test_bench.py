@@ -157,13 +157,66 @@ def test_a_submission_that_lies_is_refused(made, submission, capsys):
         pbrg.verify_bench(submission)
 
 
-@pytest.mark.parametrize(("duration", "suite"), [(6, "standard"), (7, None)])
+@pytest.mark.parametrize(("duration", "suite"), [(12, "standard"), (13, None)])
 def test_a_submission_is_told_whose_worlds_it_has(duration, suite, tmp_path):
     """Whoever takes part in them; logs there are none."""
-    quick = bundled_suites()["standard"].read_text().replace("[none, paper, certified, centralized]", "[none]")
-    (tmp_path / "quick_suite.yaml").write_text(quick.replace("  duration: 6", f"  duration: {duration}"))
+    quick = bundled_suites()["standard"].read_text().replace("[none, paper, recommended, centralized]", "[none]")
+    (tmp_path / "quick_suite.yaml").write_text(quick.replace("  duration: 12", f"  duration: {duration}"))
     found = pbrg.verify_bench(tmp_path)
     assert (found.suite, len(found.bench.runs)) == (suite, 9)
+
+
+OWN = """\
+scenario: [far/near.yaml, paper/simulation_near]
+train: 1
+held_out: 2
+duration: 0.3
+set: {reference.solver: none}
+governors:
+  none: {settings: {governor.kind: none}, networks: [perfect], tuning: nothing to tune}
+  paper: {settings: {governor.kind: distributed}, tuning: nothing to tune}
+networks: {perfect: {}, lossy: {network.loss: 0.5}}
+"""
+
+
+@pytest.fixture(scope="module")
+def own(tmp_path_factory):
+    """A benchmark of a scenario in a file of one's own, and one network on which `none` has no run."""
+    folder = tmp_path_factory.mktemp("own")
+    (folder / "far").mkdir()
+    text = pbrg.load("paper/simulation_near", {"team.leaders": [1, 3]}).yaml
+    (folder / "far" / "near.yaml").write_text(text)
+    return pbrg.bench(written(folder, OWN), folder / "out", jobs=1)
+
+
+def test_a_governor_without_messages_runs_on_one_network_and_is_compared_with_on_all(own):
+    labels = [(row.group, row.network, row.governor) for row in own.rows]
+    assert ("train", "lossy", "none") not in labels and len(labels) == 6
+    lossy = next(row for row in own.rows if (row.group, row.network) == ("held_out", "lossy"))
+    assert [(one.world[:2], one.world[2]) for _, one in lossy.paired] == [
+        (("near", 2), "perfect"),
+        (("paper/simulation_near", 2), "perfect"),
+    ]
+    alone = pbrg.run(pbrg.load("paper/simulation_near", {"governor.kind": "none", "network.loss": 0.5}, duration=0.3))
+    without = pbrg.run(pbrg.load("paper/simulation_near", {"governor.kind": "none"}, duration=0.3))
+    assert (alone.arrays["q_true_m"] == without.arrays["q_true_m"]).all()
+
+
+def test_scenarios_of_ones_own_go_with_the_folder(own, tmp_path):
+    """The folder verifies elsewhere, where the file is not, and tells when the copy is another one."""
+    folder = tmp_path / "handed_in"
+    shutil.copytree(own.folder, folder)
+    assert [path.name for path in (folder / "scenarios").iterdir()] == ["near.yaml"]
+    (own.folder.parent / "far").rename(own.folder.parent / "gone")
+    try:
+        found = pbrg.verify_bench(folder)
+        assert (found.problems, found.suite) == ((), None)
+        copy = folder / "scenarios" / "near.yaml"
+        copy.write_text(copy.read_text().replace("- 3", "- 2").replace("1, 3", "1, 2"))
+        wrong = [one for one in pbrg.verify_bench(folder).problems if "another scenario" in one]
+        assert len(wrong) == 6 and all("-near-" in one for one in wrong)
+    finally:
+        (own.folder.parent / "gone").rename(own.folder.parent / "far")
 
 
 def test_quick_runs_have_a_folder_of_their_own(tmp_path, capsys):
@@ -190,6 +243,12 @@ WRONG = {
     SUITE.replace("train: 1\n", "train: 3\n"): "4: held_out: has the seed 3 of `train`",
     SUITE.replace("governors: [none]", "governors: [nothing]"): "12: quick.governors.0: is 'nothing'; allowed: none, ",
     SUITE.replace("governor.kind: none}", "governor.kind: nine}"): "8: governors.none: governor.kind: no governor",
+    SUITE.replace("{governor.kind: none}", "{governor.kind: none}, networks: [lossy]"): (
+        "8: governors.none.networks.0: is 'lossy'; allowed: perfect"
+    ),
+    SUITE.replace("[paper/simulation_inadmissible]\ntrain", "[paper/experiment_near, paper/experiment_near]\ntrain"): (
+        "2: scenario.1: is a second experiment_near; allowed: each name once"
+    ),
     SUITE.replace(", tuning: nothing to tune", "", 1): "8: governors.none.tuning: is missing",
 }
 

@@ -37,6 +37,15 @@ def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
         raise
 
 
+def write_text_atomically(path: Path, text: str) -> None:
+    """Write a text file in UTF-8, whole or not at all. Raises InputError as `write_atomically` does."""
+
+    def write(whole: Path) -> None:
+        whole.write_text(text, encoding="utf-8")
+
+    write_atomically(path, write)
+
+
 def check_place(path: Path) -> None:
     """Raise InputError, as `write_atomically` would, unless a file can be made here; before work that takes long."""
     check_regular(path)

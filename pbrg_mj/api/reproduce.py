@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pbrg_mj.analysis.metrics.paper_table import RUNS, as_json, markdown
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics
-from pbrg_mj.analysis.output_file import write_atomically
+from pbrg_mj.analysis.output_file import write_text_atomically
 from pbrg_mj.api.compare import Comparison
 from pbrg_mj.api.interrupt import Interrupted
 from pbrg_mj.api.run import Run
@@ -83,11 +83,4 @@ def _evaluate(log: Path, made: Run) -> RunMetrics:
 def _write_numbers(done: list[RunMetrics], folder: Path) -> None:
     """Write both tables of the runs so far, so that they are whole after every run."""
     for name, text in (("numbers.md", markdown(done)), ("numbers.json", as_json(done))):
-        write_atomically(folder / name, _writing(text))
-
-
-def _writing(text: str) -> Callable[[Path], None]:
-    def write(path: Path) -> None:
-        path.write_text(text, encoding="utf-8")
-
-    return write
+        write_text_atomically(folder / name, text)

@@ -9,7 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from pbrg_mj.analysis.output_file import write_atomically
+from pbrg_mj.analysis.output_file import write_text_atomically
 from pbrg_mj.errors import InputError
 from pbrg_mj.loop.network_warnings import network_warnings
 from pbrg_mj.loop.resources import resource_warnings
@@ -141,7 +141,7 @@ def draw(
     if path is not None:
         if Path(path).exists() and not force:
             raise InputError("is there already; allowed: a new name, or --force", file=str(path))
-        _write(Path(path), world.yaml)
+        write_text_atomically(Path(path), world.yaml)
     return world
 
 
@@ -165,14 +165,14 @@ def template() -> str:
 
 def write_schema(path: str | Path, *, family: bool = False) -> None:
     """Write the JSON Schema to a file. Raises InputError when it cannot."""
-    _write(Path(path), json.dumps(schema(family=family), indent=2) + "\n")
+    write_text_atomically(Path(path), json.dumps(schema(family=family), indent=2) + "\n")
 
 
 def write_template(path: str | Path, *, force: bool = False) -> None:
     """Write the template to a file. Raises InputError when the file is there, unless `force`, or cannot be written."""
     if Path(path).exists() and not force:
         raise InputError("is there already; allowed: a new name, or --force", file=str(path))
-    _write(Path(path), template())
+    write_text_atomically(Path(path), template())
 
 
 def bundled_names() -> list[str]:
@@ -190,13 +190,6 @@ def override_texts(overrides: Overrides, seed: int | None = None, duration: floa
     texts = [_text(*item) for item in overrides.items()] if isinstance(overrides, Mapping) else list(overrides)
     shorthands = {"seed": seed, "timing.duration": duration}
     return texts + [f"{key}={value}" for key, value in shorthands.items() if value is not None]
-
-
-def _write(path: Path, text: str) -> None:
-    def write(whole: Path) -> None:
-        whole.write_text(text, encoding="utf-8")
-
-    write_atomically(path, write)
 
 
 def _text(key: str, value: Any) -> str:

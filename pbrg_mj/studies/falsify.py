@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from pbrg_mj.analysis.output_file import write_atomically
+from pbrg_mj.analysis.output_file import write_text_atomically
 from pbrg_mj.api.scenario import load
 from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.families.schema import Distribution
@@ -138,7 +138,7 @@ def _search(
     if failing:
         task, (record, _) = made[-1]
         text, found, tried = shrunk(task.scenario(), record, value, keys.shrink, _runs(runner, source.name, made))
-        write_atomically(runner.folder / FOUND, _writing(text))
+        write_text_atomically(runner.folder / FOUND, text)
         load(runner.folder / FOUND)  # ready to run
     write_records(runner.folder, *rows([task for task, _ in made], [result for _, result in made]))
     return Falsification(runner.folder, keys.find, searched, nearest, found, tried)
@@ -160,10 +160,3 @@ def _runs(runner: Runner, name: str, made: list[tuple[Task, tuple[Record, Record
         return result[0]
 
     return run
-
-
-def _writing(text: str) -> Callable[[Path], None]:
-    def write(path: Path) -> None:
-        path.write_text(text, encoding="utf-8")
-
-    return write

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import product
+from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import Field
 
-from pbrg_mj.api.scenario import Scenario
+from pbrg_mj.api.scenario import Scenario, bundled_names
 from pbrg_mj.api.seeds import seeds_of
 from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.diagnostics import KeyPath
@@ -70,8 +71,11 @@ def plan(file: StudyFile[SweepKeys]) -> list[Task]:
     ]
 
 
-def sources(file: StudyFile[Any]) -> list[Source]:
-    """Return the scenarios. Raises InputError with the line that names one that is not there."""
+def sources(file: StudyFile[Any], copies: Path | None = None) -> list[Source]:
+    """Return the scenarios; those that are not bundled are sought in `copies` first, by the stems of their files.
+
+    Raises InputError with the line that names one that is not there.
+    """
     names = file.keys.scenario
     listed = (
         [(("scenario",), names)] if isinstance(names, str) else [(("scenario", k), one) for k, one in enumerate(names)]
@@ -81,7 +85,8 @@ def sources(file: StudyFile[Any]) -> list[Source]:
     found = []
     for path, name in listed:
         try:
-            found.append(Source.of(name, file.folder))
+            copy = copies / f"{Path(name).stem}.yaml" if copies and name not in bundled_names() else None
+            found.append(Source.of(str(copy) if copy and copy.is_file() else name, file.folder))
         except InputError as error:
             raise file.error(path, error.message) from None
     return found

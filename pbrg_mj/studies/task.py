@@ -10,7 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from pbrg_mj.api.scenario import Scenario, override_texts
+from pbrg_mj.api.scenario import Scenario, bundled_names, override_texts
 from pbrg_mj.scenario.load import load_text, scenario_text
 
 Settings = Mapping[str, Any]  # values by dotted keys of a scenario
@@ -24,6 +24,11 @@ class Source:
     text: str  # YAML
     file: str  # for errors
     argument: str  # what `pbrg run` takes
+
+    @property
+    def is_bundled(self) -> bool:
+        """Whether every installation has it under this name."""
+        return self.name in bundled_names() and scenario_text(self.name)[0] == self.text
 
     @classmethod
     def of(cls, argument: str, folder: Path) -> Source:

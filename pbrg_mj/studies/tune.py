@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import Field
 
-from pbrg_mj.analysis.output_file import write_atomically
+from pbrg_mj.analysis.output_file import write_text_atomically
 from pbrg_mj.scenario.families.schema import Distribution
 from pbrg_mj.scenario.parse.document import write_document
 from pbrg_mj.scenario.schema.base import Section
@@ -172,12 +172,5 @@ class _Search:
             **found.as_dict(),
             "trials": self.trace,
         }
-        write_atomically(found.folder / TRACE, _writing(json.dumps(facts, indent=1) + "\n"))
-        write_atomically(found.folder / BEST, _writing(write_document(found.best["keys"])))
-
-
-def _writing(text: str) -> Callable[[Path], None]:
-    def write(path: Path) -> None:
-        path.write_text(text, encoding="utf-8")
-
-    return write
+        write_text_atomically(found.folder / TRACE, json.dumps(facts, indent=1) + "\n")
+        write_text_atomically(found.folder / BEST, write_document(found.best["keys"]))

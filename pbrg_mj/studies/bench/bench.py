@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from pbrg_mj.analysis.output_file import write_atomically
+from pbrg_mj.analysis.output_file import write_text_atomically
 from pbrg_mj.errors import InputError
 from pbrg_mj.studies.backends import Backend
 from pbrg_mj.studies.bench.page import page
-from pbrg_mj.studies.bench.suite import Suite, read_suite
+from pbrg_mj.studies.bench.suite import Suite, copy_scenarios, read_suite
 from pbrg_mj.studies.bench.table import BenchRun, Row, bench_runs, table
 from pbrg_mj.studies.bench.text import as_markdown, as_text, runs_markdown
 from pbrg_mj.studies.records import rows, write_records
@@ -67,6 +67,7 @@ def bench(
         raise InputError(f"has the runs of {other}; allowed: a new folder, or --force", file=str(folder))
     made_by = Backend(backend, jobs, scheduler)
     with Runner(folder, (FILES[quick], read.file.content), made_by, force=force, watch=watch) as runner:
+        copy_scenarios(read, folder)
         results = runner.run(read.tasks, read.logs)
         (folder / FILES[not quick]).unlink(missing_ok=True)
         return write(read, results, folder)
@@ -82,12 +83,5 @@ def write(suite: Suite, results: Sequence[tuple[Record, Record]], folder: Path) 
         PAGE: page(suite, made.rows, folder, packages()),
     }
     for name, text in texts.items():
-        write_atomically(folder / name, _writing(text))
+        write_text_atomically(folder / name, text)
     return made
-
-
-def _writing(text: str) -> Callable[[Path], None]:
-    def write(path: Path) -> None:
-        path.write_text(text, encoding="utf-8")
-
-    return write

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
+from pbrg_mj.analysis.output_file import write_text_atomically
 from pbrg_mj.errors import InputError
 from pbrg_mj.plugins import is_centralized
 from pbrg_mj.scenario.schema.base import Section
@@ -19,6 +20,8 @@ from pbrg_mj.studies.sweep_plan import Entries, Seed, Values, always_set, check_
 from pbrg_mj.studies.task import Source, Task
 
 GROUPS = ("held_out", "train")
+SCENARIOS = "scenarios"
+"""Folder beside a suite's file in a benchmark: scenarios that are not bundled, by their names in the logs'."""
 Seeds = str | Seed | tuple[Seed, ...]
 
 
@@ -83,12 +86,27 @@ def bundled_suites() -> dict[str, Path]:
     return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
 
 
-def read_suite(source: str | Path, *, quick: bool = False) -> Suite:
-    """Return the suite of that bundled name, or in that file. Raises InputError."""
+def read_suite(source: str | Path, *, quick: bool = False, copies: Path | None = None) -> Suite:
+    """Return the suite of that bundled name, or in that file. Raises InputError.
+
+    `copies`: the folder of `copy_scenarios`, in which scenarios that are not bundled are sought first.
+    """
     bundled = bundled_suites()
     if not Path(source).is_file() and str(source) not in bundled:
         raise InputError(f"{str(source)!r} is neither a file nor a suite; allowed: {', '.join(bundled)}, or a file")
-    return _suite(_read(Path(source) if Path(source).is_file() else bundled[str(source)], quick=quick))
+    path = Path(source) if Path(source).is_file() else bundled[str(source)]
+    return _suite(_read(path, quick=quick), copies)
+
+
+def copy_scenarios(suite: Suite, folder: Path) -> None:
+    """Write the suite's scenarios that are not bundled into `scenarios/`: with them the folder is whole elsewhere."""
+    there = folder / SCENARIOS
+    for old in there.glob("*.yaml"):
+        old.unlink()
+    for source in {task.source.name: task.source for task in suite.tasks}.values():
+        if not source.is_bundled:
+            there.mkdir(exist_ok=True)
+            write_text_atomically(there / f"{source.name}.yaml", source.text)
 
 
 def bundled_keys(*, quick: bool) -> dict[str, SuiteKeys]:
@@ -102,8 +120,11 @@ def _read(path: Path, *, quick: bool) -> StudyFile[SuiteKeys]:
     return _shortened(file) if quick else file
 
 
-def _suite(file: StudyFile[SuiteKeys]) -> Suite:
-    keys, scenarios, always = file.keys, sources(file), always_set(file.keys)
+def _suite(file: StudyFile[SuiteKeys], copies: Path | None) -> Suite:
+    keys, scenarios, always = file.keys, sources(file, copies), always_set(file.keys)
+    stems = [_stem(source) for source in scenarios]
+    if twice := [k for k, stem in enumerate(stems) if stem in stems[:k]]:
+        raise file.error(("scenario", twice[0]), f"is a second {stems[twice[0]]}; allowed: each name once")
     seeds = {group: seed_list(file, group) for group in GROUPS}
     if both := set(seeds["train"]) & set(seeds["held_out"]):
         raise file.error(("held_out",), f"has the seed {min(both)} of `train`; allowed: other ones")
@@ -173,8 +194,12 @@ def _shortened(file: StudyFile[SuiteKeys]) -> StudyFile[SuiteKeys]:
 
 
 def _log_name(task: Task) -> str:
-    labels = (task.labels["governor_name"], task.labels["network_name"], task.source.name.rsplit("/", 1)[-1])
+    labels = (task.labels["governor_name"], task.labels["network_name"], _stem(task.source))
     return "-".join([*map(_plain_name, labels), str(task.seed)]) + ".mcap"
+
+
+def _stem(source: Source) -> str:
+    return source.name.rsplit("/", 1)[-1]
 
 
 def _plain_name(name: str) -> str:

@@ -13,7 +13,7 @@ from pbrg_mj.errors import InputError, PbrgError
 from pbrg_mj.log.read.ticks import read_header
 from pbrg_mj.studies.bench.bench import FILES, TABLE, Bench
 from pbrg_mj.studies.bench.release import Release, check_release
-from pbrg_mj.studies.bench.suite import Suite, bundled_keys, read_suite
+from pbrg_mj.studies.bench.suite import SCENARIOS, Suite, bundled_keys, read_suite
 from pbrg_mj.studies.bench.table import bench_runs
 from pbrg_mj.studies.run_task import Record, numbers, timings
 from pbrg_mj.studies.runner import LOGS, Watch, nobody
@@ -50,7 +50,7 @@ def verify_bench(folder: str | Path, *, watch: Watch = nobody) -> BenchVerificat
     there = [quick for quick, name in FILES.items() if (folder / name).is_file()]
     if len(there) != 1:
         raise InputError(f"has no suite; required: one of {', '.join(FILES.values())}", file=str(folder))
-    suite = read_suite(folder / FILES[there[0]], quick=there[0])
+    suite = read_suite(folder / FILES[there[0]], quick=there[0], copies=folder / SCENARIOS)
     problems: list[str] = []
     results: list[tuple[Record, Record]] = []
     for task, name in zip(suite.tasks, suite.logs, strict=True):

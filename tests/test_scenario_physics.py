@@ -136,6 +136,10 @@ WRONG = {
         "radio: has delay and jitter of 11.0 s; allowed: at most 10.0 s",
     ),
     "jitter in the ideal plant": (ideal(radio="{jitter: 0.1}"), f"x.yaml:12: radio.jitter: is 0.1, {NOTHING}"),
+    "compensation beside a speed loop": (
+        three(drive="{kind: speed_loop, friction_compensation: true}"),
+        "drive.friction_compensation: is true; allowed: with `drive.kind: voltage` alone",
+    ),
     "preset nobody knows": (
         three(sensors="{beams: {preset: sonar}}"),
         f"sensors.beams.preset: is 'sonar'; allowed: one of generic, {', '.join(PRESETS_IN_TURN)}",
@@ -187,6 +191,7 @@ IGNORED = {
     "drive.kind": "{kind: speed_loop}",
     "drive.pwm_levels": "{pwm_levels: 255}",
     "drive.friction": "{friction: 0}",
+    "drive.friction_compensation": "{friction_compensation: true}",
     "radio.delay": "{delay: 0.1}",
     "radio.jitter": "{jitter: 0.1}",
     "disturbances.pushes": "{pushes: [{robot: 1, time: 0, duration: 1, force: [1, 0]}]}",

@@ -63,6 +63,42 @@ def test_duty_cycles_quantise_the_voltages_after_saturation():
     np.testing.assert_allclose(command, [[1.8, 1.8], [6.0, 6.0]], rtol=1e-12)
 
 
+COULOMB = ROBOT.coulomb_torque / ROBOT.stall_torque * ROBOT.voltage  # [V]
+
+
+def test_friction_compensation_adds_the_voltage_of_coulomb_friction_in_the_wanted_direction():
+    plan, velocity = scenario(drive={"friction_compensation": True}), np.array([[0.2, 0.0], [-0.2, 0.0], [0.0, 0.0]])
+    command, plain = (
+        drive.command(velocity, np.zeros((3, 3))) for drive in (drive_of(plan, ROBOT), DifferentialDrive(ROBOT))
+    )
+    np.testing.assert_allclose(command - plain, COULOMB * np.array([[1, 1], [-1, -1], [0, 0]]), rtol=1e-12)
+
+
+def test_friction_compensation_leaves_the_direction_to_a_drive_told_too_much():
+    velocity, heading = random_motion(6)
+    pose = np.column_stack([np.zeros((50, 2)), heading])
+    voltage = DifferentialDrive(ROBOT, friction=COULOMB).command(100 * velocity, pose)
+    assert np.abs(voltage).max(axis=1) == pytest.approx(np.full(50, ROBOT.voltage))
+    speeds = wheel_speeds(velocity, heading, ROBOT)
+    turning = (voltage - COULOMB * np.sign(speeds)) / ROBOT.motor_constant
+    np.testing.assert_allclose(turning[:, 0] * speeds[:, 1], turning[:, 1] * speeds[:, 0], rtol=1e-12)
+    assert np.abs(turning).max(axis=1) == pytest.approx(np.full(50, ROBOT.loaded_speed))
+
+
+@pytest.mark.parametrize("friction", [0.0, 100.0])
+def test_friction_that_is_not_there_or_beyond_the_motor_is_not_compensated(friction):
+    plan = scenario(drive={"friction_compensation": True, "friction": friction})
+    assert drive_of(plan, ROBOT) == DifferentialDrive(ROBOT)
+
+
+def test_an_omnidirectional_base_compensates_friction_likewise():
+    robot, ahead = load_robot_model("omni"), np.array([[0.2, 0.0]])
+    drive = drive_of(scenario(robot="omni", drive={"friction_compensation": True}), robot)
+    (voltage,) = drive.command(ahead, np.zeros((1, 3)))
+    speed = voltage[0] / robot.motor_constant - robot.coulomb_torque / robot.stall_torque * robot.no_load_speed
+    assert (speed * robot.wheel_radius, voltage[1]) == (pytest.approx(0.2), 0.0)
+
+
 def test_the_speed_drive_asks_for_the_wheel_speeds_themselves_up_to_what_a_motor_does():
     velocity, heading = random_motion(5)
     pose = np.column_stack([np.zeros((50, 2)), heading])

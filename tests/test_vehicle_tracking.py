@@ -113,6 +113,13 @@ def test_without_friction_or_with_the_speed_loop_it_reaches_its_goal(kind, frict
     assert come_to_rest(1.0, drive={"kind": kind, "friction": friction}) == pytest.approx(1.0, abs=1e-4)
 
 
+def test_friction_compensation_leaves_what_breaks_away_beyond_coulomb_friction_as_static_error():
+    """By the closed form 0.02 m/s of the 0.06 m/s below which the open loop moves nothing."""
+    rest = come_to_rest(1.0, drive={"friction_compensation": True})
+    beyond = (ROBOT.static_torque - ROBOT.coulomb_torque) / ROBOT.stall_torque
+    assert 0.0 <= 1.0 - rest < ROBOT.top_speed * beyond
+
+
 def come_to_rest(goal: float, **sections) -> float:
     """Drive the hand point to (goal, 0) by u = goal - q for 12 s; return where it is [m]."""
     plan = scenario(**sections)

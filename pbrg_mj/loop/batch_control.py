@@ -21,7 +21,7 @@ from pbrg_mj.team.exchange import exchange
 from pbrg_mj.team.graph import network
 from pbrg_mj.team.network import Network
 from pbrg_mj.team.pre_stabiliser import write_pre_stabilised
-from pbrg_mj.vehicle.drive import DifferentialDrive, wheel_voltages
+from pbrg_mj.vehicle.drive import DifferentialDrive, Motor, compensated_friction, wheel_voltages
 from pbrg_mj.vehicle.hand_point import hand_point, write_hand_points
 from pbrg_mj.world.scene.robot import load_robot_model
 
@@ -37,13 +37,14 @@ class BatchParameters:
     reference_range: float  # [m]
     control: tuple[float, float, float]  # alpha_r, leak, tick [s]
     sizes: tuple[float, float, float]  # of the robot: hand offset, half the track, wheels' radius [m]
-    motor: tuple[float, float, int]  # V s/rad, supply [V], duty cycles each way
+    motor: Motor
 
     @classmethod
     def of(cls, scenario: Scenario) -> BatchParameters:
         """Return a scenario's team. Raises InputError unless it has the distributed governor, with plain messages."""
         graph, chosen = network(scenario), governor(scenario)
-        sizes, motor = DifferentialDrive(load_robot_model(scenario.robot), scenario.drive.pwm_levels).parameters
+        robot, drive = load_robot_model(scenario.robot), scenario.drive
+        sizes, motor = DifferentialDrive(robot, drive.pwm_levels, compensated_friction(drive, robot)).parameters
         if not isinstance(chosen, DistributedGovernor) or chosen.channel is not None or chosen.backend != "compiled":
             only = "a batch runs the distributed governor alone, compiled, without delay, loss or outage"
             raise InputError(f"{only}; run the seeds one by one", key="governor")

@@ -9,10 +9,14 @@ from typing import Protocol
 import numpy as np
 
 from pbrg_mj.kernel import kernel
+from pbrg_mj.scenario import schema
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.vehicle.hand_point import robot_dimensions, wheel_speeds, wheel_speeds_aside, wheel_speeds_of
-from pbrg_mj.world.actuation.motor_driver import quantise, quantised, saturate, saturated
+from pbrg_mj.world.actuation.motor_driver import quantised, saturate, saturated
 from pbrg_mj.world.scene.robot import RobotModel
+
+Motor = tuple[float, float, int, float, float]
+"""V s/rad, nominal voltage [V], duty cycles each way, compensated friction [V], Stribeck speed [rad/s]."""
 
 
 class Drive(Protocol):
@@ -34,20 +38,23 @@ class Integrator:
 
 @dataclass(frozen=True)
 class DifferentialDrive:
-    """Open loop, as in the paper: the voltage at which an unloaded, frictionless wheel turns at the wanted speed."""
+    """Open loop, as in the paper: the voltage at which an unloaded, frictionless wheel turns at the wanted speed.
+
+    With `friction` it adds that of the motors' Coulomb friction in the direction of the wanted speed.
+    """
 
     robot: RobotModel
     pwm_levels: int = 0  # duty cycles each way; 0: any
+    friction: float = 0.0  # Coulomb friction that is compensated, as a voltage [V]
 
     def command(self, velocity: np.ndarray, body_pose: np.ndarray) -> np.ndarray:
         """Return the wheel voltages (n, 2) left, right [V], none beyond the nominal voltage."""
         return wheel_voltages(velocity, body_pose, *self.parameters)
 
     @cached_property
-    def parameters(self) -> tuple[tuple[float, float, float], tuple[float, float, int]]:
-        """Hand offset, half the track and the wheels' radius [m]; V s/rad, nominal voltage [V], duty cycles."""
-        robot = self.robot
-        return robot_dimensions(robot), (robot.motor_constant, robot.voltage, self.pwm_levels)
+    def parameters(self) -> tuple[tuple[float, float, float], Motor]:
+        """Hand offset, half the track and the wheels' radius [m]; the motor."""
+        return robot_dimensions(self.robot), motor_of(self.robot, self.pwm_levels, self.friction)
 
 
 @dataclass(frozen=True)
@@ -56,12 +63,13 @@ class OmnidirectionalDrive:
 
     robot: RobotModel
     pwm_levels: int = 0  # duty cycles each way; 0: any
+    friction: float = 0.0  # as of DifferentialDrive [V]
 
     def command(self, velocity: np.ndarray, body_pose: np.ndarray) -> np.ndarray:
         """Return the voltages (n, 2) ahead, aside [V], none beyond the nominal voltage."""
         robot = self.robot
         speeds = wheel_speeds_aside(velocity, body_pose[:, 2], robot.wheel_radius)
-        return quantise(saturate(robot.motor_constant * speeds, robot.voltage), robot.voltage, self.pwm_levels)
+        return motor_voltages(speeds, motor_of(robot, self.pwm_levels, self.friction))
 
 
 @dataclass(frozen=True)
@@ -78,11 +86,31 @@ class SpeedDrive:
         return saturate(wheel_speeds(velocity, heading, robot), robot.loaded_speed)
 
 
+def motor_of(robot: RobotModel, pwm_levels: int, friction: float) -> Motor:
+    """Return what `motor_voltages` needs; `friction` is the voltage that is compensated."""
+    return robot.motor_constant, robot.voltage, pwm_levels, friction, robot.stribeck_speed
+
+
 @kernel
 def wheel_voltages(velocity, body_pose, sizes, motor):
     """Compute what DifferentialDrive commands; `sizes` and `motor` are its parameters."""
-    constant, supply, levels = motor
-    voltage = saturated(constant * wheel_speeds_of(velocity, body_pose[:, 2], sizes), supply)
+    return motor_voltages(wheel_speeds_of(velocity, body_pose[:, 2], sizes), motor)
+
+
+@kernel
+def motor_voltages(speeds, motor):
+    """Return the voltages (n, 2) of wanted speeds (n, 2) [rad/s].
+
+    The voltage against friction grows with the speed up to the Stribeck speed, below which friction is not yet that of
+    Coulomb: so noise about 0 turns no wheel. What is wanted beyond what is left of the supply is scaled down to that.
+    """
+    constant, supply, levels, friction, stribeck = motor
+    voltage = saturated(constant * speeds, supply - friction)
+    if friction:
+        for j in range(len(voltage)):
+            for side in range(2):
+                share = voltage[j, side] / (constant * stribeck)
+                voltage[j, side] += friction * min(max(share, -1.0), 1.0)
     return quantised(voltage, supply, levels) if levels else voltage
 
 
@@ -93,4 +121,13 @@ def drive_of(scenario: Scenario, robot: RobotModel) -> Drive:
     if scenario.drive.kind == "speed_loop":
         return SpeedDrive(robot)
     drive = OmnidirectionalDrive if robot.omnidirectional else DifferentialDrive
-    return drive(robot, scenario.drive.pwm_levels)
+    return drive(robot, scenario.drive.pwm_levels, compensated_friction(scenario.drive, robot))
+
+
+def compensated_friction(drive: schema.Drive, robot: RobotModel) -> float:
+    """Return the voltage of the motors' Coulomb friction if the drive makes up for it, 0 else [V].
+
+    Friction beyond the stall torque is made up for by none. That of a floor is not known to the robots.
+    """
+    torque = drive.friction * robot.coulomb_torque if drive.friction_compensation else 0.0
+    return torque / robot.stall_torque * robot.voltage if torque < robot.stall_torque else 0.0

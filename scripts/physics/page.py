@@ -170,6 +170,9 @@ def _error(run: dict, name: str) -> str:
 def _drives(found: dict) -> str:
     voltage, loop = (found["deadband"][kind] for kind in KINDS)
     limit = ROBOT.static_torque / ROBOT.stall_torque * ROBOT.top_speed
+    coulomb = ROBOT.coulomb_torque / ROBOT.stall_torque * ROBOT.voltage
+    beyond = limit - ROBOT.coulomb_torque / ROBOT.stall_torque * ROBOT.top_speed
+    stribeck = 1000 * ROBOT.stribeck_speed * ROBOT.wheel_radius
     stuck = f"{voltage['deadband_m_s']:g} m/s; by the closed form any below {limit:.2g} m/s"
     follows = f"none: {1000 * loop['wanted_m_s'][0]:g} mm/s moves at {1000 * loop['moved_m_s'][0]:.3g} mm/s"
     rows = (
@@ -187,7 +190,14 @@ Both scale a robot's two commands together, so that it keeps its direction when 
 proportional-integral with feed-forward at the physics rate; its gains follow from the model and one time constant of
 10 ms (`pbrg_mj/world/actuation/speed_loop.py`). It is not MuJoCo's own velocity input, whose integral needs a position
 set-point, and to which no duty cycles can be applied. `drive.pwm_levels` rounds voltages of either drive to the duty
-cycles of a motor driver. The loop measures wheel speeds exactly; an encoder's steps are not modelled."""
+cycles of a motor driver. The loop measures wheel speeds exactly; an encoder's steps are not modelled.
+
+`drive.friction_compensation` adds to `voltage` that of the motors' Coulomb friction in the direction of the wanted
+speed, {coulomb:.2g} V, as their data sheet has it: nothing is measured, and a floor's resistance is not known.
+The steady speed is the one wanted then; from rest wheels break away where the closed form has the rest of the
+static torque, {beyond:.2g} m/s. To compensate all of the static torque would turn wheels that much faster than
+wanted. The voltage grows linearly up to the Stribeck speed, {stribeck:.2g} mm/s of the rim, so that noise about rest
+turns nothing."""
 
 
 def _floor(found: dict) -> str:

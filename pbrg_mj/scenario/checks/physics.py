@@ -29,6 +29,7 @@ PHYSICS_ONLY: tuple[tuple[str, ...], ...] = (
     ("drive", "kind"),
     ("drive", "pwm_levels"),
     ("drive", "friction"),
+    ("drive", "friction_compensation"),
     ("radio", "delay"),
     ("radio", "jitter"),
     ("disturbances", "pushes"),
@@ -42,6 +43,8 @@ def physics(scenario: Scenario) -> Iterator[Diagnostic]:
     if scenario.plant == "ideal":
         yield from _ignored(scenario)
         return
+    if scenario.drive.friction_compensation and scenario.drive.kind != "voltage":
+        yield Diagnostic(("drive", "friction_compensation"), "is true; allowed: with `drive.kind: voltage` alone")
     yield from _delays(scenario)
     yield from _durations(scenario)
     yield from _kidnappings(scenario)

@@ -21,6 +21,11 @@ class Drive(Section):
     friction: NonNegative = Field(
         default=1.0, description="scale of the motors' static and Coulomb friction [-]; 0: none"
     )
+    friction_compensation: bool = Field(
+        default=False,
+        description="add the voltage of the motors' Coulomb friction in the direction of the wanted speed; "
+        "`voltage` only",
+    )
 
 
 class Radio(Section):

@@ -159,6 +159,7 @@ def test_wall_clock_and_network():
     assert found.real_time_factor == pytest.approx(10.0 / (21 * 0.06 + 6 * 0.05))
     assert (found.rounds_per_tick, found.sent_per_robot_per_tick_bytes) == (10.0, 480.0)
     assert (found.sent_per_robot_per_second_bytes, found.sent_per_robot_total_bytes) == (960.0, 480.0 * 21)
+    assert found.pre_stabiliser_per_robot_per_tick_bytes == 32.0  # two robots with one link
 
 
 def test_bytes_are_a_mean_over_robots():

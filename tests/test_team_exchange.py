@@ -13,7 +13,7 @@ from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.loop.stability_warnings import stability_warnings
 from pbrg_mj.scenario.load import load_scenario
 from pbrg_mj.scenario.schema import Control
-from pbrg_mj.team.exchange import Exchange, exchange
+from pbrg_mj.team.exchange import Exchange, StateMessages, exchange
 from pbrg_mj.team.graph import network, network_of_edges
 from pbrg_mj.team.pre_stabiliser import pre_stabilise
 from pbrg_mj.team.sampled import continuous_map, delay_margin, growing_modes, sampled_map
@@ -33,6 +33,16 @@ def exchange_of(*keys) -> Exchange:
 
 def test_by_default_all_of_it_arrives_at_once():
     assert exchange(scenario_of()) is None
+
+
+def test_states_cost_32_bytes_a_link_and_tick_lost_or_not_and_nothing_while_a_robot_is_silent():
+    """The paper's ring has two links a robot; robot 2 is silent from tick 10 to 17, robot 5 from 15 on."""
+    outages = "outages=[{robot: 2, time: 0.1, duration: 0.08}, {robot: 5, time: 0.15}]"
+    messages = StateMessages.of(scenario_of(f"{KEYS}loss=0.5", KEYS + outages))
+    expected = np.full((30, 5), 64)
+    expected[10:18, 1] = expected[15:, 4] = 0
+    np.testing.assert_array_equal(np.vstack([messages.sent(0, 13), messages.sent(13, 17)]), expected)
+    np.testing.assert_array_equal(StateMessages.of(scenario_of()).sent(100, 3), np.full((3, 5), 64))
 
 
 def test_messages_in_time_give_the_rates_of_the_kernel_bit_for_bit():

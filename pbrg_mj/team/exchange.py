@@ -1,7 +1,8 @@
 """What robots hear of their neighbours' p and xi where the pre-stabiliser's messages are late or lost.
 
-Once a tick every robot sends (p, xi), 32 bytes, on each of its links. A robot keeps of each neighbour what was sent
-last; a link on which nothing has come yet does not exist for it. What happens to the messages is a `Channel` of ticks.
+Once a tick every robot sends (p, xi), `STATE` bytes, on each of its links. A robot keeps of each neighbour what was
+sent last; a link on which nothing has come yet does not exist for it. What happens to the messages is a `Channel` of
+ticks.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from pbrg_mj.team.graph import network
 from pbrg_mj.team.network import Network
 
 NOTHING = -1  # in place of the tick in which a message was sent
+STATE = 32  # of p and xi [bytes]
 
 
 class ExchangeMemory(NamedTuple):
@@ -106,3 +108,21 @@ def exchange(scenario: Scenario) -> Exchange | None:
         sources=(Source.PRE_STABILISER_MESSAGES, Source.PRE_STABILISER_JITTER),
     )
     return Exchange(team, channel)
+
+
+class StateMessages(NamedTuple):
+    """What robots send of p and xi, whether or not all of it arrives."""
+
+    degree: np.ndarray  # (n,) links
+    channel: Channel | None  # None: nobody is ever silent
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> StateMessages:
+        """Return those of a scenario."""
+        lines = exchange(scenario)
+        return cls(network(scenario).degree, lines.channel if lines else None)
+
+    def sent(self, first: int, ticks: int) -> np.ndarray:
+        """Return what each robot sends in all [bytes] in ticks first .. first + ticks - 1, (ticks, n)."""
+        sent = np.tile(STATE * self.degree, (ticks, 1))
+        return sent if self.channel is None else np.where(self.channel.silent(first, ticks, len(self.degree)), 0, sent)

@@ -90,6 +90,7 @@ class RunMetrics:
     sent_per_robot_per_tick_bytes: float
     sent_per_robot_per_second_bytes: float
     sent_per_robot_total_bytes: float
+    pre_stabiliser_per_robot_per_tick_bytes: float
     governor_ms: WallClock
     reference_build_ms: WallClock
     reference_solve_ms: WallClock

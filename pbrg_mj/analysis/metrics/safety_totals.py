@@ -19,6 +19,7 @@ from pbrg_mj.analysis.metrics.per_tick import (
 from pbrg_mj.log.read.run import TickSeries
 from pbrg_mj.scenario.robots import robot_size
 from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.team.exchange import StateMessages
 
 
 class SafetyTotals:
@@ -86,11 +87,12 @@ class NetworkTotals:
     """Rounds and bytes."""
 
     def __init__(self, scenario: Scenario):
-        self._scenario = scenario
-        self._ticks, self._rounds, self._sent = 0, 0, 0.0
+        self._scenario, self._states = scenario, StateMessages.of(scenario)
+        self._ticks, self._rounds, self._sent, self._states_sent = 0, 0, 0.0, 0.0
 
     def add(self, ticks: TickSeries) -> None:
         """Take the next ticks."""
+        self._states_sent += float(self._states.sent(self._ticks, len(ticks.rounds)).mean(axis=1).sum())
         self._ticks += len(ticks.rounds)
         self._rounds += float(ticks.rounds.sum(dtype=float))
         self._sent += float(sent_per_robot(ticks, self._scenario).sum())
@@ -103,4 +105,5 @@ class NetworkTotals:
             "sent_per_robot_per_tick_bytes": sent / self._ticks,
             "sent_per_robot_per_second_bytes": sent / self._ticks / self._scenario.timing.tick,
             "sent_per_robot_total_bytes": sent,
+            "pre_stabiliser_per_robot_per_tick_bytes": self._states_sent / self._ticks,
         }

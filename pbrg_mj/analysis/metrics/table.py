@@ -91,6 +91,7 @@ LAYOUT: dict[str, tuple[tuple[str, str], ...]] = {
         ("sent per robot per tick", "sent_per_robot_per_tick_bytes"),
         ("sent per robot per second", "sent_per_robot_per_second_bytes"),
         ("sent per robot in all", "sent_per_robot_total_bytes"),
+        ("  p and xi of eq. 2, per tick", "pre_stabiliser_per_robot_per_tick_bytes"),
     ),
     "wall clock": (
         ("distributed tick, median [ms]", "governor_ms.median"),

@@ -27,8 +27,9 @@ class Batch(Arrays):
     """W runs as arrays by name.
 
     One number a run, (W,): `seeds`, `robots`, `least_margin_m`, `final_distance_m` (largest ||q_j - b_j - r|| at the
-    end) and the flags `world_violated`, `world_touching`, `world_touching_moving`, `world_touching_robots`,
-    `world_past_a_wall`, `world_past_a_moving_box`, `world_diverged`.
+    end) and the flags `world_violated`, `world_touching`, `world_touching_moving`,
+    `world_touching_moving_avoidably`, `world_touching_robots`, `world_past_a_wall`,
+    `world_past_a_moving_box`, `world_diverged`.
 
     Of seeds of one scenario also what happened at T ticks: `time_s` (T,), `hand_world_m` and `m_m` (W, T, n, 2),
     `wall_margin_m`, `moving_margin_m`, `wall_contact`, `moving_contact` and `robot_contact` (W, T, n), `diverged`

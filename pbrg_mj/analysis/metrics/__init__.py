@@ -4,6 +4,8 @@ obstacles         walls and boxes as rectangles with faces
 best_formation    the point where the team should come to rest
 contacts          which contacts there were, and which of them violate the run
 margins           distances to true and sensed lines, the ball's radius
+reachable         what a robot could have reached while a box came at it
+avoidance         contacts with moving boxes, and which of them were avoidable
 trend             where a team is going, by its distance over the last seconds
 outcome           how the run ended, in one word
 binding           what binds at the end, in words

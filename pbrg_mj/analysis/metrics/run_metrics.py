@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from pbrg_mj.analysis.metrics.avoidance import MovingContactTotals, with_avoidance
 from pbrg_mj.analysis.metrics.binding import bindings, ticks_needed
 from pbrg_mj.analysis.metrics.certificate_totals import CertificateTotals
 from pbrg_mj.analysis.metrics.margins import true_margin
@@ -62,6 +63,7 @@ class RunMetrics:
     wall_contact_s: float
     moving_contacts: int | None
     moving_contact_s: float
+    moving_contacts_avoidable: int | None
     robot_contacts: int | None
     robot_contact_s: float
     sensed_margin_min_m: float
@@ -109,6 +111,7 @@ class Totals:
 
     def __init__(self, scenario: Scenario, every: int):
         self.safety, self.certificates = SafetyTotals(scenario), CertificateTotals(scenario)
+        self.moving = MovingContactTotals(scenario)
         self.network, self.settling = NetworkTotals(scenario), Settling(scenario)
         self.optimum, self.wall_clock = OptimumTotals(scenario, every), WallClockTotals(every > 0)
 
@@ -118,7 +121,7 @@ class Totals:
         """Take the next ticks."""
         ticks = TickSeries.of(columns)
         if len(ticks.time):
-            for part in (self.safety, self.certificates, self.network, self.settling):
+            for part in (self.safety, self.moving, self.certificates, self.network, self.settling):
                 part.add(ticks)
             self.optimum.add_ticks(columns)
 
@@ -159,11 +162,12 @@ def summed_up(totals: Totals, told: Run, end: Run) -> RunMetrics:
 
     `told` has the rows by which `outcome` tells how it ended, and the first one; `end` all columns of the last ones.
     """
-    ended, time = outcome(told), told.ticks.time
+    ended, time, met = outcome(told), told.ticks.time, totals.moving.judged()
     return RunMetrics(
         **_identity(told),
-        **_end(told, ended, totals.settling),
+        **_end(told, with_avoidance(ended, met), totals.settling),
         **totals.safety.fields(told.absent),
+        moving_contacts_avoidable=None if "moving_contact" in told.absent else sum(one.avoidable for one in met),
         **totals.certificates.fields(),
         **totals.optimum.fields(),
         **totals.network.fields(told.centralized),

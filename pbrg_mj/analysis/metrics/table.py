@@ -48,6 +48,7 @@ LAYOUT: dict[str, tuple[tuple[str, str], ...]] = {
         ("gap between robots, least [m]", "robot_gap_min_m"),
         ("contacts with walls", "wall_contacts"),
         ("contacts with moving boxes", "moving_contacts"),
+        ("  first ones that were avoidable", "moving_contacts_avoidable"),
         ("contacts with robots", "robot_contacts"),
         ("  contact with walls [s]", "wall_contact_s"),
         ("  contact with moving boxes [s]", "moving_contact_s"),

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pbrg_mj.analysis.metrics.avoidance import MovingContact, MovingContactTotals
 from pbrg_mj.analysis.metrics.rates import Rate
 from pbrg_mj.governor.certificate.evaluate import NAMES, predicted_rows
 from pbrg_mj.loop.batch import BatchHistories
@@ -21,6 +22,7 @@ class WorldFigures(NamedTuple):
     simulated_s: float
     touching: bool  # some robot touched what stands still
     touching_moving: bool  # a moving box
+    touching_moving_avoidably: bool  # one that the robot could have kept off
     touching_robots: bool  # another robot
     past_a_wall: bool  # some hand point was nearer than the clearance to what stands still
     past_a_moving_box: bool
@@ -37,6 +39,7 @@ EVENTS = (
     "violated",
     "touching",
     "touching_moving",
+    "touching_moving_avoidably",
     "touching_robots",
     "past_a_wall",
     "past_a_moving_box",
@@ -92,6 +95,7 @@ def _figures(histories: BatchHistories, world: int, scenario: Scenario) -> World
         simulated_s=float(histories.time[-1]),
         touching=touching,
         touching_moving=touching_moving,
+        touching_moving_avoidably=any(one.avoidable for one in _moving_contacts(histories, world, scenario)),
         touching_robots=touching_robots,
         past_a_wall=wall < 0.0,
         past_a_moving_box=moving < 0.0,
@@ -101,6 +105,12 @@ def _figures(histories: BatchHistories, world: int, scenario: Scenario) -> World
         **_violated_shares(histories, world, scenario),
         final_distance_m=_final_distance(histories, world, scenario),
     )
+
+
+def _moving_contacts(histories: BatchHistories, world: int, scenario: Scenario) -> list[MovingContact]:
+    totals = MovingContactTotals(scenario)
+    totals.add_arrays(histories.time, histories.hand_world[world], histories.moving_contact[world])
+    return totals.judged()
 
 
 def _violated_shares(histories: BatchHistories, world: int, scenario: Scenario) -> dict[str, float]:

@@ -82,6 +82,7 @@ PARTS: tuple[tuple[str, tuple[str, ...]], ...] = (
             "pbrg run paper/experiment_near --duration 20 -o near.mcap",
             "pbrg run paper/experiment_near --duration 20 --set governor.rounds=2 -o coarse.mcap --quiet",
             "pbrg run paper/experiment_near --duration 5 --profile -o short.mcap",
+            "pbrg robot paper/simulation_near 6 --connect 192.168.0.7:7400",
             "pbrg batch paper/experiment_near --duration 20 --seeds 1-8 -o seeds.npz",
             "cat rounds.yaml",
             "pbrg sweep rounds.yaml -o rounds",

@@ -29,6 +29,7 @@ from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.graph import network
 from pbrg_mj.transport import datagrams as wire
+from pbrg_mj.transport.address import Address
 from pbrg_mj.transport.mailbox import Mailbox
 from pbrg_mj.transport.robot import RobotProcess
 from pbrg_mj.transport.team import RobotProcesses
@@ -56,7 +57,7 @@ def apart(scenario: Scenario, **keys: Any) -> Iterator[RobotProcesses]:
 
     def be(robot: int) -> None:
         try:
-            RobotProcess(carried, graph, robot, world.port, keys.get("digest", DIGEST)).run()
+            RobotProcess(carried, graph, robot, world.address, keys.get("digest", DIGEST)).run()
         except (Killed, Exception):
             dead.add(robot)
 
@@ -135,10 +136,14 @@ def test_what_is_packed_comes_out_as_it_was(seed: int) -> None:
     own = random_own(random, seed, 5, 2 * (seed % 3), along=bool(seed % 2), leads=seed > 2)
     back = wire.unpacked_own(7, wire.packed_own(own))
     same(back, own)
-    start = wire.StartData({1: 4000, 3: 65535}, random.normal(size=(5, 2)) if seed % 2 else None, own._replace(tick=0))
+    start = wire.StartData(
+        {1: Address("127.0.0.1", 4000), 3: Address("192.168.0.7", 65535)},
+        random.normal(size=(5, 2)) if seed % 2 else None,
+        own._replace(tick=0),
+    )
     same(wire.unpacked_start(wire.packed_start(start)), start)
     answer = RobotAnswer(random.normal(size=2), "holding", random.normal(size=3) if seed % 2 else None, seed)
-    traffic = wire.Traffic(1 << 40, 2, 3, 4, 1 << 50)
+    traffic = wire.Traffic(1 << 40, 2, 3, 1, 4, 1 << 50)
     same(wire.unpacked_answer(wire.packed_answer(answer, traffic)), (answer, traffic))
     one = wire.Datagram(wire.Kind.MESSAGE, 3, 1 << 31, 9, 1 << 60, random.bytes(seed))
     assert wire.unpacked(wire.packed(one)) == one
@@ -228,6 +233,22 @@ def test_a_robot_of_another_scenario_is_sent_away() -> None:
         solutions(loaded(), team)
 
 
+def test_a_robot_that_is_sent_away_says_so() -> None:
+    box, scenario = Mailbox(), loaded()
+
+    def send_away() -> None:
+        came = box.receive(30.0)
+        if came is not None:
+            box.send(came[1], wire.Datagram(wire.Kind.STOP, wire.WORLD))
+
+    world = Thread(target=send_away)
+    world.start()
+    with pytest.raises(pbrg.PbrgError, match=rf"the world at {box.address} sends robot 1 away"):
+        RobotProcess(robot_programs(scenario), network(scenario), 0, box.address, DIGEST).run()
+    world.join()
+    box.close()
+
+
 def test_a_robot_that_cannot_come_ends_the_run() -> None:
     team = RobotProcesses(robot_programs(loaded()), network(loaded()), DIGEST, Mailbox(), lambda robot: "killed")
     with pytest.raises(pbrg.PbrgError, match="robot 1 has not come: killed"):
@@ -237,15 +258,53 @@ def test_a_robot_that_cannot_come_ends_the_run() -> None:
 
 def test_a_port_that_is_taken_is_one_line() -> None:
     taken = Mailbox()
-    with pytest.raises(pbrg.InputError, match=rf"^UDP port {taken.port} of this machine: somebody else has it"):
-        Mailbox(taken.port)
+    port = taken.address.port
+    with pytest.raises(pbrg.InputError, match=rf"^UDP port {port} of this machine: somebody else has it"):
+        Mailbox(port)
     taken.close()
+
+
+WRONG_ADDRESSES = {
+    "7400": "'7400' is no address; allowed: HOST:PORT, such as 192.168.0.7:7400",
+    "here:x": "'here:x' is no address",
+    "localhost:70000": "is no address",
+    "no.such.host.invalid:1": "no such host",
+}
+
+
+@pytest.mark.parametrize("text", WRONG_ADDRESSES)
+def test_a_wrong_address_is_one_line(text: str) -> None:
+    with pytest.raises(pbrg.InputError) as found:
+        Address.of(text)
+    assert WRONG_ADDRESSES[text] in str(found.value) and "\n" not in str(found.value)
+
+
+def test_sockets_are_on_the_loopback_interface_unless_another_is_asked_for() -> None:
+    box = Mailbox()
+    assert box.address.host == "127.0.0.1" and Address.of(f"localhost:{box.address.port}") == box.address
+    assert Address.of("localhost:1").local_host() == "127.0.0.1"
+    box.close()
+    with pytest.raises(pbrg.InputError, match=r"^UDP port 0 of 192\.0\.2\.1: "):  # an address that nobody has
+        Mailbox(host="192.0.2.1")
+
+
+def test_delays_count_within_a_machine_alone() -> None:
+    """Clocks of two machines have nothing in common: a neighbour elsewhere is heard, and not timed."""
+    scenario = loaded()
+    box = Mailbox()
+    robot = RobotProcess(robot_programs(scenario), network(scenario), 0, box.address, DIGEST)
+    robot._places = {0: Address("10.0.0.1", 1), 1: Address("10.0.0.1", 2), 4: Address("10.0.0.2", 3)}
+    for sender in (1, 4):
+        robot._keep(wire.Datagram(wire.Kind.MESSAGE, sender, 0, 0, 0))
+    assert (robot._traffic.received, robot._traffic.timed) == (2, 1)
+    for one in (robot.mailbox, box):
+        one.close()
 
 
 def test_a_message_larger_than_a_datagram_is_one_line() -> None:
     box = Mailbox()
     with pytest.raises(pbrg.InputError, match="robot 4's message has 70032 bytes; a datagram takes 65507"):
-        box.send(box.port, wire.Datagram(wire.Kind.MESSAGE, 3, body=bytes(70_008)))
+        box.send(box.address, wire.Datagram(wire.Kind.MESSAGE, 3, body=bytes(70_008)))
     box.close()
 
 
@@ -309,3 +368,28 @@ def test_processes_are_killed_and_interrupted(tmp_path: Path) -> None:
     assert (world.returncode, len(robots)) == (130, 5)
     assert said.splitlines() == [f"interrupted; the log so far: {log}"]
     wait_until(lambda: not any(Path(f"/proc/{pid}").exists() for pid in robots))
+
+
+def robots_by_hand(address: str, *options: str) -> list[subprocess.Popen[str]]:
+    command = [sys.executable, "-P", "-m", "pbrg_mj", "robot", "paper/simulation_near"]
+    return [
+        subprocess.Popen([*command, str(robot), "--connect", address, *options], stderr=subprocess.PIPE, text=True)
+        for robot in range(1, 6)
+    ]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["distributed", "certified"])
+def test_robots_started_by_hand_are_those_of_one_process_and_their_log_replays(kind: str, tmp_path: Path) -> None:
+    """The world waits at an address; five commands come, as they would from other machines; nothing differs."""
+    log, keys = tmp_path / "hand.mcap", ("--set", "reference.solver=none", "--set", f"governor.kind={kind}")
+    command = [sys.executable, "-P", "-m", "pbrg_mj", "run", "paper/simulation_near", "--listen", "127.0.0.1:0"]
+    world = subprocess.Popen([*command, "--duration", "0.2", *keys, "-o", str(log)], stderr=subprocess.PIPE, text=True)
+    assert world.stderr is not None
+    waiting = next(line for line in world.stderr if "waiting for robots 1 to 5 at " in line)
+    robots = robots_by_hand(waiting.split()[-1], "--duration", "0.2", *keys)
+    _, said = world.communicate(timeout=300)
+    assert (world.returncode, [one.communicate(timeout=60)[1] for one in robots]) == (0, [""] * 5)
+    assert "2100 came, 0 were missed" in said
+    found = pbrg.verify(log)
+    assert (found.verdict, found.found.ticks) == ("identical", 21)

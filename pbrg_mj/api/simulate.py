@@ -80,11 +80,11 @@ def run(
         if robots is not None:
             simulation = simulation.governed_by(robots)
         if path is not None:
-            _record(simulation, scenario, path, force, watch, profile)
+            _record(simulation, scenario, path, force, watch, profile, processes)
             return open_log(path)
         with tempfile.TemporaryDirectory(prefix="pbrg-") as folder:
             path = Path(folder) / "run.mcap"
-            _record(simulation, scenario, path, False, watch, profile)
+            _record(simulation, scenario, path, False, watch, profile, processes)
             return Run(replace(open_run(path), path=IN_MEMORY), path.read_bytes())
 
 
@@ -105,18 +105,32 @@ def record(
     if robots is not None:
         simulation = simulation.governed_by(robots)
     with collecting_rarely():
-        _record(simulation, scenario, path, force, watch, profile)
+        _record(simulation, scenario, path, force, watch, profile, robots is not None)
     return metrics_of(path)
 
 
-def robots_apart(scenario: Scenario) -> AbstractContextManager[RobotProcesses]:
+def robots_apart(scenario: Scenario, listen: str | None = None) -> AbstractContextManager[RobotProcesses]:
     """Give a scenario's robots in processes of their own, which end with the context.
 
-    Raises InputError for a governor that robots do not run themselves.
+    `listen`, an address `HOST:PORT` of this machine: start none, and wait there for those of `be_robot`. Raises
+    InputError for a governor that robots do not run themselves, or an address that cannot be taken.
     """
+    from pbrg_mj.transport.address import Address
     from pbrg_mj.transport.children import robot_processes
 
-    return robot_processes(scenario.settings, scenario.yaml)
+    return robot_processes(scenario.settings, scenario.yaml, Address.of(listen) if listen else None)
+
+
+def be_robot(scenario: Scenario, robot: int, world: str) -> None:
+    """Run the program of one robot, counted from 1, until the world at the address `HOST:PORT` ends the run.
+
+    Raises InputError for a robot that is not there or a governor that robots do not run themselves, PbrgError when no
+    world answers, it has another scenario, or it is gone.
+    """
+    from pbrg_mj.transport.address import Address
+    from pbrg_mj.transport.child import robot_process
+
+    robot_process(scenario.yaml, robot, Address.of(world)).run()
 
 
 def simulate(
@@ -173,10 +187,17 @@ def _warn(scenario: Scenario, governor: Governor | RobotProgram | None) -> None:
 
 
 def _record(
-    simulation: Simulation, scenario: Scenario, path: Path, force: bool, watch: Iterable[Sink], profile: Profile | None
+    simulation: Simulation,
+    scenario: Scenario,
+    path: Path,
+    force: bool,
+    watch: Iterable[Sink],
+    profile: Profile | None,
+    processes: bool,
 ) -> None:
     """Simulate into a log, which is closed and whole so far when this raises Interrupted."""
-    writer = LogWriter(path, scenario.loaded, simulation.model_xml, force=force, centralized=simulation.centralized)
+    kind = {"centralized": simulation.centralized, "processes": processes}
+    writer = LogWriter(path, scenario.loaded, simulation.model_xml, force=force, **kind)
     with interruptible() as came, writer as write:
         sinks = (profile.timed("log", write) if profile else write, *watch, *([profile] if profile else []))
         for record in simulation.records():

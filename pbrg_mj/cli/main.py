@@ -31,6 +31,7 @@ from pbrg_mj.cli import (
     replay,
     report,
     reproduce,
+    robot,
     run,
     scenarios,
     sweep,
@@ -76,6 +77,7 @@ app.command("new")(answering(scenarios.new))
 app.command("schema")(answering(scenarios.schema))
 app.command("validate")(answering(scenarios.validate))
 app.command("run")(answering(run.run))
+app.command("robot")(answering(robot.robot))
 app.command("batch")(answering(batch.batch))
 app.command("sweep")(answering(sweep.sweep))
 app.command("tune")(answering(tune.tune))

@@ -35,6 +35,10 @@ def run(
     processes: Annotated[
         bool, typer.Option("--processes", help="Every robot's program in a process of its own, messages over UDP.")
     ] = False,
+    listen: Annotated[
+        str | None,
+        typer.Option(metavar="HOST:PORT", help="As --processes, of robots that `pbrg robot` starts: wait for them."),
+    ] = None,
     pace: Annotated[float | None, typer.Option(help="Simulated seconds per second at most; 1: real time.")] = None,
 ) -> int:
     """Run a scenario headlessly and write its log. Exit code 1 when it was violated or diverged."""
@@ -49,9 +53,11 @@ def run(
     spent = Profile() if profile else None
     try:
         with (
-            robots_apart(loaded) if processes else nullcontext() as robots,
+            robots_apart(loaded, listen) if processes or listen else nullcontext() as robots,
             _viewers(loaded, live=live, port=port, pace=pace, show=not quiet) as watch,
         ):
+            if robots is not None and listen:
+                note(f"waiting for robots 1 to {loaded.settings.robots} at {robots.mailbox.address}")
             made = record(loaded, path, force=force, watch=watch, profile=spent, robots=robots)
     except pbrg.Interrupted as error:
         note(f"interrupted; {error}")

@@ -16,6 +16,7 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.governor.registry import robot_programs
 from pbrg_mj.scenario.load import load_text
 from pbrg_mj.team.graph import network
+from pbrg_mj.transport.address import HOST, Address
 from pbrg_mj.transport.robot import RobotProcess
 
 FAILED = 1  # exit code
@@ -26,22 +27,23 @@ def digest(text: str) -> bytes:
     return sha256(text.encode()).digest()
 
 
-def robot_process(text: str, robot: int, port: int, wanted: Callable[[], bool] = lambda: True) -> RobotProcess:
-    """Return the process of one robot, counted from 1, of the scenario in YAML and the world at a port.
+def robot_process(text: str, robot: int, world: Address, wanted: Callable[[], bool] = lambda: True) -> RobotProcess:
+    """Return the process of one robot, counted from 1, of the scenario in YAML.
 
     Raises InputError for a robot that is not there and for a governor that robots do not run themselves.
     """
     scenario = load_text(text, "scenario", file="scenario").scenario
     if not 1 <= robot <= scenario.robots:
         raise InputError(f"there is no robot {robot}; allowed: 1 to {scenario.robots}")
-    return RobotProcess(robot_programs(scenario), network(scenario), robot - 1, port, digest(text), wanted)
+    return RobotProcess(robot_programs(scenario), network(scenario), robot - 1, world, digest(text), wanted)
 
 
 def main() -> int:
     """Run until the world says that the run is over, or the process that started this one is gone."""
     file, robot, port = sys.argv[1:]
     parent = os.getppid()
-    process = robot_process(Path(file).read_text("utf-8"), int(robot), int(port), lambda: os.getppid() == parent)
+    text, world = Path(file).read_text("utf-8"), Address(HOST, int(port))
+    process = robot_process(text, int(robot), world, lambda: os.getppid() == parent)
     with suppress(Exception):  # the world was told
         process.run()
         return 0

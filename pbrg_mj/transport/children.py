@@ -1,4 +1,4 @@
-"""Processes of robots: started beside the world, and ended with it."""
+"""Processes of robots: started beside the world, and ended with it; or others, which come by themselves."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from pathlib import Path
 from pbrg_mj.governor.registry import robot_programs
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.graph import network
+from pbrg_mj.transport.address import Address
 from pbrg_mj.transport.child import digest
 from pbrg_mj.transport.mailbox import Mailbox
 from pbrg_mj.transport.team import RobotProcesses
@@ -21,22 +22,24 @@ ENDING = 5.0  # [s] for a process that was told to stop
 
 
 @contextmanager
-def robot_processes(scenario: Scenario, text: str) -> Iterator[RobotProcesses]:
+def robot_processes(scenario: Scenario, text: str, listen: Address | None = None) -> Iterator[RobotProcesses]:
     """Start a process for every robot of a scenario, whose YAML is `text`; end them all at the end.
 
-    Raises InputError for a governor that robots do not run themselves.
+    `listen`: start none, and wait at this address for those that somebody else starts. Raises InputError for a governor
+    that robots do not run themselves, and for an address that cannot be taken.
     """
-    carried, mailbox = robot_programs(scenario), Mailbox()
+    carried = robot_programs(scenario)
+    mailbox = Mailbox(listen.port, listen.host) if listen else Mailbox()
     with tempfile.TemporaryDirectory(prefix="pbrg-") as folder:
         file = Path(folder) / "scenario.yaml"
         file.write_text(text, encoding="utf-8")
-        children = [_started(file, robot, mailbox.port) for robot in range(scenario.robots)]
+        children = [_started(file, robot, mailbox.address.port) for robot in range(0 if listen else scenario.robots)]
         team = RobotProcesses(
             carried,
             network(scenario),
             digest(text),
             mailbox,
-            lambda robot: _end(children[robot]),
+            lambda robot: _end(children[robot]) if children else None,
             scenario.timing.tick,
         )
         try:

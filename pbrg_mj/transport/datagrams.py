@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import struct
 from enum import IntEnum
+from socket import inet_aton, inet_ntoa
 from typing import Any, NamedTuple, get_args
 
 import numpy as np
@@ -15,17 +16,18 @@ from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer
 from pbrg_mj.governor.problem.interface import Status
 from pbrg_mj.governor.problem.rows import ALL_MOTION, Rows
 from pbrg_mj.perception.half_spaces import HalfSpaces
+from pbrg_mj.transport.address import Address
 
 HEADER = struct.Struct("<4sBBHIIQ")  # magic, version, kind, sender, tick, round, when it was sent
-MAGIC, VERSION = b"PBRG", 1
+MAGIC, VERSION = b"PBRG", 2
 WORLD = 0xFFFF  # as a sender
 LARGEST = 65507  # bytes of a UDP datagram over IPv4
 COUNTS = struct.Struct("<HHHB")  # half-spaces, robots, rows, and which of REFERENCE, ROWS, ALONG follow
 REFERENCE, ROWS, ALONG = 1, 2, 4
 ANSWER = struct.Struct("<2dBHH")  # m, status, neighbours lost, multipliers
 NO_MULTIPLIERS = 0xFFFF
-TRAFFIC = struct.Struct("<QIIQQ")
-PORT = struct.Struct("<HH")  # a neighbour and its port
+TRAFFIC = struct.Struct("<QIIIQQ")
+PLACE = struct.Struct("<H4sH")  # a robot, its IPv4 address and its port
 STATUSES: tuple[Status, ...] = get_args(Status)
 
 
@@ -33,7 +35,7 @@ class Kind(IntEnum):
     """What a datagram is."""
 
     HELLO = 1  # robot to world: the SHA-256 of its scenario
-    START = 2  # world to robot: its neighbours' ports, everybody's first p where it is told, its first measurements
+    START = 2  # world to robot: where neighbours are, everybody's first p where it is told, its first measurements
     READY = 3  # robot to world
     OWN = 4  # world to robot: a tick's measurements
     MESSAGE = 5  # robot to robot: what its program sends in a round, perhaps nothing
@@ -60,14 +62,15 @@ class Traffic(NamedTuple):
     bytes_sent: int = 0
     received: int = 0  # messages, empty ones too
     missed: int = 0  # that had not come when the robot went on
-    delay_sum_ns: int = 0  # from sending until the receiving process took it
+    timed: int = 0  # of those that came, from processes of the same machine, which share a clock
+    delay_sum_ns: int = 0  # of these, from sending until the receiving process took it
     delay_max_ns: int = 0
 
 
 class StartData(NamedTuple):
     """What a robot is told before the first tick."""
 
-    ports: dict[int, int]  # of its neighbours
+    places: dict[int, Address]  # of the robot itself and of its neighbours, as the world sees them
     start: np.ndarray | None  # (n, 2) everybody's first p [m]
     own: OwnData
 
@@ -120,17 +123,19 @@ def unpacked_own(tick: int, content: bytes) -> OwnData:
 def packed_start(data: StartData) -> bytes:
     """Return the bytes of what a robot is told before the first tick."""
     told = b"" if data.start is None else _bytes(data.start)
-    counts = struct.pack("<HH", len(data.ports), 0 if data.start is None else len(data.start))
-    return counts + b"".join(PORT.pack(*one) for one in sorted(data.ports.items())) + told + packed_own(data.own)
+    counts = struct.pack("<HH", len(data.places), 0 if data.start is None else len(data.start))
+    places = (PLACE.pack(robot, inet_aton(one.host), one.port) for robot, one in sorted(data.places.items()))
+    return counts + b"".join(places) + told + packed_own(data.own)
 
 
 def unpacked_start(content: bytes) -> StartData:
     """Return it. Raises ValueError for other bytes."""
     reader = _Reader(content)
-    neighbours, n = reader.struct(struct.Struct("<HH"))
-    ports = {neighbour: port for neighbour, port in (reader.struct(PORT) for _ in range(neighbours))}  # noqa: C416
+    count, n = reader.struct(struct.Struct("<HH"))
+    listed = [reader.struct(PLACE) for _ in range(count)]
+    places = {robot: Address(inet_ntoa(host), port) for robot, host, port in listed}
     start = reader.doubles(n, 2) if n else None
-    return StartData(ports, start, unpacked_own(0, reader.rest()))
+    return StartData(places, start, unpacked_own(0, reader.rest()))
 
 
 def packed_answer(answer: RobotAnswer, traffic: Traffic) -> bytes:

@@ -8,7 +8,7 @@ is missed; a neighbour that was missed is not waited for until it is heard in ti
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from time import monotonic, monotonic_ns
 from typing import Any
 
@@ -16,6 +16,7 @@ from pbrg_mj.errors import PbrgError
 from pbrg_mj.governor.messaging.carrier import CarriedGovernor
 from pbrg_mj.governor.messaging.program import RobotFacts
 from pbrg_mj.team.network import Network
+from pbrg_mj.transport.address import Address
 from pbrg_mj.transport.datagrams import (
     WORLD,
     Datagram,
@@ -33,6 +34,7 @@ COMPILING = 300.0  # [s] for one of the first tick, in which kernels may be comp
 AGAIN = 0.2  # [s] after which a greeting is repeated
 GREETING = 60.0  # [s] until somebody must have answered it
 ASKED = {Kind.READY: Kind.START, Kind.ANSWER: Kind.OWN}  # what each of these answers
+SILENCE = 300.0  # [s] of the world, after which it is taken to be gone: its kernels may be compiled
 LOOK_UP = 1.0  # [s] after which a robot that hears nothing asks whether it is still wanted
 
 
@@ -47,16 +49,16 @@ class RobotProcess:
     carried: CarriedGovernor
     network: Network
     robot: int  # from 0
-    world: int  # port
+    world: Address
     digest: bytes  # SHA-256 of the scenario
     wanted: Callable[[], bool] = lambda: True  # whether who started this process is still there
     patience: float = PATIENCE
-    mailbox: Mailbox = field(default_factory=Mailbox)
 
     def __post_init__(self) -> None:
-        """Know nothing yet."""
+        """Know nothing yet; take a free port on the interface that leads to the world."""
+        self.mailbox = Mailbox(host=self.world.local_host())
         self._facts = RobotFacts.of(self.network, self.robot, self.carried.constants)
-        self._ports: Mapping[int, int] = {}
+        self._places: Mapping[int, Address] = {}
         self._letters: dict[tuple[int, int], dict[int, bytes]] = {}  # by tick and round, then sender
         self._now, self._traffic = (0, 0), Traffic()
         self._gone: set[int] = set()  # neighbours that are no more
@@ -88,12 +90,13 @@ class RobotProcess:
             self.mailbox.send(self.world, Datagram(Kind.HELLO, self.robot, body=self.digest))
             came = self.mailbox.receive(AGAIN)
             if came and came[0].kind is Kind.STOP:
-                raise StoppedByWorldError
+                away = f"the world at {self.world} sends robot {self.robot + 1} away"
+                raise PbrgError(f"{away}: another scenario, or the run is over")
             if came and came[0].kind is Kind.START:
                 told = unpacked_start(came[0].body)
-                self._ports = told.ports
+                self._places = told.places
                 return told
-        raise PbrgError(f"no world answers at UDP port {self.world} of this machine")
+        raise PbrgError(f"no world answers at {self.world}, UDP")
 
     def _tick(self, memory: Any) -> Any:
         """Wait for a tick's measurements, run its rounds, answer."""
@@ -117,7 +120,7 @@ class RobotProcess:
             raise ValueError(f"robot {self.robot + 1} sends to robot {min(strangers) + 1}, which is no neighbour")
         for neighbour in self._facts.neighbours:
             content = outbox.get(neighbour, b"")
-            self.mailbox.send(self._ports[neighbour], Datagram(Kind.MESSAGE, self.robot, tick, k, 0, content))
+            self.mailbox.send(self._places[neighbour], Datagram(Kind.MESSAGE, self.robot, tick, k, 0, content))
             self._traffic = self._traffic._replace(bytes_sent=self._traffic.bytes_sent + len(content))
 
     def _inbox(self) -> list[tuple[int, bytes]]:
@@ -142,8 +145,10 @@ class RobotProcess:
         return set(self._facts.neighbours) - self._gone - self._behind - set(heard)
 
     def _next_measured(self) -> Datagram:
+        until = monotonic() + SILENCE
         while self._measured is None:
-            self._take(LOOK_UP)
+            if not self._take(LOOK_UP) and monotonic() > until:
+                raise PbrgError(f"the world has said nothing for {SILENCE:g} s")
         measured, self._measured = self._measured, None
         return measured
 
@@ -154,21 +159,24 @@ class RobotProcess:
             if patience >= LOOK_UP and not self.wanted():
                 raise PbrgError("the world is gone")
             return False
-        one, port = came
-        if one.kind is Kind.MESSAGE and self._ports.get(one.robot) == port:
+        one, sender = came
+        if one.kind is Kind.MESSAGE and self._places.get(one.robot) == sender:
             self._keep(one)
-        elif one.robot == WORLD and port == self.world:
+        elif one.robot == WORLD and sender == self.world:
             self._obey(one)
         return True
 
     def _keep(self, one: Datagram) -> None:
-        key, took = (one.tick, one.round), monotonic_ns() - one.sent_ns
+        key = (one.tick, one.round)
+        shares_clock = self._places[one.robot].host == self._places[self.robot].host
+        took = monotonic_ns() - one.sent_ns if shares_clock else 0
         self._letters.setdefault(key, {})[one.robot] = one.body
         if key >= self._now:
             self._behind.discard(one.robot)
         before = self._traffic
         self._traffic = before._replace(
             received=before.received + 1,
+            timed=before.timed + shares_clock,
             delay_sum_ns=before.delay_sum_ns + took,
             delay_max_ns=max(before.delay_max_ns, took),
         )

@@ -19,6 +19,7 @@ from pbrg_mj.governor.messaging.carrier import CarriedGovernor, own_data, team_a
 from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer
 from pbrg_mj.governor.problem.interface import Problem, Solution
 from pbrg_mj.team.network import Network
+from pbrg_mj.transport.address import Address
 from pbrg_mj.transport.datagrams import (
     WORLD,
     Datagram,
@@ -60,13 +61,13 @@ class RobotProcesses:
 
     def __post_init__(self) -> None:
         """Know nobody yet."""
-        self._ports: dict[int, int] = {}
+        self._places: dict[int, Address] = {}
 
     def init(self, problem: Problem) -> TeamMemory:
         """Greet all robots, and have them start. Raises PbrgError when one does not come or cannot start."""
         n = problem.network.robots
         self._await(set(range(n)), Kind.HELLO, 0, lambda robot: None, COMPILING)
-        if missing := set(range(n)) - set(self._ports):
+        if missing := set(range(n)) - set(self._places):
             raise PbrgError(f"robot {min(missing) + 1} has not come: {self.gone.get(min(missing), 'it is silent')}")
         self._await(set(range(n)), Kind.READY, 0, lambda robot: self._start(problem, robot), COMPILING)
         if self.gone:
@@ -95,32 +96,34 @@ class RobotProcesses:
 
     def traffic_line(self) -> str:
         """Return in words what came and went between the robots."""
-        received, missed = (sum(getattr(one, name) for one in self.traffic) for name in ("received", "missed"))
+        received, missed, timed = (
+            sum(getattr(one, name) for one in self.traffic) for name in ("received", "missed", "timed")
+        )
         total, largest = (
             sum(one.delay_sum_ns for one in self.traffic),
             max((one.delay_max_ns for one in self.traffic), default=0),
         )
-        mean = total / received / 1e3 if received else 0.0
-        return (
-            f"messages between the robots' processes: {received} came, {missed} were missed; "
-            f"delay {mean:.0f} us in the mean, {largest / 1e3:.0f} us at most"
-        )
+        told = f"messages between the robots' processes: {received} came, {missed} were missed; delay "
+        if not timed:
+            return told + "unknown between machines"
+        of = "" if timed == received else f" of the {timed} within a machine"
+        return told + f"{total / timed / 1e3:.0f} us in the mean, {largest / 1e3:.0f} us at most{of}"
 
     def stop(self) -> None:
         """Tell all robots that the run is over, also those that have yet to be greeted, and let go of the port."""
         until = monotonic() + AGAIN
-        while len(self._ports) < self.network.robots and (left := until - monotonic()) > 0.0:
+        while len(self._places) < self.network.robots and (left := until - monotonic()) > 0.0:
             if (came := self.mailbox.receive(left)) and came[0].kind is Kind.HELLO:
-                self._ports[came[0].robot] = came[1]
-        for port in self._ports.values():
-            self.mailbox.send(port, Datagram(Kind.STOP, WORLD))
+                self._places[came[0].robot] = came[1]
+        for place in self._places.values():
+            self.mailbox.send(place, Datagram(Kind.STOP, WORLD))
         self.mailbox.close()
 
     def _start(self, problem: Problem, robot: int) -> Datagram:
         own, first = self._own(problem, robot, 0), problem.p if self.carried.tells_start else None
         neighbours = problem.network.neighbours[problem.network.first[robot] : problem.network.first[robot + 1]]
-        ports = {neighbour: self._ports[neighbour] for neighbour in neighbours.tolist()}
-        return Datagram(Kind.START, WORLD, body=packed_start(StartData(ports, first, own)))
+        places = {other: self._places[other] for other in (robot, *neighbours.tolist())}
+        return Datagram(Kind.START, WORLD, body=packed_start(StartData(places, first, own)))
 
     def _own(self, problem: Problem, robot: int, tick: int) -> OwnData:
         return own_data(problem, robot, tick, rows=self.carried.tells_rows)
@@ -135,7 +138,7 @@ class RobotProcesses:
             if monotonic() >= again:
                 for robot, one in ((robot, ask(robot)) for robot in waiting):
                     if one is not None:
-                        self.mailbox.send(self._ports[robot], one)
+                        self.mailbox.send(self._places[robot], one)
                 again = monotonic() + AGAIN
             for one in self._received(LOOK_UP):
                 if one.robot in waiting and (one.kind, one.tick) == (kind, tick):
@@ -150,13 +153,13 @@ class RobotProcesses:
     def _received(self, patience: float) -> Iterator[Datagram]:
         """Yield what has come from robots that are known; a greeting makes a robot known."""
         while came := self.mailbox.receive(patience):
-            one, port = came
-            if one.kind is Kind.HELLO and one.robot < self.network.robots and one.robot not in self._ports:
+            one, place = came
+            if one.kind is Kind.HELLO and one.robot < self.network.robots and one.robot not in self._places:
                 if one.body != self.digest:
-                    self.mailbox.send(port, Datagram(Kind.STOP, WORLD))
+                    self.mailbox.send(place, Datagram(Kind.STOP, WORLD))
                     raise PbrgError(f"robot {one.robot + 1} has another scenario than the world")
-                self._ports[one.robot] = port
-            if self._ports.get(one.robot) != port:
+                self._places[one.robot] = place
+            if self._places.get(one.robot) != place:
                 return
             if one.kind is Kind.FAILED:
                 raise PbrgError(f"robot {one.robot + 1}: {one.body.decode(errors='replace')}")
@@ -169,6 +172,6 @@ class RobotProcesses:
         LOG.warning(
             "robot %d is gone at t = %.2f s: %s; it is silent and holds its m from then on", robot + 1, time, why
         )
-        for other, port in self._ports.items():
+        for other, place in self._places.items():
             gone = Datagram(Kind.STOP, WORLD) if other == robot else Datagram(Kind.GONE, WORLD, tick, robot)
-            self.mailbox.send(port, gone)
+            self.mailbox.send(place, gone)

@@ -16,7 +16,7 @@ from pbrg_mj.log.schema import channels
 from pbrg_mj.log.schema.ending import Ending
 from pbrg_mj.log.schema.fields import SCHEMA_VERSION, Dims
 from pbrg_mj.log.write.log_file import partial_path
-from pbrg_mj.log.write.provenance import CENTRALIZED
+from pbrg_mj.log.write.provenance import CENTRALIZED, PROCESSES
 from pbrg_mj.plugins import is_centralized
 from pbrg_mj.scenario.load import parse_scenario
 from pbrg_mj.scenario.schema import Scenario
@@ -36,6 +36,7 @@ class LogHeader:
     versions: dict[str, str]
     dims: Dims
     centralized: bool  # whether the governor sees the whole team
+    processes: bool = False  # whether the robots were processes of their own
 
 
 def most_messages(dims: Dims) -> int:
@@ -99,6 +100,7 @@ class Embedded:
             versions=self.metadata.get(channels.VERSIONS_METADATA, {}),
             dims=dims,
             centralized=self._centralized(scenario),
+            processes=self.metadata[channels.RUN_METADATA].get(PROCESSES) == "true",
         )
 
     def _centralized(self, scenario: Scenario) -> bool:

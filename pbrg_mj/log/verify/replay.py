@@ -11,7 +11,8 @@ from pathlib import Path
 
 from google.protobuf.message import DecodeError, Message
 
-from pbrg_mj.log.read.header import open_mcap
+from pbrg_mj.governor.registry import robot_programs
+from pbrg_mj.log.read.header import LogHeader, open_mcap
 from pbrg_mj.log.read.ticks import LoggedTicks
 from pbrg_mj.log.schema import channels
 from pbrg_mj.log.schema.ending import how_it_ended
@@ -92,7 +93,7 @@ def verify(
     """
     with open_mcap(path) as (file, size):
         logged = LoggedTicks(file, size, str(path))
-        simulation = Simulation.build(logged.header.scenario, objects)
+        simulation = _simulation(logged.header, objects)
         found = Verification(_environment_changes(logged.header.versions), logged.header.scenario.timing.duration)
         _compare_models(found, logged.header.model_xml, simulation.model_xml)
         if found.first is None:
@@ -101,6 +102,12 @@ def verify(
         found.damage = logged.damage
         found.ended = how_it_ended(logged.ending, logged.passed, logged.header.scenario)
     return found
+
+
+def _simulation(header: LogHeader, objects: Objects) -> Simulation:
+    """Return the run again: of robots in processes of their own the same programs in this one, no message missed."""
+    simulation = Simulation.build(header.scenario, objects)
+    return simulation.governed_by(robot_programs(header.scenario).in_time()) if header.processes else simulation
 
 
 def _environment_changes(logged: dict[str, str]) -> dict[str, tuple[str, str]]:
@@ -150,7 +157,8 @@ def _compare_ticks(
 
 
 def _compare_run_metadata(found: Verification, logged: LoggedTicks, first: TickRecord, centralized: bool) -> None:
-    replayed = run_metadata(logged.header.name, logged.header.scenario.seed, dims_of(first), centralized)
+    header = logged.header
+    replayed = run_metadata(header.name, header.scenario.seed, dims_of(first), centralized, header.processes)
     for name, value in replayed.items():
         earlier = name == CENTRALIZED and name not in logged.run_metadata
         if not earlier and logged.run_metadata.get(name) != value:

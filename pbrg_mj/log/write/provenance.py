@@ -20,6 +20,7 @@ from pbrg_mj.log.write.mcap_writer import McapWriter
 from pbrg_mj.scenario.load import Loaded
 
 CENTRALIZED = "centralized"  # key of the run's metadata
+PROCESSES = "processes"  # another one, of runs whose robots were processes of their own
 PACKAGES = (
     "pbrg-mj",
     "mujoco",
@@ -74,7 +75,9 @@ def processor() -> str:
     return named[1] if named else platform.processor() or platform.machine()
 
 
-def embed_provenance(writer: McapWriter, loaded: Loaded, model_xml: str, dims: Dims, centralized: bool) -> None:
+def embed_provenance(
+    writer: McapWriter, loaded: Loaded, model_xml: str, dims: Dims, centralized: bool, processes: bool
+) -> None:
     """Write what it takes to run again, before any tick and outside of chunks: a log cut short still has it."""
     attachments = (
         (channels.SCENARIO_ATTACHMENT, "application/yaml", loaded.yaml_text),
@@ -84,17 +87,17 @@ def embed_provenance(writer: McapWriter, loaded: Loaded, model_xml: str, dims: D
         if text:
             # time 0, never the clock's: the same run makes the same bytes
             writer.add_attachment(0, 0, name, media_type, text.encode())
-    writer.add_metadata(channels.RUN_METADATA, run_metadata(loaded.name, loaded.scenario.seed, dims, centralized))
+    run = run_metadata(loaded.name, loaded.scenario.seed, dims, centralized, processes)
+    writer.add_metadata(channels.RUN_METADATA, run)
     writer.add_metadata(channels.VERSIONS_METADATA, versions())
     writer.add_metadata(channels.CERTIFICATE_METADATA, describe(loaded.scenario).as_metadata())
 
 
-def run_metadata(name: str, seed: int, dims: Dims, centralized: bool) -> dict[str, str]:
-    """Return the metadata that identify the run, and say whether its governor sees the whole team."""
+def run_metadata(name: str, seed: int, dims: Dims, centralized: bool, processes: bool) -> dict[str, str]:
+    """Return the metadata that identify the run, and say what its governor was: see `docs/log.md`."""
     numbers = {"schema": SCHEMA_VERSION, "seed": seed, "robots": dims["n"], "slots": dims["K"], "rows": dims["R"]}
-    return (
-        {"name": name} | {key: str(value) for key, value in numbers.items()} | {CENTRALIZED: str(centralized).lower()}
-    )
+    kind = {CENTRALIZED: str(centralized).lower()} | ({PROCESSES: "true"} if processes else {})
+    return {"name": name} | {key: str(value) for key, value in numbers.items()} | kind
 
 
 def add_channels(writer: McapWriter, types: dict[str, type[Message]]) -> dict[str, Callable[..., None]]:

@@ -31,7 +31,8 @@ class LogWriter:
     The log gets its own name when it is finished, until then it is at `partial_path` and locked. A run that fails
     before the first record leaves nothing behind. Messages carry simulated time. `force` allows to replace a log.
 
-    `centralized` says whether the governor sees the whole team; None: as its name in the scenario says.
+    `centralized` says whether the governor sees the whole team; None: as its name in the scenario says. `processes`:
+    whether the robots' programs run in processes of their own.
 
     Raises InputError when the path cannot be written or another run writes it, PbrgError when the disk fails later.
     """
@@ -44,9 +45,11 @@ class LogWriter:
         *,
         force: bool = False,
         centralized: bool | None = None,
+        processes: bool = False,
     ):
         kind = loaded.scenario.governor.kind
         self._centralized = is_centralized(kind) if centralized is None else centralized
+        self._processes = processes
         self.path, self._loaded, self._model_xml = Path(path), loaded, model_xml
         self._log_file = LogFile(self.path, force=force)
         self._ticks_per_chunk = max(1, round(CHUNK_SECONDS / loaded.scenario.timing.tick))
@@ -103,7 +106,8 @@ class LogWriter:
     def _start(self, first: TickRecord) -> McapWriter:
         writer = McapWriter(self._file)
         try:
-            embed_provenance(writer, self._loaded, self._model_xml, dims_of(first), self._centralized)
+            governor = self._centralized, self._processes
+            embed_provenance(writer, self._loaded, self._model_xml, dims_of(first), *governor)
             self._stream = MessageStream(self._loaded.scenario, first)
             self._channels = add_channels(writer, self._stream.types)
             writer.flush()

@@ -100,7 +100,8 @@ def test_the_script_for_the_shell_is_printed(shell):
     code = f"import shellingham; shellingham.detect_shell = lambda: ('{shell}', ''); "
     code += "from pbrg_mj.cli.main import main; main(['--show-completion'])"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
-    assert "_PBRG_COMPLETE=complete_" + shell in done.stdout, done.stderr
+    assert "_PBRG_COMPLETE=complete_" + shell in done.stdout
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_the_package_is_the_command():

@@ -11,7 +11,7 @@ DEMO = (TOP / "scripts" / "demo").read_text(encoding="utf-8")
 LINES = re.findall(r"^    \$ (pbrg [^#\n]*)", (TOP / "README.md").read_text(encoding="utf-8"), flags=re.MULTILINE)
 SUFFIXES = (".mcap", ".yaml")
 COMMANDS = (TOP / "docs" / "commands.md").read_text(encoding="utf-8")
-EXTRAS = {"plot": "plot", "reproduce": "plot", "render": "video", "report": "video"}  # what a command needs
+EXTRAS = {"plot": "plot", "reproduce": "plot", "render": "video", "report": "video", "tune": "tune", "falsify": "tune"}  # what commands need
 
 
 def files(line: str) -> tuple[set[str], set[str]]:
@@ -49,7 +49,7 @@ def test_hints_name_packages_of_the_extras():
     known = [*project["dependencies"], *(one for extra in project["optional-dependencies"].values() for one in extra)]
     names = {re.match(r"[\w-]+", one)[0] for one in known}
     for path in (TOP / "pbrg_mj").rglob("*.py"):
-        for hint in re.findall(r"pip install ([\w-]+)", path.read_text(encoding="utf-8")):
+        for hint in re.findall(r"pip install '?([\w-]+)", path.read_text(encoding="utf-8")):
             assert hint in names, f"{path.name}: {hint}"
 
 

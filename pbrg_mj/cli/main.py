@@ -43,7 +43,8 @@ from pbrg_mj.cli.failures import DEFECT, explain, one_line_each
 
 NOTES = Notes(logging.WARNING)
 DEBUG = "--debug"
-COMPLETING = "_PBRG_COMPLETE"  # set by the shell that completes a command; it then ends with an exit of its own
+COMPLETING = "_PBRG_COMPLETE"  # set by the shell that completes a command
+COMPLETION = {"--install-completion", "--show-completion"}  # which, like completing, end with an exit of their own
 
 app = typer.Typer(
     rich_markup_mode=None,
@@ -104,7 +105,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             with stoppable():
                 code = _command()(given, prog_name="pbrg", standalone_mode=False)
         except BaseException as error:
-            if isinstance(error, SystemExit) and COMPLETING in os.environ:
+            if isinstance(error, SystemExit) and (COMPLETING in os.environ or COMPLETION.intersection(given)):
                 raise
             return explain(error, debug=debug)
     code = code if isinstance(code, int) else 0

@@ -39,7 +39,7 @@ class Backend:
                 "is missing; required with the backend dask: an address such as tcp://host:8786", key="scheduler"
             )
         if self.name == "dask" and find_spec("distributed") is None:
-            raise InputError("the backend dask needs the extra `dask`: pip install 'pbrg-mj[dask]'")
+            raise InputError("the backend dask needs Dask: pip install distributed")
 
     def run(self, tasks: Sequence[Task], keep_logs: bool) -> Generator[Result, None, None]:
         """Yield the results in the order in which they come. Closing the iterator ends what is under way."""

@@ -23,7 +23,7 @@ class Optimizer:
     def __init__(self, keys: Mapping[str, Distribution], seed: int):
         """Begin a search. Raises InputError without Optuna."""
         if find_spec("optuna") is None:
-            raise InputError("a search needs the extra `tune`: pip install 'pbrg-mj[tune]'")
+            raise InputError("a search needs Optuna: pip install optuna")
         import optuna
 
         optuna.logging.set_verbosity(optuna.logging.WARNING)

@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from functools import cache
 from typing import Any
 
-from numba.core import types
+from numba.core import ir, types
 from numba.core.cpu import CPUContext
 from numba.core.datamodel import ArgPacker
 from numba.core.registry import CPUDispatcher, cpu_target
@@ -21,21 +21,22 @@ from numba.core.runtime.context import NRTContext
 from numba.core.target_extension import CPU, dispatcher_registry
 
 _signatures: dict[Any, Any] = {}
+_WITHOUT_VARIABLES = frozenset({str, int, float, bool, type(None), ir.Loc})
 
 
 @contextmanager
 def lean_numba(dispatcher: type[CPUDispatcher]) -> Iterator[None]:
     """Have numba compile its own functions with `dispatcher`, and leanly, while the context lasts."""
     typing, numbas = cpu_target.typing_context, dispatcher_registry[CPU]
-    meminfos, packer = NRTContext.get_meminfos, CPUContext.get_arg_packer
+    meminfos, packer, variables = NRTContext.get_meminfos, CPUContext.get_arg_packer, ir.Inst._rec_list_vars
     dict.__setitem__(dispatcher_registry, CPU, dispatcher)  # numba's own refuses to set a key again
-    NRTContext.get_meminfos, CPUContext.get_arg_packer = _references, _packer
+    NRTContext.get_meminfos, CPUContext.get_arg_packer, ir.Inst._rec_list_vars = _references, _packer, _variables
     typing.resolve_function_type = _remembering(typing.resolve_function_type)
     try:
         yield
     finally:
         dict.__setitem__(dispatcher_registry, CPU, numbas)
-        NRTContext.get_meminfos, CPUContext.get_arg_packer = meminfos, packer
+        NRTContext.get_meminfos, CPUContext.get_arg_packer, ir.Inst._rec_list_vars = meminfos, packer, variables
         del typing.resolve_function_type
 
 
@@ -63,6 +64,20 @@ def _known_by(argument: Any) -> Any:
     if isinstance(argument, types.Type):
         return argument if argument.is_precise() else None
     return (type(argument), argument) if isinstance(argument, int | str) else None
+
+
+def _variables(instruction: ir.Inst, value: Any) -> list[ir.Var]:
+    """Return what `Inst._rec_list_vars` returns: the variables in a part of an instruction."""
+    kind = type(value)
+    if kind is ir.Var:
+        return [value]
+    if kind is dict:
+        parts = value.values()
+    elif kind is tuple or kind is list:
+        parts = value
+    else:
+        return value.list_vars() if isinstance(value, ir.Inst) else []
+    return [one for part in parts if type(part) not in _WITHOUT_VARIABLES for one in _variables(instruction, part)]
 
 
 def _references(nrt: NRTContext, builder: Any, kind: types.Type, value: Any) -> list[tuple[types.Type, Any]]:

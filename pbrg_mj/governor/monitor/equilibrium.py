@@ -1,6 +1,6 @@
 """Where the flow comes to rest: its equilibrium at an optimum, in closed form, and the force of rows and pinned states.
 
-The kernels index whole arrays instead of taking rows and sums of columns, as `primal_dual.update_robots` explains.
+The kernels index whole arrays instead of taking rows and sums of columns, as `rounds.update_robots` explains.
 """
 
 from __future__ import annotations

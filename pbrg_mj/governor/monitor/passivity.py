@@ -13,7 +13,7 @@ The supplies cancel in S + alpha U, which therefore never grows. Two second moti
 - `flow_passivity`: the same motion a round later (differences are velocities, S + alpha U the flow's own speed). Needs
   nothing, not even that there is an optimum; known as incremental passivity.
 
-The kernels index whole arrays instead of taking rows and sums of columns, as `primal_dual.update_robots` explains.
+The kernels index whole arrays instead of taking rows and sums of columns, as `rounds.update_robots` explains.
 """
 
 from __future__ import annotations

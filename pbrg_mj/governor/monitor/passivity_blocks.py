@@ -11,7 +11,6 @@ from pbrg_mj.governor.distributed.estimates import Estimates, Flow
 from pbrg_mj.governor.distributed.rounds import (
     ReceivedStates,
     check_limits,
-    empty_estimates,
     private_data,
     update_robots,
 )
@@ -31,62 +30,79 @@ def passivities_about_optima(
     balances, gains, net = np.empty((len(optima), 4)), tuple(flow), block.network
     m, lam = stack_ticks([one.m for one in optima]), stack_ticks([one.multipliers for one in optima])
     states = tuple(map(stack_ticks, zip(*estimates, strict=True)))
-    _one_round_balances(states, net.arrays, block.arrays, gains, m, lam, net.laplacian_pinv, limit, balances)
+    after = _next_rounds(states, block, flow)
+    about = (m, lam, net.leader, net.laplacian_pinv)
+    _balances_about_optima(states, after, block.arrays, gains, about, limit, balances)
     return Passivity.from_rows(balances)
 
 
 def flow_passivities_of_block(block: TickBlock, flow: Flow, estimates: Sequence[Estimates]) -> list[Passivity]:
     """Return `flow_passivity` of T states and the two rounds that follow each when messages arrive within theirs."""
     balances, states = np.empty((len(estimates), 4)), tuple(map(stack_ticks, zip(*estimates, strict=True)))
-    _two_rounds_balances(states, block.network.arrays, block.arrays, tuple(flow), balances)
+    first = _next_rounds(states, block, flow)
+    second = _next_rounds(first, block, flow)
+    _flow_balances((states, first, second), block.arrays, tuple(flow), balances)
     return Passivity.from_rows(balances)
 
 
+def _next_rounds(states: tuple[np.ndarray, ...], block: TickBlock, flow: Flow) -> tuple[np.ndarray, ...]:
+    """Return z, zeta, lam, nu of T states a round later when every message arrives within it, ticks first."""
+    z, zeta, lam, nu = states
+    after = (np.empty(z.shape), np.empty(zeta.shape), np.zeros(lam.shape), np.empty(nu.shape))
+    _write_next_rounds(states, block.network.arrays, block.arrays, tuple(flow), after)
+    return after
+
+
 @kernel
-def _one_round_balances(states, graph, block_arrays, flow, m, lam, pinv, limit, balances):
-    """Write a row of `balances` (T, 4) for every tick, NaN where the round leaves `limit`.
+def _write_next_rounds(states, graph, block_arrays, flow, after):
+    """Write to `after`, like `states` and with lam all 0, what `_next_rounds` returns.
 
     `states` are z, zeta, lam, nu of `Estimates` with T as their first axis, `graph` the members of `GraphArrays`,
-    `block_arrays` of `BlockArrays`, `flow` of `Flow`; `m` (T, 2) and `lam` (T, n, R) the optima, `pinv` (n, n).
+    `block_arrays` of `BlockArrays`, `flow` of `Flow`. Both balances call this, so that it is compiled once.
     """
     block, gains, net = BlockArrays(*block_arrays), Flow(*flow), GraphArrays(*graph)
-    for t in range(len(m)):
+    for t in range(len(states[0])):
         problem, now = problem_at(block, t), _estimates_at(states, t)
         private = private_data(graph, (problem.p, problem.xi, problem.reference), problem.rows)
-        rate = _next_round(now, net, private, gains)
+        received = ReceivedStates(net.first, net.neighbours, now.z, now.zeta)
+        update_robots(now, _estimates_at(after, t), received, private, gains)
+
+
+@kernel
+def _balances_about_optima(states, after, block_arrays, flow, about, limit, balances):
+    """Write a row of `balances` (T, 4) for every tick, NaN where the round leaves `limit`; turn `after` into rates.
+
+    `states` and `after` are z, zeta, lam, nu of `Estimates` with T as their first axis, now and a round later,
+    `block_arrays` the members of `BlockArrays`, `flow` of `Flow`; `about` the optima m (T, 2) and lam (T, n, R), which
+    robots lead (n,), and the pseudo-inverse of the Laplacian (n, n).
+    """
+    block, gains, (m, lam, leader, pinv) = BlockArrays(*block_arrays), Flow(*flow), about
+    for t in range(len(m)):
+        problem, now, rate = problem_at(block, t), _estimates_at(states, t), _estimates_at(after, t)
         if check_limits(rate.z, rate.lam, limit, gains.multiplier_cap)[0]:
             _to_rate(rate.z, now.z, gains.step)
             _to_rate(rate.zeta, now.zeta, gains.step)
             _to_rate(rate.lam, now.lam, gains.step)
             _to_rate(rate.nu, now.nu, gains.step)
             states_there, rows = (m[t], problem.p, problem.xi), problem.rows
-            about = (
-                *states_there,
-                lam[t],
-                rows.a,
-                rows.C,
-                rows.along,
-                net.leader,
-                problem.reference,
-                pinv,
-                gains.alpha,
-            )
-            _write_balance(balance_about_optimum(about, now, rate), balances, t)
+            of_rows = (lam[t], rows.a, rows.C, rows.along)
+            there = (*states_there, *of_rows, leader, problem.reference, pinv, gains.alpha)
+            _write_balance(balance_about_optimum(there, now, rate), balances, t)
         else:
             _write_balance((np.nan, np.nan, np.nan, np.nan), balances, t)
 
 
 @kernel
-def _two_rounds_balances(states, graph, block_arrays, flow, balances):
-    """Write a row of `balances` (T, 4) for every tick; arguments as of `_one_round_balances`."""
-    block, gains, net = BlockArrays(*block_arrays), Flow(*flow), GraphArrays(*graph)
+def _flow_balances(rounds, block_arrays, flow, balances):
+    """Write a row of `balances` (T, 4) for every tick, of the states before a round, after it and after the next.
+
+    Each of `rounds` is z, zeta, lam, nu of `Estimates` with T as their first axis; other arguments as above.
+    """
+    (before, first, second), block, gains = rounds, BlockArrays(*block_arrays), Flow(*flow)
     for t in range(len(balances)):
-        problem, now = problem_at(block, t), _estimates_at(states, t)
-        private = private_data(graph, (problem.p, problem.xi, problem.reference), problem.rows)
-        first = _next_round(now, net, private, gains)
-        second = _next_round(first, net, private, gains)
-        rows = (problem.rows.a, problem.rows.C, problem.rows.along)
-        balance = flow_balance(now, first, second, rows, gains.alpha, gains.step)
+        rows = problem_at(block, t).rows
+        three = (_estimates_at(before, t), _estimates_at(first, t), _estimates_at(second, t))
+        balance = flow_balance(*three, (rows.a, rows.C, rows.along), gains.alpha, gains.step)
         _write_balance(balance, balances, t)
 
 
@@ -94,14 +110,6 @@ def _two_rounds_balances(states, graph, block_arrays, flow, balances):
 def _estimates_at(states, t):
     z, zeta, lam, nu = states
     return Estimates(z[t], zeta[t], lam[t], nu[t])
-
-
-@kernel
-def _next_round(now, graph, private, flow):
-    """Return the estimates a round later when every message arrives within it, arrays of their own."""
-    new = Estimates(*empty_estimates(now))
-    update_robots(now, new, ReceivedStates(graph.first, graph.neighbours, now.z, now.zeta), private, flow)
-    return new
 
 
 @kernel

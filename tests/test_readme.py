@@ -11,7 +11,14 @@ DEMO = (TOP / "scripts" / "demo").read_text(encoding="utf-8")
 LINES = re.findall(r"^    \$ (pbrg [^#\n]*)", (TOP / "README.md").read_text(encoding="utf-8"), flags=re.MULTILINE)
 SUFFIXES = (".mcap", ".yaml")
 COMMANDS = (TOP / "docs" / "commands.md").read_text(encoding="utf-8")
-EXTRAS = {"plot": "plot", "reproduce": "plot", "render": "video", "report": "video", "tune": "tune", "falsify": "tune"}  # what commands need
+EXTRAS = {  # what commands need
+    "plot": "plot",
+    "reproduce": "plot",
+    "render": "video",
+    "report": "video",
+    "tune": "tune",
+    "falsify": "tune",
+}
 
 
 def files(line: str) -> tuple[set[str], set[str]]:

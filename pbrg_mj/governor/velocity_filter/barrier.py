@@ -19,6 +19,7 @@ import numpy as np
 
 from pbrg_mj.governor.certificate.projection import least_violating, nearest_allowed
 from pbrg_mj.governor.problem.interface import Problem
+from pbrg_mj.governor.velocity_filter.interface import known_half_spaces
 from pbrg_mj.kernel import kernel
 
 BISECTIONS = 40
@@ -36,12 +37,8 @@ class BarrierFilter:
 
         Raises ValueError for a problem without half-spaces.
         """
-        spaces = problem.half_spaces
-        if spaces is None:
-            raise ValueError("a velocity filter needs half-spaces in the problem")
-        driven = np.empty(velocity.shape)
-        arrays = spaces.G, spaces.h, spaces.active, spaces.binds
-        _write_nearest(arrays, hand_world, velocity, self.gain, self.margin, driven)
+        half_spaces, driven = known_half_spaces(problem), np.empty(velocity.shape)
+        _write_nearest(half_spaces, hand_world, velocity, self.gain, self.margin, driven)
         return driven
 
 

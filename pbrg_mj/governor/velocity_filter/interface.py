@@ -25,3 +25,11 @@ class VelocityFilter(Protocol):
         q as estimated.
         """
         ...
+
+
+def known_half_spaces(problem: Problem) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return G, h, active and binds of the robots' half-spaces. Raises ValueError for a problem without any."""
+    spaces = problem.half_spaces
+    if spaces is None:
+        raise ValueError("a velocity filter needs half-spaces in the problem")
+    return spaces.G, spaces.h, spaces.active, spaces.binds

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pbrg_mj.governor.problem.interface import Problem
+from pbrg_mj.governor.velocity_filter.interface import known_half_spaces
 from pbrg_mj.kernel import kernel
 
 
@@ -32,12 +33,9 @@ class PotentialField:
 
         Raises ValueError for a problem without half-spaces.
         """
-        spaces = problem.half_spaces
-        if spaces is None:
-            raise ValueError("a velocity filter needs half-spaces in the problem")
+        half_spaces = known_half_spaces(problem)
         driven, nearest = velocity.copy(), (3.0 * self.gain * self.tick) ** 0.25
-        arrays = spaces.G, spaces.h, spaces.active, spaces.binds
-        _add_repulsion(arrays, hand_world, (self.gain, self.reach, nearest), driven)
+        _add_repulsion(half_spaces, hand_world, (self.gain, self.reach, nearest), driven)
         return driven
 
 

@@ -25,6 +25,7 @@ import numpy as np
 
 from pbrg_mj.governor.certificate.projection import nearest_allowed
 from pbrg_mj.governor.problem.interface import Problem
+from pbrg_mj.governor.velocity_filter.interface import known_half_spaces
 from pbrg_mj.kernel import kernel
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.world.scene.robot import load_robot_model
@@ -61,13 +62,12 @@ class SeparationFilter:
         return cls(formation, distance, margin, 1.0 / (4.0 * lag), facets, scenario.timing.tick)
 
     def filtered(self, problem: Problem, hand_world: np.ndarray, m: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-        """Return w (n, 2) [m/s] for u, `velocity`. Raises ValueError for a problem without half-spaces."""
-        spaces = problem.half_spaces
-        if spaces is None or problem.heading is None:
-            raise ValueError("this filter needs half-spaces and headings in the problem")
+        """Return w (n, 2) [m/s] for u, `velocity`. Raises ValueError for a problem without half-spaces or headings."""
+        if problem.heading is None:
+            raise ValueError("this filter needs headings in the problem")
         driven = np.empty(velocity.shape)
         _write_driven(
-            (spaces.G, spaces.h, spaces.active, spaces.binds),
+            known_half_spaces(problem),
             (hand_world, problem.p, self.formation, velocity),
             (problem.heading, self.facets),
             (self.distance, self.margin, self.gain, self.tick),

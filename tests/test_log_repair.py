@@ -11,12 +11,13 @@ from mcap.reader import make_reader
 
 from pbrg_mj.cli.main import main
 from pbrg_mj.errors import InputError
+from pbrg_mj.log import repair as repair_module
 from pbrg_mj.log.read.mcap_records import MAGIC, RECORD_PREFIX
 from pbrg_mj.log.read.run import open_run
 from pbrg_mj.log.repair import repair
 from pbrg_mj.log.write.writer import LogWriter
-from tests.records import TICK, loaded, records
-from tests.test_log_damage import corrupt, forge
+from tests.records import SCENARIO_YAML, TICK, loaded, records
+from tests.test_log_damage import FACTS, corrupt, forge, ticks_of
 
 CHUNK = 6  # MCAP's opcode
 SUFFIXES = {"export": (".npz", ".csv", ".mat"), "plot": (".svg",), "report": (".html",)}
@@ -121,6 +122,22 @@ def test_what_cannot_be_repaired_is_one_line(whole: bytes, tmp_path: Path, capfd
         assert "\n" not in str(caught.value)
     gc.collect()
     assert capfd.readouterr().err == ""  # the compiled writer complains of files that are closed too early
+
+
+def test_a_log_that_contradicts_itself_is_refused_before_its_ticks_are_read(tmp_path: Path, monkeypatch) -> None:
+    path = forge(tmp_path / "forged.mcap", ticks_of(50), FACTS | {"robots": "0", "slots": "0", "rows": "0"})
+    monkeypatch.setattr(repair_module, "_tick_index", lambda data: pytest.fail("a tick was read"))
+    with pytest.raises(InputError, match="the log contradicts itself: 0 robots"):
+        repair(path, tmp_path / "clean.mcap")
+
+
+def test_ticks_beyond_the_scenarios_end_are_not_read(whole: bytes, tmp_path: Path, monkeypatch) -> None:
+    read, text = [], SCENARIO_YAML.replace("TIMINGS", "true").replace("{tick: 0.02}", "{tick: 0.02, duration: 0.06}")
+    monkeypatch.setattr(repair_module, "_tick_index", read.append)
+    path = forge(tmp_path / "forged.mcap", ticks_of(50), scenario=text)
+    with pytest.raises(InputError, match="a chunk has ticks beyond the scenario's end"):
+        repair(path, tmp_path / "clean.mcap")
+    assert read == []
 
 
 def test_the_command_never_overwrites_its_input(whole: bytes, tmp_path: Path, capsys) -> None:

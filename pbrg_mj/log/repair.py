@@ -30,6 +30,7 @@ from pbrg_mj.log.read.mcap_records import (
     split_records,
 )
 from pbrg_mj.log.schema import channels
+from pbrg_mj.log.schema.ending import asked_ticks
 from pbrg_mj.log.schema.message import LogMessage
 from pbrg_mj.log.schema.protobuf import CLASSES
 from pbrg_mj.log.write.mcap_writer import McapWriter
@@ -97,6 +98,7 @@ class _Copy:
     schemas: dict[int, Schema] = field(default_factory=dict)  # by number in the old log
     channels: dict[int, _Channel] = field(default_factory=dict)  # likewise
     reached: int = -1  # time of the last tick kept [ns]
+    room: int | None = None  # ticks that the scenario still has room for; known from the first chunk with ticks on
 
     def copy_records(self, file: BinaryIO, size: int) -> None:
         """Copy all that is whole, to the file's end or to where its records can no longer be separated."""
@@ -148,9 +150,9 @@ class _Copy:
             raise DamageError("a chunk repeats earlier ticks")
         self._declare([*declared, *self.index])
         known = [(self.channels[number], message) for number, message in messages if number in self.channels]
-        ticks = [_tick_index(message.data) for channel, message in known if channel.topic == channels.TICK]
         if messages and not known:
             raise DamageError("a message belongs to no channel")
+        ticks = self._ticks([message.data for channel, message in known if channel.topic == channels.TICK])
         for channel, message in known:
             channel.add_message(message.data, log_time=message.log_time)
         self.writer.flush()
@@ -160,6 +162,17 @@ class _Copy:
         self.found.chunks += 1
         if len(known) < len(messages):
             self.found.damage.append(f"{len(messages) - len(known)} messages belong to no channel")
+
+    def _ticks(self, found: list[bytes]) -> list[int]:
+        """Return the ticks' indices. Before the first one, all that is embedded must be there and go together."""
+        if not found:
+            return []
+        if self.room is None:
+            self.room = asked_ticks(self.embedded.header("; ".join(self.found.damage) or None).scenario)
+        if len(found) > self.room:
+            raise DamageError("a chunk has ticks beyond the scenario's end")
+        self.room -= len(found)
+        return [_tick_index(data) for data in found]
 
     def _declare(self, records: Iterable[Schema | Channel]) -> None:
         """Add to the new log what the old one declares, unless it is known."""

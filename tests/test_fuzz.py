@@ -11,16 +11,23 @@ import pytest
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.log.read.run import open_run
+from pbrg_mj.plugins import IN_SCENARIOS
 from pbrg_mj.scenario.load import parse_scenario
-from scripts.fuzz import kills, logs, scenarios
+from scripts.fuzz import kills, logs, scenarios, studies
 from scripts.fuzz.forgeries import forgery
 from scripts.fuzz.mcap import take_apart
 from scripts.fuzz.mutants import mutant
 from scripts.fuzz.sandbox import CPU, MEMORY, Ending, run_apart
+from scripts.fuzz.study_mutants import STUDIES, study_mutant
 from scripts.fuzz.verdict import fault
 
 DATA = sorted((Path(__file__).parent / "data").glob("*.mcap"))
-SAMPLES = {scenarios: 40, logs: 12, kills: 3}  # other cases than those that were looked at while this was written
+SAMPLES = {
+    scenarios: 40,
+    studies: 8,
+    logs: 12,
+    kills: 3,
+}  # other cases than those that were looked at while this was written
 FIRST = 10**6
 
 
@@ -46,6 +53,21 @@ def test_mutants_are_their_seeds_and_some_are_valid() -> None:
         except InputError:
             pass
     assert 5 < valid < 40
+
+
+def test_mutants_name_parts_that_the_schema_does_not_list() -> None:
+    """Governors, certificates, estimators and solvers have open lists of names: ours are among the mutants."""
+    said = b"".join(b" ".join([one.content, *map(str.encode, one.overrides)]) for one in map(mutant, range(1500)))
+    names = {name for kind in IN_SCENARIOS for name in kind.built_in}
+    assert {name for name in names if name.encode() not in said} == set()
+    assert said.count(b"set_up=recommended") > 10
+
+
+def test_mutants_of_studies_are_their_seeds_and_of_all_commands() -> None:
+    made = [study_mutant(seed) for seed in range(60)]
+    assert made == [study_mutant(seed) for seed in range(60)]
+    assert {command[0] for one in made for command in one.commands} == {*STUDIES, "draw", "run", "batch"}
+    assert len({one.content for one in made}) > 45
 
 
 @pytest.mark.parametrize("path", DATA, ids=lambda path: path.stem)

@@ -6,6 +6,7 @@
     damage      accidents of bytes and of texts
     mutants     bundled scenarios with accidents, by seed
     scenarios   every mutant is validated and run
+    studies     families of worlds, sweeps, tunings, searches and suites likewise
     mcap        an MCAP file taken apart, and put together again with the right checksums
     forgeries   damaged and forged logs, by seed
     logs        every forgery is read by the commands that read logs

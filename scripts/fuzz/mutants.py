@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 import numpy as np
 
+from pbrg_mj.plugins import IN_SCENARIOS
 from pbrg_mj.scenario.bundled import bundled_scenarios
 from pbrg_mj.scenario.parse.document import read_document
 from pbrg_mj.scenario.schema.json_schema import json_schema
@@ -17,7 +18,11 @@ from scripts.fuzz.damage import TOKENS, damaged_text
 from scripts.fuzz.values import Rng, allowed, hostile, nearby, pick, yaml
 
 SMALL, LARGE_SHARE = 12, 0.02  # robots, and how many scenarios are of larger teams: a tick of fifty takes long
+PARTS = {tuple(kind.key.split(".")): kind.built_in for kind in IN_SCENARIOS}  # names that the schema does not list
+RECOMMENDED = "set_up=recommended"
 Path = tuple[str | int, ...]
+Known = Callable[[Rng], tuple[Path, Any]]
+"""Chooses the path of a key that a file may have, and a value that its schema allows."""
 
 
 @dataclass(frozen=True)
@@ -36,9 +41,9 @@ def mutant(seed: int) -> Mutant:
     original = bundled_scenarios()[name].read_bytes()
     kind = rng.random()
     if kind < 0.4:
-        return Mutant(name, _changed_data(rng, original.decode()))
+        return Mutant(name, changed_data(rng, original.decode()))
     if kind < 0.65:
-        return Mutant(name, original, tuple(_override(rng, original.decode()) for _ in range(rng.integers(1, 4))))
+        return Mutant(name, original, overrides(rng, original.decode()))
     if kind < 0.66:
         return Mutant(f"{name}, another team", _other_team(rng, original.decode()))
     for _ in range(rng.integers(1, 4)):
@@ -62,10 +67,11 @@ def _read_once(text: str) -> Any:
     return read_document(text, "").data
 
 
-def _changed_data(rng: Rng, text: str) -> bytes:
+def changed_data(rng: Rng, text: str, known: Known | None = None) -> bytes:
+    """Return the YAML with one to three accidents to its keys and values; scenarios' own keys are known."""
     data = read(text)
     for _ in range(rng.integers(1, 4)):
-        data = _change(rng, data)
+        data = _change(rng, data, known or known_of_scenarios)
     return _text(data)
 
 
@@ -75,7 +81,7 @@ def _text(data: Any) -> bytes:
     return "".join(lines).encode("utf-8", "replace")
 
 
-def _change(rng: Rng, data: Any) -> Any:
+def _change(rng: Rng, data: Any, known: Known) -> Any:
     """Return the data with one accident."""
     paths = list(_paths(data))
     if not paths:
@@ -83,12 +89,12 @@ def _change(rng: Rng, data: Any) -> Any:
     path = pick(rng, paths)
     kind = rng.integers(10)
     if kind < 3:  # a known key, with a value that is allowed
-        return _put(data, *_known(rng))
+        return _put(data, *known(rng))
     value = _get(data, path)
     if kind < 6 and isinstance(value, int | float):
         return _put(data, path, nearby(rng, value))
     if kind == 6:
-        return _put(data, pick(rng, (path, _known(rng)[0])), hostile(rng))
+        return _put(data, pick(rng, (path, known(rng)[0])), hostile(rng))
     if kind == 7:
         return _put(data, path, None, remove=True)
     if kind == 8:
@@ -135,32 +141,46 @@ def _holds(data: Any, key: str | int) -> bool:
     return key in data if isinstance(data, dict) else isinstance(key, int) and key < len(data)
 
 
-def _known(rng: Rng) -> tuple[Path, Any]:
+def known_of_scenarios(rng: Rng) -> tuple[Path, Any]:
     """Return the path of a key that scenarios may have, and a value that its schema allows."""
-    path, schema = pick(rng, _keys())
-    return path, allowed(rng, schema, _schema()["$defs"])
+    if rng.random() < 0.1:
+        path = pick(rng, list(PARTS))
+        return path, pick(rng, PARTS[path])
+    return _of_scenarios()(rng)
 
 
 @cache
-def _schema() -> dict[str, Any]:
-    return json_schema()
+def _of_scenarios() -> Known:
+    return known_keys(json_schema())
 
 
-@cache
-def _keys() -> tuple[tuple[Path, dict[str, Any]], ...]:
-    whole = _schema()
+def known_keys(schema: dict[str, Any]) -> Known:
+    """Return what chooses among all keys of a JSON Schema that are no sections."""
+    definitions = schema.get("$defs", {})
+    keys = tuple(_keys(schema, definitions, ()))
 
-    def walk(schema: dict[str, Any], at: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
-        for key, field in schema.get("properties", {}).items():
-            section = whole["$defs"].get(field.get("$ref", "").rsplit("/", 1)[-1])
-            yield from walk(section, (*at, key)) if section else (((*at, key), field),)
+    def choose(rng: Rng) -> tuple[Path, Any]:
+        path, field = pick(rng, keys)
+        return path, allowed(rng, field, definitions)
 
-    return tuple(walk(whole, ()))
+    return choose
+
+
+def _keys(schema: dict[str, Any], definitions: dict[str, Any], at: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
+    for key, field in schema.get("properties", {}).items():
+        section = definitions.get(field.get("$ref", "").rsplit("/", 1)[-1])
+        yield from _keys(section, definitions, (*at, key)) if section else (((*at, key), field),)
+
+
+def overrides(rng: Rng, text: str) -> tuple[str, ...]:
+    """Return one to three overrides of a scenario or a family; now and then the recommended set-up before them."""
+    found = tuple(_override(rng, text) for _ in range(rng.integers(1, 4)))
+    return (RECOMMENDED, *found) if rng.random() < 0.15 else found
 
 
 def _override(rng: Rng, text: str) -> str:
     """Return `path.to.key=value`, mostly."""
-    known, value = _known(rng)
+    known, value = known_of_scenarios(rng)
     path = pick(rng, (known, known, pick(rng, list(_paths(read(text))))))
     value = pick(rng, (value, value, hostile(rng)))
     dotted = ".".join(map(str, path))

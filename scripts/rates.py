@@ -21,7 +21,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pbrg_mj.analysis.metrics.run_metrics import metrics
-from pbrg_mj.governor.stability.step_bound import linear_step_limit, steepest_gradients
+from pbrg_mj.governor.stability.linear_step import linear_step_limit, steepest_gradients
 from pbrg_mj.log.read.run import open_run
 from pbrg_mj.log.write.writer import LogWriter
 from pbrg_mj.loop.simulation import Simulation

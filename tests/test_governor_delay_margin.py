@@ -8,7 +8,7 @@ import pytest
 from pbrg_mj.governor.distributed.estimates import Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.stability.delay_margin import DelayedRounds, delay_margin
-from pbrg_mj.governor.stability.step_bound import linear_step_limit, steepest_gradients
+from pbrg_mj.governor.stability.linear_step import linear_step_limit, steepest_gradients
 from tests.channels import channel, links, uneven
 from tests.problems import FORMATION, GRAPHS, START, graph, problem
 

@@ -15,7 +15,7 @@ from pbrg_mj.governor.distributed.rounds import run_rounds
 from pbrg_mj.governor.monitor.equilibrium import equilibrium
 from pbrg_mj.governor.problem.ball import input_rows
 from pbrg_mj.governor.problem.rows import rho, stacked
-from pbrg_mj.governor.stability.step_bound import linear_step_limit, robots_abreast, steepest_gradients
+from pbrg_mj.governor.stability.linear_step import linear_step_limit, robots_abreast, steepest_gradients
 from tests.linear_rounds import longest_step, modes_at
 from tests.problems import FORMATION, GRAPHS, START, graph, problem
 

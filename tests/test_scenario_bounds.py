@@ -11,7 +11,7 @@ from annotated_types import Ge, Gt, Le, Lt
 
 import pbrg_mj as pbrg
 from pbrg_mj.errors import InputError
-from pbrg_mj.governor.stability.step_bound import robots_abreast
+from pbrg_mj.governor.stability.linear_step import robots_abreast
 from pbrg_mj.loop import resources
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.checks.check import MOST_FINDINGS, check

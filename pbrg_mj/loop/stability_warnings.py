@@ -9,7 +9,7 @@ import numpy as np
 from pbrg_mj.governor.distributed.from_scenario import round_step
 from pbrg_mj.governor.problem.ball import BallCertificate
 from pbrg_mj.governor.stability.delay_margin import MAX_ROBOTS, DelayedRounds, delay_margin
-from pbrg_mj.governor.stability.step_bound import linear_step_limit, steepest_gradients
+from pbrg_mj.governor.stability.linear_step import linear_step_limit, steepest_gradients
 from pbrg_mj.scenario.checks.certificate import CERTIFIED
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.channel import channel
@@ -75,6 +75,6 @@ def _delay(scenario: Scenario, gradients: np.ndarray) -> Iterator[str]:
         others = "" if np.all(links.longest == longest) else ", the others in proportion"
         yield (
             f"messages {longest} rounds late, {longest * step:.3g} s, may be too late for alpha = "
-            f"{scenario.governor.alpha:g} on this graph: the plain exchange is stable up to {margin} rounds, "
-            f"{margin * step:.2g} s{others}. `network.exchange: scattering` bears any delay"
+            f"{scenario.governor.alpha:g} on this graph: the plain exchange's linear modes are stable up to {margin} "
+            f"rounds, {margin * step:.2g} s{others}. `network.exchange: scattering` bears any delay"
         )

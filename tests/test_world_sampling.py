@@ -65,6 +65,15 @@ def test_mujoco_holds_each_sample_from_exactly_its_delay_on(rate_hz, physics_ste
         mujoco.mj_step2(model, data)
 
 
+@pytest.mark.parametrize(("rate_hz", "physics_step"), [*RATES, (500, 0.002), (600, 0.002)])
+@pytest.mark.parametrize("steps", [0, 1, 50])
+def test_a_frame_is_held_until_the_step_that_is_foretold(rate_hz, physics_step, steps):
+    sampler = Sampler(rate_hz, physics_step, round(steps * physics_step, 6))
+    frames = np.array([sampler.frame(step) for step in range(1500)])
+    ends = np.flatnonzero(np.diff(frames)) + 1
+    assert [sampler.held_until(frame) for frame in frames[ends - 1].tolist()] == ends.tolist()
+
+
 def test_seconds_become_whole_steps_by_their_decimals():
     assert [steps_until(time, 0.002) for time in (0, 0.002, 0.0021, 0.3, 20.0)] == [0, 1, 2, 150, 10000]
     assert steps_during(0.1, 0.2, 0.002) == range(50, 150)  # though 0.1 + 0.2 > 0.3 in binary

@@ -21,7 +21,7 @@ from pbrg_mj.team.exchange import exchange
 from pbrg_mj.team.graph import network
 from pbrg_mj.team.network import Network
 from pbrg_mj.team.pre_stabiliser import write_pre_stabilised
-from pbrg_mj.vehicle.drive import DifferentialDrive, Motor, compensated_friction, wheel_voltages
+from pbrg_mj.vehicle.drive import DifferentialDrive, Motor, compensated_friction, write_wheel_voltages
 from pbrg_mj.vehicle.hand_point import hand_point, write_hand_points
 from pbrg_mj.world.scene.robot import load_robot_model
 
@@ -160,5 +160,5 @@ def _step(worlds, states, estimates, rows, team, numbers):
         if not diverged[w]:
             m[w] = after[0][:, :2]
         write_pre_stabilised(graph, (p, xi[w], m[w]), alpha_r, leak, u, rate)
-        command[w] = wheel_voltages(u, pose[w], sizes, motor)
+        write_wheel_voltages(u, pose[w], sizes, motor, command[w])
         xi[w] += tick * rate

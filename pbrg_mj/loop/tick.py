@@ -20,7 +20,7 @@ from pbrg_mj.governor.velocity_filter.separation import separation
 from pbrg_mj.kernel import clock
 from pbrg_mj.perception.estimator import Estimator, GuidedEstimator
 from pbrg_mj.perception.half_spaces import HalfSpaces
-from pbrg_mj.scenario.schema import Scenario, operator_reference
+from pbrg_mj.scenario.schema import Control, Scenario, operator_reference
 from pbrg_mj.sensing.noise import SensorNoise
 from pbrg_mj.sensing.readings import Readings
 from pbrg_mj.sensing.sense import sense
@@ -55,6 +55,36 @@ class ClosedLoop:
         return self.estimator if isinstance(self.estimator, GuidedEstimator) else None
 
     @cached_property
+    def tick(self) -> float:
+        """Seconds from tick to tick. Like what follows, kept here since a section's key takes longer to find."""
+        return self.scenario.timing.tick
+
+    @cached_property
+    def control(self) -> Control:
+        """The scenario's section."""
+        return self.scenario.control
+
+    @cached_property
+    def backend(self) -> str:
+        """Of governor and pre-stabiliser."""
+        return self.scenario.governor.backend
+
+    @cached_property
+    def reference_range(self) -> float:
+        """How far away the operator's reference may pull [m]."""
+        return self.scenario.governor.reference_range
+
+    def reference(self, time: float) -> np.ndarray:
+        """Return the operator's r (2,) [m]."""
+        constant = self._constant_reference
+        return operator_reference(self.scenario.operator, time) if constant is None else constant
+
+    @cached_property
+    def _constant_reference(self) -> np.ndarray | None:
+        operator = self.scenario.operator
+        return None if operator.reference is None else operator_reference(operator, 0.0)
+
+    @cached_property
     def of_the_state(self) -> StateCertificate | None:
         """The certificate if its rows depend on the state, asked once: a protocol's check takes microseconds."""
         return self.certificate if isinstance(self.certificate, StateCertificate) else None
@@ -66,6 +96,7 @@ class PoseEstimate(NamedTuple):
     body_pose: np.ndarray  # (n, 3) x, y [m], heading [rad]
     hand_world: np.ndarray  # (n, 2) q [m]
     p: np.ndarray  # (n, 2) q - b [m]
+    heading: np.ndarray  # (n,) of body_pose
 
 
 class LoopState(NamedTuple):
@@ -134,7 +165,7 @@ def control_tick(loop: ClosedLoop, state: LoopState, index: int) -> tuple[LoopSt
 
 def seen(loop: ClosedLoop, state: LoopState, index: int) -> SeenTick:
     """Do the first half of a tick: sense and perceive."""
-    time = index * loop.scenario.timing.tick
+    time = index * loop.tick
     began = clock()
     readings = sense(loop.world.observe(), state.readings, loop.noise)
     sensed = clock()
@@ -148,7 +179,8 @@ def seen(loop: ClosedLoop, state: LoopState, index: int) -> SeenTick:
     pose = state.pose
     if pose is None or readings.body_pose is not pose.body_pose:
         hand_world = hand_point(readings.body_pose, loop.hand_offset)
-        pose = PoseEstimate(readings.body_pose, hand_world, hand_world - loop.formation)
+        heading = readings.body_pose[:, 2]
+        pose = PoseEstimate(readings.body_pose, hand_world, hand_world - loop.formation, heading)
     p = pose.p if state.displacement is None else pose.p - state.displacement
     return SeenTick(index, time, readings, estimator, half_spaces, pose, p, (began, sensed, perceived))
 
@@ -160,61 +192,77 @@ def commanded(
     demand: ExternalCommand = ExternalCommand(),  # noqa: B008 - a tuple
 ) -> tuple[LoopState, ControlTick]:
     """Do the second half: govern, control and command; return the next state and what was done."""
-    scenario, readings, half_spaces = loop.scenario, sight.readings, sight.half_spaces
-    rows: Any = _rows(loop, state, half_spaces, sight.p)
-    asked = operator_reference(scenario.operator, sight.time) if demand.reference is None else demand.reference
-    problem = Problem(
-        network=loop.network,
-        p=sight.p,
-        xi=state.xi,
-        rows=rows,
-        reference=asked,
-        half_spaces=half_spaces,
-        heading=readings.body_pose[:, 2],
-        reference_range=scenario.governor.reference_range,
-    )
+    problem = _problem(loop, state, sight, demand.reference)
     memory = loop.governor.init(problem) if state.governor is None else state.governor
     solution, memory = loop.governor.step(problem, memory)
     governed = clock()
 
-    velocity, xi_rate, exchange = _pre_stabilise(loop, state, problem, solution.m)
-    if demand.velocity is not None:
-        velocity = demand.velocity
-    driven = velocity
-    for one in loop.velocity_filters:
-        driven = one.filtered(problem, sight.pose.hand_world, solution.m, driven)
-    displacement = state.displacement
-    if displacement is not None:
-        displacement = displacement + scenario.timing.tick * (driven - velocity)
-    command = loop.drive.command(driven, readings.body_pose)
-    timestamps = (*sight.timestamps, governed, clock())
-
+    velocity, moved = _controlled(loop, state, sight, (problem, solution.m), demand.velocity)
+    command = loop.drive.command(velocity, sight.readings.body_pose)
     tick = ControlTick(
         index=sight.index,
         time=sight.time,
-        readings=readings,
+        readings=sight.readings,
         hand_world=sight.pose.hand_world,
-        half_spaces=half_spaces,
+        half_spaces=sight.half_spaces,
         problem=problem,
         solution=solution,
         memory=memory,
         displacement=state.displacement,
-        velocity=driven,
+        velocity=velocity,
         command=command,
-        timestamps=timestamps,
+        timestamps=(*sight.timestamps, governed, clock()),
     )
-    xi = state.xi + scenario.timing.tick * xi_rate
-    kept = (sight.estimator, half_spaces, rows, sight.pose, memory, solution.m, xi, displacement, exchange)
-    return LoopState(readings, *kept), tick
+    rows = problem.rows_given
+    kept = (sight.estimator, sight.half_spaces, rows, sight.pose, memory, solution.m, *moved)
+    return LoopState(sight.readings, *kept), tick
+
+
+def _problem(loop: ClosedLoop, state: LoopState, sight: SeenTick, asked: np.ndarray | None) -> Problem:
+    """Return the governor's problem; r is the operator's, or what is asked from outside."""
+    rows: Any = _rows(loop, state, sight.half_spaces, sight.p)
+    return Problem(
+        network=loop.network,
+        p=sight.p,
+        xi=state.xi,
+        rows=rows,
+        reference=loop.reference(sight.time) if asked is None else asked,
+        half_spaces=sight.half_spaces,
+        heading=sight.pose.heading,
+        reference_range=loop.reference_range,
+    )
+
+
+def _controlled(
+    loop: ClosedLoop,
+    state: LoopState,
+    sight: SeenTick,
+    governed: tuple[Problem, np.ndarray],
+    asked: np.ndarray | None,
+) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray | None, ExchangeMemory | None]]:
+    """Return the velocities to drive (n, 2), and xi, displacement and exchange of the next tick.
+
+    `governed` are the problem and the governed references, `asked` are velocities in place of those of eq. 2.
+    """
+    problem, m = governed
+    velocity, xi_rate, exchange = _pre_stabilise(loop, state, problem, m)
+    if asked is not None:
+        velocity = asked
+    driven, displacement = velocity, state.displacement
+    for one in loop.velocity_filters:
+        driven = one.filtered(problem, sight.pose.hand_world, m, driven)
+    if displacement is not None:
+        displacement = displacement + loop.tick * (driven - velocity)
+    return driven, (state.xi + loop.tick * xi_rate, displacement, exchange)
 
 
 def _pre_stabilise(
     loop: ClosedLoop, state: LoopState, problem: Problem, m: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, ExchangeMemory | None]:
     """Return u and dxi/dt, and what the robots then keep of each other where their messages are late or lost."""
-    control, p, xi = loop.scenario.control, problem.p, problem.xi
+    control, p, xi = loop.control, problem.p, problem.xi
     if loop.exchange is None:
-        return *pre_stabilise(loop.network, control, p, xi, m, loop.scenario.governor.backend), None
+        return *pre_stabilise(loop.network, control, p, xi, m, loop.backend), None
     heard = loop.exchange.carried(p, xi, loop.exchange.empty() if state.exchange is None else state.exchange)
     return *loop.exchange.rates(control, (p, xi), m, heard), heard
 

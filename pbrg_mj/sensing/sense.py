@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from pbrg_mj.scenario.schema import WHITE
@@ -22,6 +24,8 @@ def sense(observation: Observation, previous: Readings | None, noise: SensorNois
     passed since the previous tick only the latest counts. Before a sensor's first frame its readings are NaN. A frame
     of the camera that is lost is none.
     """
+    if previous is not None and noise.pose_filter is None and _held(observation, previous):
+        return replace(previous, new_scan=False) if previous.new_scan else previous
     pose_frame, faults = observation.pose_frame, noise.camera_faults
     if previous is not None and faults is not None and faults.loses(pose_frame, noise.seed):
         pose_frame = previous.pose_frame
@@ -40,6 +44,10 @@ def sense(observation: Observation, previous: Readings | None, noise: SensorNois
     else:
         ranges, new_scan = _ranges(observation, noise), observation.scan_frame >= 0
     return Readings(body_pose, ranges, new_scan, pose_frame, observation.scan_frame, memory)
+
+
+def _held(observation: Observation, previous: Readings) -> bool:
+    return observation.pose_frame == previous.pose_frame and observation.scan_frame == previous.scan_frame
 
 
 def _poses(observation: Observation, noise: SensorNoise) -> np.ndarray:

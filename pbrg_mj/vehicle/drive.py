@@ -49,7 +49,9 @@ class DifferentialDrive:
 
     def command(self, velocity: np.ndarray, body_pose: np.ndarray) -> np.ndarray:
         """Return the wheel voltages (n, 2) left, right [V], none beyond the nominal voltage."""
-        return wheel_voltages(velocity, body_pose, *self.parameters)
+        voltage = np.empty(velocity.shape)
+        write_wheel_voltages(velocity, body_pose, *self.parameters, voltage)
+        return voltage
 
     @cached_property
     def parameters(self) -> tuple[tuple[float, float, float], Motor]:
@@ -92,9 +94,11 @@ def motor_of(robot: RobotModel, pwm_levels: int, friction: float) -> Motor:
 
 
 @kernel
-def wheel_voltages(velocity, body_pose, sizes, motor):
-    """Compute what DifferentialDrive commands; `sizes` and `motor` are its parameters."""
-    return motor_voltages(wheel_speeds_of(velocity, body_pose[:, 2], sizes), motor)
+def write_wheel_voltages(velocity, body_pose, sizes, motor, voltage):
+    """Write what DifferentialDrive commands; `sizes` and `motor` are its parameters."""
+    found = motor_voltages(wheel_speeds_of(velocity, body_pose[:, 2], sizes), motor)
+    for j in range(len(found)):
+        voltage[j, 0], voltage[j, 1] = found[j, 0], found[j, 1]
 
 
 @kernel

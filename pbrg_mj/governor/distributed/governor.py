@@ -12,6 +12,7 @@ from pbrg_mj.governor.distributed import equations, network_equations, network_r
 from pbrg_mj.governor.distributed import rounds as compiled
 from pbrg_mj.governor.distributed.estimates import Estimates, Flow
 from pbrg_mj.governor.distributed.link_states import LinkStates
+from pbrg_mj.governor.distributed.one_call import Findings, run_tick
 from pbrg_mj.governor.distributed.suspicion import some_row_cannot_be_met
 from pbrg_mj.governor.problem.interface import Problem, Solution, Status
 from pbrg_mj.team.channel import Channel
@@ -62,8 +63,8 @@ class DistributedGovernor:
         is a multiplier at its cap. In both cases the m_i seek the least violation.
         """
         rounds = 0 if memory.diverged else self.rounds
-        estimates, links, sent = self.run(problem, memory, rounds)
-        status = self._status(problem, estimates, links)
+        estimates, links, sent, found = self._tick(problem, memory, rounds)
+        status = _status(found, links)
         m = memory.m if status == "diverged" else estimates.z[:, :2].copy()
         solution = Solution(
             m=m,
@@ -75,30 +76,29 @@ class DistributedGovernor:
         )
         return solution, DistributedMemory(estimates, m, links, diverged=status == "diverged")
 
+    def _tick(
+        self, problem: Problem, memory: DistributedMemory, rounds: int
+    ) -> tuple[Estimates, LinkStates | None, np.ndarray, Findings]:
+        """Return what `run` does, and what the estimates say of themselves."""
+        if self.backend == "compiled" and (self.channel is None or memory.links is None):
+            estimates, found = run_tick(problem, memory.estimates, self.flow, rounds, self.diverged_beyond)
+            return estimates, None, _all_sent(problem, rounds), found
+        estimates, links, sent = self.run(problem, memory, rounds)
+        suspected = some_row_cannot_be_met(estimates.z, *problem.rows)
+        return estimates, links, sent, Findings(*self.check(estimates), suspected)
+
     def run(
         self, problem: Problem, memory: DistributedMemory, rounds: int
     ) -> tuple[Estimates, LinkStates | None, np.ndarray]:
         """Return the estimates and links after some rounds, and the bytes sent by each robot, (n,)."""
-        numbers = 2 * (4 * problem.network.robots + 2)  # (z_i, zeta_i) or a wave, to every neighbour, every round
         in_numpy = self.backend == "numpy"
         if self.channel is None or memory.links is None:
-            sent = rounds * numbers * DOUBLE * problem.network.degree
             run = equations.run_rounds if in_numpy else compiled.run_rounds
-            return run(problem, memory.estimates, self.flow, rounds), None, sent
+            return run(problem, memory.estimates, self.flow, rounds), None, _all_sent(problem, rounds)
         run_late = network_equations.run_network_rounds if in_numpy else network_rounds.run_network_rounds
         before = memory.estimates, memory.links
         estimates, links, messages = run_late(problem, before, self.channel, self.flow, rounds)
-        return estimates, links, messages * (numbers * DOUBLE + self.channel.header)
-
-    def _status(self, problem: Problem, estimates: Estimates, links: LinkStates | None) -> Status:
-        bounded, capped = self.check(estimates)
-        if not bounded:
-            return "diverged"
-        if links is not None and links.holding.any():
-            return "holding"
-        if some_row_cannot_be_met(estimates.z, *problem.rows):
-            return "suspected"
-        return "capped" if capped else "ok"
+        return estimates, links, messages * (_message_bytes(problem) + self.channel.header)
 
     def _lost(self, problem: Problem, links: LinkStates | None) -> np.ndarray:
         """Return how many neighbours each robot counts as lost, (n,)."""
@@ -110,3 +110,23 @@ class DistributedGovernor:
     def check(self, estimates: Estimates) -> tuple[bool, bool]:
         """Return whether the estimates are within bounds, and whether some multiplier is at its cap."""
         return compiled.check_limits(estimates.z, estimates.lam, self.diverged_beyond, self.flow.multiplier_cap)
+
+
+def _message_bytes(problem: Problem) -> int:
+    """Return the bytes of (z_i, zeta_i), or of a wave, to one neighbour in one round."""
+    return 2 * (4 * problem.network.robots + 2) * DOUBLE
+
+
+def _all_sent(problem: Problem, rounds: int) -> np.ndarray:
+    """Return the bytes sent by each robot, (n,), where every message is sent."""
+    return problem.network.degree * (rounds * _message_bytes(problem))
+
+
+def _status(found: Findings, links: LinkStates | None) -> Status:
+    if not found.bounded:
+        return "diverged"
+    if links is not None and links.holding.any():
+        return "holding"
+    if found.suspected:
+        return "suspected"
+    return "capped" if found.capped else "ok"

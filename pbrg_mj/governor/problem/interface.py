@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal, Protocol, runtime_checkable
 
@@ -31,7 +31,7 @@ failed        a solver gave up
 
 
 @made_when_read("rows")
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Problem:
     """min sum_i delta_i ||r_i - m||^2 subject to a rho(m, p, xi) + C m - d <= 0 for all rows (eqs. 10-13).
 
@@ -48,10 +48,38 @@ class Problem:
     heading: np.ndarray | None = None  # (n,) of the bodies as estimated [rad]; None: not kept
     reference_range: float = math.inf  # [m]
 
+    def __init__(  # at once: field by field, as frozen dataclasses do it, takes five times as long, in every tick
+        self,
+        network: Network,
+        p: np.ndarray,
+        xi: np.ndarray,
+        rows: Rows,
+        reference: np.ndarray,
+        half_spaces: HalfSpaces | None = None,
+        heading: np.ndarray | None = None,
+        reference_range: float = math.inf,
+    ) -> None:
+        """Take over the fields; `rows` may be `RowsToMake`."""
+        vars(self).update(
+            network=network,
+            p=p,
+            xi=xi,
+            rows=rows,
+            reference=reference,
+            half_spaces=half_spaces,
+            heading=heading,
+            reference_range=reference_range,
+        )
+
+    @property
+    def rows_given(self) -> Rows | RowsToMake:
+        """The rows if they have been made, else how they are made."""
+        return vars(self)["rows"]
+
     @property
     def rows_shape(self) -> tuple[int, int]:
         """(n, R), known before rows are made."""
-        rows = vars(self)["rows"]
+        rows = self.rows_given
         return rows.shape if isinstance(rows, RowsToMake) else rows.d.shape
 
     @cached_property
@@ -79,7 +107,7 @@ class Problem:
         return row_values(self.rows, m, self.p, self.xi)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Solution:
     """A governor's answer at one tick."""
 
@@ -88,12 +116,22 @@ class Solution:
     status: Status
     rounds: int  # communication rounds used
     bytes_sent: np.ndarray  # (n,) int64, payload sent by each robot to all its neighbours
-    lost: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    lost: np.ndarray
     """(n,) int64, how many neighbours each robot counts as lost; 0 unless the governor reports otherwise."""
 
-    def __post_init__(self) -> None:
-        if len(self.lost) != len(self.bytes_sent):
-            object.__setattr__(self, "lost", np.zeros(len(self.bytes_sent), dtype=np.int64))
+    def __init__(
+        self,
+        m: np.ndarray,
+        multipliers: np.ndarray,
+        status: Status,
+        rounds: int,
+        bytes_sent: np.ndarray,
+        lost: np.ndarray | None = None,
+    ) -> None:
+        """Take over the fields, at once as `Problem` does."""
+        if lost is None or len(lost) != len(bytes_sent):
+            lost = np.zeros(len(bytes_sent), dtype=np.int64)
+        vars(self).update(m=m, multipliers=multipliers, status=status, rounds=rounds, bytes_sent=bytes_sent, lost=lost)
 
     @classmethod
     def of(cls, problem: Problem, m: np.ndarray, status: Status = "ok") -> Solution:

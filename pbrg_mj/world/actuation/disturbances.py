@@ -49,6 +49,8 @@ class Disturbances:
 
     def without_dead_motors(self, voltage: np.ndarray, step: int) -> np.ndarray:
         """Return the voltages (..., n, 2) [V] that are left during `step`: 0 at dead motors."""
+        if not self._dead_motors:
+            return voltage
         dead = [(robot, side) for steps, robot, side in self._dead_motors if step in steps]
         if dead:
             voltage = voltage.copy()

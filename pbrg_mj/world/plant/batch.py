@@ -26,7 +26,7 @@ from pbrg_mj.world.plant.truth import (
     write_truth,
 )
 from pbrg_mj.world.scene.footprints import Footprints, world_footprints
-from pbrg_mj.world.scene.model_index import index_model
+from pbrg_mj.world.scene.model_index import index_model, motor_inputs
 from pbrg_mj.world.scene.obstacles import moving_footprints
 from pbrg_mj.world.scene.robot import load_robot_model
 from pbrg_mj.world.sensors.beams import scan_frame
@@ -64,7 +64,8 @@ class PlantBatch:
             (self._robot.clearance, self._robot.body_radius),
             tuple(blank_truth(scenario.robots)),
         )
-        self._ctrl, self._push = self._batch.bind("ctrl"), self._batch.bind("xfrc_applied")
+        self._motors = motor_inputs(self._batch.bind("ctrl"), self._index.motor)
+        self._push = self._batch.bind("xfrc_applied")
         if self._camera.delay_steps:
             data = mujoco.MjData(model)
             fill_camera_history(model, data, scenario.robots, self._camera)
@@ -80,7 +81,7 @@ class PlantBatch:
         """Return each world's last samples."""
         pose_frame, scan = self.frames()
         readings, index = self._arrays.sensordata, self._index
-        poses = [camera_poses(row, index.camera_position, index.camera_ahead) for row in readings]
+        poses = camera_poses(readings, index.camera_position, index.camera_ahead)
         ranges, met = readings[:, index.beams], [self._surfaces.met(row, index.beams) for row in readings]
         return [Observation(pose, pose_frame, ranges[w], scan, **met[w]) for w, pose in enumerate(poses)]
 
@@ -94,18 +95,17 @@ class PlantBatch:
         """Hold voltages (W, n, 2) left, right [V] over one tick."""
         last = self._step + self._steps_per_tick
         while self._step < last:
-            before = self._ctrl[:, self._index.motor]
             after = self._disturbances.without_dead_motors(voltage, self._step)
             if self._disturbances.pushing:
                 self._push[:, self._index.body, :2] = self._disturbances.force(self._step)
             steps = min(last, self._disturbances.next_change(self._step)) - self._step
-            self._hold(over_first_step(before, after), 1)
+            self._hold(over_first_step(self._motors, after), 1)
             self._hold(after, steps - 1)
             self._step += steps
 
     def _hold(self, voltage: np.ndarray, steps: int) -> None:
         if steps:
-            self._ctrl[:, self._index.motor] = voltage
+            self._motors[:] = voltage
             self._batch.step(nstep=steps, stage=mujoco.mjtStage.mjSTAGE_VEL)
 
 

@@ -24,7 +24,7 @@ from pbrg_mj.world.plant.interface import Observation, Truth
 from pbrg_mj.world.plant.mujoco_warnings import log_first_warning
 from pbrg_mj.world.plant.truth import blank_truth, body_poses, mujoco_arrays, truth_index, write_truth_of
 from pbrg_mj.world.scene.footprints import world_footprints
-from pbrg_mj.world.scene.model_index import index_model
+from pbrg_mj.world.scene.model_index import index_model, motor_inputs
 from pbrg_mj.world.scene.obstacles import box_centre, moving_footprints
 from pbrg_mj.world.scene.robot import load_robot_model
 from pbrg_mj.world.sensors.beams import scan_frame
@@ -72,9 +72,11 @@ class MujocoPlant:
         self._kidnappings = Kidnappings(scenario, self.robot, start_pose(scenario, self.robot)) if kidnapped else None
         self._stepwise = bool(looped or self._moving_boxes or self._kidnappings)
         self._step = 0
-        self._ctrl = self.data.ctrl  # a view; asking for one at every step takes as long as writing to it
+        self._motors = motor_inputs(self.data.ctrl, self._index.motor)
         self._voltage = np.zeros((scenario.robots, 2))  # what it holds between steps
         self._observed: Observation | None = None
+        self._observed_until = 0  # the step at which a newer sample is there
+        self._readings = self.data.sensordata[None]  # of one world
         if self._camera.delay_steps:
             fill_camera_history(self.model, self.data, scenario.robots, self._camera)
         self._begin_step()
@@ -86,11 +88,9 @@ class MujocoPlant:
 
     def observe(self) -> Observation:
         """Return the camera's and the beams' last samples; the same object while they are the last ones."""
-        pose_frame = self._camera.frame(self._step)
-        scan = scan_frame(self._beam_section, self._beams, self._step) if len(self._index.beams) else -1
         last = self._observed
-        if last is None or (last.pose_frame, last.scan_frame) != (pose_frame, scan):
-            self._observed = last = self._sample(pose_frame, scan)
+        if last is None or self._step >= self._observed_until:
+            self._observed = last = self._sample()
         return replace(last, time=self.time, wheel_angle=self._wheel_angle()) if self._encoders else last
 
     def _wheel_angle(self) -> np.ndarray:
@@ -127,9 +127,14 @@ class MujocoPlant:
             return self._step + 1
         return min(self._radio.next_arrival, self._disturbances.next_change(self._step))
 
-    def _sample(self, pose_frame: int, scan: int) -> Observation:
+    def _sample(self) -> Observation:
+        pose_frame, scan = self._camera.frame(self._step), -1
+        self._observed_until = self._camera.held_until(pose_frame)
+        if len(self._index.beams):
+            scan = scan_frame(self._beam_section, self._beams, self._step)
+            self._observed_until = min(self._observed_until, self._beams.held_until(max(scan, 0)))
         readings, index = self.data.sensordata, self._index
-        body_pose = camera_poses(readings, index.camera_position, index.camera_ahead)
+        body_pose = camera_poses(self._readings, index.camera_position, index.camera_ahead)[0]
         if self._kidnappings:
             body_pose = self._kidnappings.camera_readings(body_pose, self._camera.step(pose_frame))
         last = self._observed
@@ -158,9 +163,9 @@ class MujocoPlant:
         voltage = self._disturbances.without_dead_motors(voltage, self._step)
         changed = voltage is not self._voltage
         if changed:
-            self._ctrl[self._index.motor] = over_first_step(self._voltage, voltage)
+            self._motors[:] = over_first_step(self._voltage, voltage)
         if self._disturbances.pushing:
             self.data.xfrc_applied[self._index.body, :2] = self._disturbances.force(self._step)
         mujoco.mj_step2(self.model, self.data)
         if changed:
-            self._ctrl[self._index.motor] = self._voltage = voltage
+            self._motors[:] = self._voltage = voltage

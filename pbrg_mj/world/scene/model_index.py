@@ -70,6 +70,16 @@ def index_model(model: mujoco.MjModel, scenario: Scenario, robot: RobotModel) ->
     )
 
 
+def motor_inputs(ctrl: np.ndarray, motor: np.ndarray) -> np.ndarray:
+    """Return the motors' inputs (..., n, 2) as a view of MuJoCo's inputs (..., 2n); `motor` is that of `ModelIndex`.
+
+    Raises ValueError if motors stand in another order, or if there are other inputs.
+    """
+    if not np.array_equal(motor.ravel(), np.arange(ctrl.shape[-1])):
+        raise ValueError("the model's inputs are not its motors, robot by robot")
+    return ctrl.reshape(*ctrl.shape[:-1], *motor.shape)
+
+
 def _states(model: mujoco.MjModel, joints: np.ndarray) -> np.ndarray:
     """Return where the states of the actuators on these joints, or on this site, stand."""
     with_state = np.isin(model.actuator_trnid[:, 0], joints) & (model.actuator_actnum > 0)

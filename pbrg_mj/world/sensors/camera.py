@@ -36,11 +36,19 @@ def fill_camera_history(model: mujoco.MjModel, data: mujoco.MjData, robots: int,
             mujoco.mj_initSensorHistory(model, data, sensor, None, history, -camera.interval)
 
 
-@kernel
-def camera_poses(sensordata, position, ahead):
-    """Return the poses (n, 3) x, y, heading whose places and x axes stand at these (n, 2) in the readings."""
-    poses = np.empty((len(position), 3))
-    for j in range(len(position)):
-        poses[j, 0], poses[j, 1] = sensordata[position[j, 0]], sensordata[position[j, 1]]
-        poses[j, 2] = math.atan2(sensordata[ahead[j, 1]], sensordata[ahead[j, 0]])
+def camera_poses(sensordata: np.ndarray, position: np.ndarray, ahead: np.ndarray) -> np.ndarray:
+    """Return the poses (W, n, 3) x, y, heading of all worlds, whose readings are (W, values).
+
+    Places and x axes stand at these (n, 2) in the readings.
+    """
+    poses = np.empty((len(sensordata), len(position), 3))
+    _write_camera_poses(sensordata, position, ahead, poses)
     return poses
+
+
+@kernel
+def _write_camera_poses(sensordata, position, ahead, poses):
+    for w in range(len(sensordata)):
+        for j in range(len(position)):
+            poses[w, j, 0], poses[w, j, 1] = sensordata[w, position[j, 0]], sensordata[w, position[j, 1]]
+            poses[w, j, 2] = math.atan2(sensordata[w, ahead[j, 1]], sensordata[w, ahead[j, 0]])

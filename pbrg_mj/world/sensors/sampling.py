@@ -77,6 +77,10 @@ class Sampler:
         samples, steps = self._ratio
         return min(step, step * samples // steps)
 
+    def held_until(self, frame: int) -> int:
+        """Return the physics step from which sample `frame` is not held any more."""
+        return self.step(frame + 1) + self.delay_steps
+
     def step(self, frame: int) -> int:
         """Return the physics step at which sample `frame` is taken."""
         return frame if self.every_step else math.ceil(frame / self._samples_per_step)

@@ -14,7 +14,7 @@ from pbrg_mj.governor.centralized.cvxpy_solver import CvxpySolver
 from pbrg_mj.governor.distributed import equations, rounds
 from pbrg_mj.governor.distributed.estimates import Estimates, Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
-from pbrg_mj.governor.distributed.suspicion import some_row_cannot_be_met
+from pbrg_mj.governor.distributed.infeasibility import some_row_is_infeasible
 from pbrg_mj.governor.monitor.diagnostics import diagnose
 from pbrg_mj.governor.monitor.equilibrium import dual_force, equilibrium
 from pbrg_mj.governor.monitor.tick_block import TickBlock
@@ -146,7 +146,7 @@ def test_a_row_that_no_reference_meets_is_suspected_when_it_is_so():
         z = np.tile(np.concatenate([np.zeros(2), static.p.reshape(-1), static.xi.reshape(-1)]), (5, 1))
         G, mean = half_spaces(walls).G[2, 0], static.p.mean(axis=0)
         least = minimize_scalar(lambda y, s=static, c=mean, G=G: s.row_values(c + y * G).max(), (-1.0, 1.0)).fun
-        assert some_row_cannot_be_met(z, *static.rows) == (least > 1e-7)
+        assert some_row_is_infeasible(z, *static.rows) == (least > 1e-7)
         met.add(least > 0)
     assert met == {True, False}
 

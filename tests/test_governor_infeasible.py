@@ -9,7 +9,7 @@ import pytest
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.distributed.estimates import Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
-from pbrg_mj.governor.distributed.suspicion import some_row_cannot_be_met
+from pbrg_mj.governor.distributed.infeasibility import some_row_is_infeasible
 from pbrg_mj.governor.problem.rows import row_values
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_scenario
@@ -88,7 +88,7 @@ def test_a_row_that_no_reference_meets_is_suspected_at_once_and_only_then():
         static = problem([(int(rng.integers(5)), rng.normal(size=2), float(rng.uniform(0.0, 5.0)))], p, R, xi=xi)
         z = np.tile(np.concatenate([rng.normal(size=2), p.reshape(-1), xi.reshape(-1)]), (5, 1))
         status = ClarabelSolver().solve(static).status
-        assert some_row_cannot_be_met(z, *static.rows) == (status == "infeasible")
+        assert some_row_is_infeasible(z, *static.rows) == (status == "infeasible")
         seen.append(status)
     assert min(seen.count("infeasible"), seen.count("solved")) > 10
     solution, _ = settled(problem(WALL, SPREAD, R), np.inf, rounds=10)

@@ -14,7 +14,7 @@ from pbrg_mj.governor.certificate.predictive import PredictiveCertificate
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.certified.at_once import LayerGovernor
 from pbrg_mj.governor.certified.consensus import Verdict
-from pbrg_mj.governor.certified.layer import FREE, Ahead, LayerProgram, decision
+from pbrg_mj.governor.certified.layer import FREE, LayerProgram, PredictedTeam, decision
 from pbrg_mj.governor.messaging.carrier import CarriedGovernor
 from pbrg_mj.governor.problem.ball import BallCertificate, ball_rows
 from pbrg_mj.governor.problem.interface import Problem
@@ -77,12 +77,12 @@ def test_an_only_leader_holds_its_place_for_one_cycle_and_then_moves(optimizer: 
 def test_a_candidate_farther_from_r_than_what_is_held_waits() -> None:
     p, reference = np.zeros((5, 2)), np.array([1.0, 0.0])
     for candidate, taken in (([0.4, 0.0], True), ([-0.1, 0.0], False), ([1.0, 1.1], False), ([2.1, 0.0], False)):
-        ahead = Ahead(p, p, np.zeros(5), np.zeros(2), np.array(candidate), asked=False)
-        m, status = decision(ahead, 0.5, FREE, (), reference)
+        predicted = PredictedTeam(p, p, np.zeros(5), np.zeros(2), np.array(candidate), asked=False)
+        m, status = decision(predicted, 0.5, FREE, (), reference)
         np.testing.assert_allclose(m, 0.5 * np.array(candidate) if taken else np.zeros(2))
         assert status == "ok"
         np.testing.assert_allclose(
-            decision(ahead, 0.5, FREE, ())[0], 0.5 * np.array(candidate)
+            decision(predicted, 0.5, FREE, ())[0], 0.5 * np.array(candidate)
         )  # among several leaders
 
 

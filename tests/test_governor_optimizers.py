@@ -77,7 +77,7 @@ def test_every_optimizer_finds_the_cone_programs_optimum(optimizer: Optimizer, r
             heard = [messages[team.neighbours[team.first[i] : team.first[i + 1]]] for i in range(5)]
             memories = [optimizer.step_once(*one) for one in zip(known, memories, heard, strict=True)]
         for local, memory in zip(known, memories, strict=True):
-            np.testing.assert_allclose(optimizer.aim(local, memory), best.m, atol=2e-4)
+            np.testing.assert_allclose(optimizer.candidate(local, memory), best.m, atol=2e-4)
 
 
 @pytest.mark.parametrize("lossy", [False, True])
@@ -118,4 +118,4 @@ def test_scalar_aims_at_the_reference_and_sends_nothing() -> None:
     at = alone.start(RobotFacts(0, 5, (1, 4), leads=True), local)
     content, at = alone.send(at)
     assert content == b""
-    np.testing.assert_array_equal(alone.aim(local, at), [2.0, 3.0])
+    np.testing.assert_array_equal(alone.candidate(local, at), [2.0, 3.0])

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pbrg_mj.analysis.metrics.batch_metrics import WRITERS, arrays, batch_metrics, save_arrays
-from pbrg_mj.analysis.metrics.world_figures import WorldFigures, columns, summary, world_figures
+from pbrg_mj.analysis.metrics.world_metrics import WorldMetrics, columns, summary, world_metrics
 from pbrg_mj.analysis.output_file import by_suffix
 from pbrg_mj.api.arrays import Arrays
 from pbrg_mj.api.scenario import Scenario, as_scenario
@@ -98,7 +98,7 @@ def batch(
         kept, figures = columns(worlds), summary(worlds)
     else:
         histories, began = _histories(scenario, seeds, threads)
-        worlds = world_figures(histories, scenario.settings)
+        worlds = world_metrics(histories, scenario.settings)
         kept = {**arrays(histories), **columns(worlds)}
         figures = batch_metrics(histories, scenario.settings)
     speed = {"simulated_s_per_s": sum(world.simulated_s for world in worlds) / (clock() - began)}
@@ -108,10 +108,10 @@ def batch(
     return made
 
 
-def _family(scenario: Scenario, seeds: tuple[int, ...], threads: int | None) -> list[WorldFigures]:
+def _family(scenario: Scenario, seeds: tuple[int, ...], threads: int | None) -> list[WorldMetrics]:
     drawn = [scenario.override(seed=seed).settings for seed in seeds]
     run = zip(drawn, run_worlds(drawn, threads or 1), strict=True)
-    return [figures for one, histories in run for figures in world_figures(histories, one)]
+    return [figures for one, histories in run for figures in world_metrics(histories, one)]
 
 
 def _histories(scenario: Scenario, seeds: tuple[int, ...], threads: int | None) -> tuple[BatchHistories, float]:

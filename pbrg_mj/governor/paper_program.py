@@ -20,8 +20,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pbrg_mj.governor.distributed.estimates import Estimates, Flow
+from pbrg_mj.governor.distributed.infeasibility import some_row_is_infeasible
 from pbrg_mj.governor.distributed.rounds import check_limits, run_rounds
-from pbrg_mj.governor.distributed.suspicion import some_row_cannot_be_met
 from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer, RobotFacts
 from pbrg_mj.governor.problem.interface import Problem, Status
 from pbrg_mj.governor.problem.rows import Rows
@@ -197,7 +197,7 @@ class PaperProgram:
         if memory.hops < facts.robots:
             return "holding"
         z = _in_team(memory.estimate[0], facts.robots, facts.robot)
-        if some_row_cannot_be_met(z, *_team_rows(memory.own, facts.robots, facts.robot)):
+        if some_row_is_infeasible(z, *_team_rows(memory.own, facts.robots, facts.robot)):
             return "suspected"
         return "capped" if capped else "ok"
 

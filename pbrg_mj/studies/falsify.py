@@ -21,7 +21,7 @@ from pbrg_mj.studies.failures import FAILURES, Kind
 from pbrg_mj.studies.optimizer import Optimizer, check_bounded
 from pbrg_mj.studies.records import rows, write_records
 from pbrg_mj.studies.run_task import Record
-from pbrg_mj.studies.runner import Runner, Watch, nobody
+from pbrg_mj.studies.runner import Runner, Watch, unwatched
 from pbrg_mj.studies.shrink import shrunk
 from pbrg_mj.studies.sweep_plan import Entries, Seed, Values, always_set, check_settings
 from pbrg_mj.studies.task import Source, Task
@@ -81,7 +81,7 @@ def falsify(
     backend: str = "joblib",
     scheduler: str | None = None,
     force: bool = False,
-    watch: Watch = nobody,
+    watch: Watch = unwatched,
 ) -> Falsification:
     """Search the keys of a scenario, or a family's draws, for a failure, in `budget` runs at most.
 
@@ -97,7 +97,7 @@ def falsify(
     optimizer = _checked(read, source)
     about = f"# {source.name}, {budget} runs\n".encode()
     made_by = Backend(backend, jobs, scheduler)
-    with Runner(Path(folder), (FILE, about + read.content), made_by, force=force, watch=nobody) as runner:
+    with Runner(Path(folder), (FILE, about + read.content), made_by, force=force, watch=unwatched) as runner:
         return _search(runner, read.keys, source, optimizer, budget, watch)
 
 
@@ -155,7 +155,7 @@ def _runs(runner: Runner, name: str, made: list[tuple[Task, tuple[Record, Record
 
     def run(text: str, seed: int) -> Record:
         task = Task(Source(name, text, FOUND, FOUND), {}, seed, {"trial": len(made)})
-        result = runner.run([task], watch=nobody)[0]
+        result = runner.run([task], watch=unwatched)[0]
         made.append((task, result))
         return result[0]
 

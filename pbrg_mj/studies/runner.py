@@ -22,15 +22,21 @@ Watch = Callable[[int, int, int], object]
 """Called with the numbers of runs that are over, of all runs, and of those that failed."""
 
 
-def nobody(done: int, total: int, failed: int) -> None:
-    """Watch nothing."""
+def unwatched(done: int, total: int, failed: int) -> None:
+    """Do nothing: what a study without a progress bar calls."""
 
 
 class Runner:
     """Makes runs in a folder, which it holds for as long as its context lasts."""
 
     def __init__(
-        self, folder: Path, source: tuple[str, bytes], backend: Backend, *, force: bool = False, watch: Watch = nobody
+        self,
+        folder: Path,
+        source: tuple[str, bytes],
+        backend: Backend,
+        *,
+        force: bool = False,
+        watch: Watch = unwatched,
     ):
         """`source` is the name of the study's own file in the folder, and what it holds.
 

@@ -12,7 +12,7 @@ from pbrg_mj.studies.backends import Backend
 from pbrg_mj.studies.document import read_study
 from pbrg_mj.studies.records import RECORDS, rows, write_records
 from pbrg_mj.studies.run_task import Record
-from pbrg_mj.studies.runner import Runner, Watch, nobody
+from pbrg_mj.studies.runner import Runner, Watch, unwatched
 from pbrg_mj.studies.sweep_plan import SweepKeys, plan
 
 FILE = "sweep.yaml"
@@ -57,7 +57,7 @@ def sweep(
     backend: str = "joblib",
     scheduler: str | None = None,
     force: bool = False,
-    watch: Watch = nobody,
+    watch: Watch = unwatched,
 ) -> Sweep:
     """Make the runs that a sweep's YAML file lists, and write their records into `folder`.
 

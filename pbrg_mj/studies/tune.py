@@ -20,7 +20,7 @@ from pbrg_mj.studies.document import StudyFile, read_study
 from pbrg_mj.studies.optimizer import Optimizer, check_bounded
 from pbrg_mj.studies.records import rows, write_records
 from pbrg_mj.studies.run_task import Record, column_types
-from pbrg_mj.studies.runner import Runner, Watch, nobody
+from pbrg_mj.studies.runner import Runner, Watch, unwatched
 from pbrg_mj.studies.sweep_plan import Entries, Seed, Values, always_set, check_settings, seed_list, sources
 from pbrg_mj.studies.task import Task
 
@@ -74,7 +74,7 @@ def tune(
     backend: str = "joblib",
     scheduler: str | None = None,
     force: bool = False,
-    watch: Watch = nobody,
+    watch: Watch = unwatched,
 ) -> Tuning:
     """Search the values of keys that are best on training seeds; write them, and all that was tried, into `folder`.
 
@@ -85,7 +85,7 @@ def tune(
     read = read_study(file, TuneKeys)
     search = _Search(read)
     made_by = Backend(backend, jobs, scheduler)
-    with Runner(Path(folder), (FILE, read.content), made_by, force=force, watch=nobody) as runner:
+    with Runner(Path(folder), (FILE, read.content), made_by, force=force, watch=unwatched) as runner:
         return search.run(runner, watch)
 
 

@@ -114,7 +114,7 @@ class Unverified(Applied):
             self.memory = self.every.start(problem, [facts(team, i) for i in range(team.robots)], local)
         self.memory = self.every.run(problem, local, self.memory, self.rounds)
         sent = 8.0 * self.every.optimizer.numbers * self.rounds * float(team.degree.mean())
-        return self.every.aim(local, self.memory, 4), sent
+        return self.every.candidate(local, self.memory, 4), sent
 
 
 class PaperFlow(Applied):

@@ -78,7 +78,7 @@ def rounds_to_agree(optimizer: Optimizer, static: Static, most: int = 5000) -> i
     memories = [optimizer.start(facts(team, i), locals_[i]) for i in range(team.robots)]
     since = None
     for count in range(most):
-        off = max(np.linalg.norm(optimizer.aim(*one) - BEST) for one in zip(locals_, memories, strict=True))
+        off = max(np.linalg.norm(optimizer.candidate(*one) - BEST) for one in zip(locals_, memories, strict=True))
         if not off <= CLOSE:
             since = None
         elif since is None:

@@ -20,6 +20,6 @@ log_metrics       the same of a log that is not held
 table             metrics of several runs as text
 paper_table       the paper's four runs as Markdown and JSON
 rates             how often something happened, with confidence intervals
-world_figures     figures of each of many worlds, and of all together
+world_metrics     metrics of each of many worlds, and of all together
 batch_metrics     metrics and arrays of many worlds run in a batch
 """

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pbrg_mj.analysis.metrics.world_figures import summary, world_figures
+from pbrg_mj.analysis.metrics.world_metrics import summary, world_metrics
 from pbrg_mj.analysis.output_file import by_suffix, write_atomically
 from pbrg_mj.loop.batch import BatchHistories
 from pbrg_mj.scenario.schema import Scenario
@@ -17,7 +17,7 @@ from pbrg_mj.scenario.schema import Scenario
 def batch_metrics(histories: BatchHistories, scenario: Scenario) -> dict[str, Any]:
     """Return what the worlds of a scenario have in common and where they differ, units in the names."""
     deviation = np.sqrt(histories.hand_world[:, -1].var(axis=0).sum(axis=1).max())
-    return {**summary(world_figures(histories, scenario)), "final_place_std_m": float(deviation)}
+    return {**summary(world_metrics(histories, scenario)), "final_place_std_m": float(deviation)}
 
 
 def arrays(histories: BatchHistories) -> dict[str, np.ndarray]:

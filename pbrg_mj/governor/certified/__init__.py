@@ -2,11 +2,12 @@
 
 - `decide`: from what the half-spaces allow to the next reference
 - `compiled`: the same from a certificate's advances, in one compiled call
-- `flood`: how what one robot says reaches everybody
+- `flood`: one robot's data to all robots, hop by hop
 - `robot`: the program of one robot whose leaders know everybody's rows
 - `governor`: that exchange within a tick, computed at once
 - `cycles`: the same where the exchange takes several ticks
-- `consensus`: the smallest of the robots' shares, and whether all have told theirs
+- `consensus`: the smallest of the robots' shares, and whether all are known
+- `messages`: what robots of the layer send
 - `layer`: the program of one robot behind any optimizer: of its candidate what all owners of half-spaces have verified
 - `at_once`: the layer within a tick, for all robots at once
 - `advance_limits`: what stops advances in a scenario

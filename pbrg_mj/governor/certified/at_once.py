@@ -13,7 +13,8 @@ import numpy as np
 from pbrg_mj.governor.certificate.share import Spread, largest_share
 from pbrg_mj.governor.certified.consensus import Verdict
 from pbrg_mj.governor.certified.flood import COUNT, ITEM
-from pbrg_mj.governor.certified.layer import AIM, FREE, PARTS, ROW, STATE, Ahead, LayerProgram, decision, only_aim
+from pbrg_mj.governor.certified.layer import FREE, LayerProgram, PredictedTeam, decision, only_reference
+from pbrg_mj.governor.certified.messages import CANDIDATE, PARTS, ROW, STATE
 from pbrg_mj.governor.messaging.carrier import own_data
 from pbrg_mj.governor.messaging.program import RobotFacts
 from pbrg_mj.governor.optimizers.interface import LocalProblem, no_rows
@@ -38,12 +39,12 @@ class Schedule(NamedTuple):
         hops = network.hops
         known, n = hops.max(axis=1), network.robots
         masks = [1 << i if known[i] == 0 else 0 for i in range(n)]
-        told, verdicts, filled = [0] * n, np.zeros(n, dtype=int), np.zeros(n, dtype=int)
+        last_sent, verdicts, filled = [0] * n, np.zeros(n, dtype=int), np.zeros(n, dtype=int)
         for k in range(rounds):
-            sends = [masks[i] != told[i] for i in range(n)]
+            sends = [masks[i] != last_sent[i] for i in range(n)]
             verdicts += sends
             filled += [sends[i] or bool((hops[i] == k).any()) for i in range(n)]
-            sent, told = list(masks), list(masks)
+            sent, last_sent = list(masks), list(masks)
             for i in range(n):
                 for j in network.neighbours[network.first[i] : network.first[i + 1]]:
                     masks[i] |= sent[j]
@@ -84,16 +85,16 @@ class LayerGovernor:
             raise ValueError("the certified layer needs half-spaces and headings in the problem")
         before = self._local(problem, [(one.rows, one.spread) for one in memory.local])
         leader = int(np.flatnonzero(problem.network.leader)[0])
-        candidate = self.team.aim(before, memory.optimizer, leader)
+        candidate = self.team.candidate(before, memory.optimizer, leader)
         if not np.isfinite(candidate).all():  # an optimizer that has diverged
             candidate = held
         rows = self.layer.certificate.rows_at(spaces, problem.p, problem.xi, held)
         spread = Spread.of(problem.p, problem.xi)
         share, allowed = largest_share(rows, spread, held, candidate)
-        ahead = Ahead(problem.p, problem.xi, heading, held, candidate, memory.forbidden)
+        predicted = PredictedTeam(problem.p, problem.xi, heading, held, candidate, memory.forbidden)
         limiting = FREE if allowed else rows if memory.forbidden else None
-        aim = only_aim(problem.network, before[leader].reference)
-        m, status = decision(ahead, share, limiting, self.layer.limits, aim)
+        reference = only_reference(problem.network, before[leader].reference)
+        m, status = decision(predicted, share, limiting, self.layer.limits, reference)
         after = self._local(problem, [(_own_rows(rows, i), spread) for i in range(n)])
         solution = Solution(
             m=np.tile(m, (n, 1)),
@@ -126,7 +127,7 @@ class LayerGovernor:
     def _bytes(self, network: Network, asked: Rows | None) -> np.ndarray:
         """Return what every robot sends to all its neighbours, (n,)."""
         n, at, numbers = network.robots, self.schedule, self.layer.optimizer.optimizer.numbers
-        sent = np.full(n, n * (ITEM.size + STATE.size) + ITEM.size + AIM.size)
+        sent = np.full(n, n * (ITEM.size + STATE.size) + ITEM.size + CANDIDATE.size)
         sent += at.verdicts * len(Verdict.empty(0).packed(n))
         if numbers:
             sent += self.rounds * (PARTS.size + ITERATION.size + 8 * numbers)

@@ -1,17 +1,16 @@
-"""The certified layer over any optimizer, as the program of one robot: apply only what everybody has verified.
+"""The certified layer over any optimizer, as the program of one robot: apply only what all robots have verified.
 
 Time is cut into cycles as in `robot`. In a cycle's first tick every robot floods its state, and the first leader what
 its optimizer says by then, the candidate m_c. Who knows the state of everyone predicts the team to the cycle's last
 tick and finds, by its own rows, the largest share kappa_i of the way from the held m to m_c (`certificate.share`). The
 smallest of all is agreed on (`consensus`), and in the last tick all leaders move by it. A leader that lacks a verdict
-holds. Rows stay with their owners, but for one case: where somebody's forbid even the held m, all owners flood theirs
+holds. Rows stay with their owners, but for one case: where some robot's forbid even the held m, all owners flood theirs
 in the next cycle, and leaders that have them all retreat to the nearest m that they allow.
 """
 
 from __future__ import annotations
 
 import math
-import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -23,7 +22,19 @@ from pbrg_mj.governor.certificate.share import Spread, largest_share
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.certified.consensus import Verdict
 from pbrg_mj.governor.certified.decide import AdvanceLimit
-from pbrg_mj.governor.certified.flood import COUNT, Flood, Size
+from pbrg_mj.governor.certified.flood import Flood
+from pbrg_mj.governor.certified.messages import (
+    CANDIDATE,
+    OF_CANDIDATE,
+    OF_ROWS,
+    OF_STATE,
+    SIZES,
+    STATE,
+    packed_parts,
+    packed_rows,
+    unpacked_parts,
+    unpacked_rows,
+)
 from pbrg_mj.governor.certified.robot import first_held
 from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer, RobotFacts
 from pbrg_mj.governor.optimizers.interface import LocalProblem, no_rows
@@ -33,17 +44,11 @@ from pbrg_mj.governor.problem.near_reference import near_references
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.team.network import Network
 
-STATE = struct.Struct("<7d?")  # p, xi, held m, heading, whether rows are asked for
-AIM = struct.Struct("<2d")  # the first leader's candidate
-ROW = struct.Struct("<4d")  # a, C, d
-OF_STATE, OF_AIM, OF_ROWS = 0, 1, 2
-SIZES = {OF_STATE: Size(STATE.size), OF_AIM: Size(AIM.size), OF_ROWS: Size(0, ROW.size)}
 FREE = no_rows()
-PARTS = struct.Struct("<IB")  # lengths of a message's floods and verdict; the optimizer's message follows
 
 
-class Ahead(NamedTuple):
-    """The team in a cycle's last tick, as everybody predicts it who knows all states of its first."""
+class PredictedTeam(NamedTuple):
+    """The team in a cycle's last tick, as every robot predicts it that knows all states of its first."""
 
     p: np.ndarray  # (n, 2) [m]
     xi: np.ndarray  # (n, 2) [m]
@@ -61,7 +66,7 @@ class LayerMemory:
     held: np.ndarray  # (2,) NaN before the first decision
     flood: Flood
     verdict: Verdict
-    told: int  # how often this verdict was sent
+    times_sent: int  # how often this verdict was sent
     local: LocalProblem
     iterate: Iterate
     status: Status
@@ -96,36 +101,38 @@ class LayerProgram:
         state = STATE.pack(*own.p, *own.xi, *memory.held, own.heading, memory.verdict.forbidden)
         flood = Flood.begin(cycle).made(OF_STATE, robot, state)
         if robot == self._first_leader:
-            candidate = self.optimizer.aim(memory.local, memory.iterate)
-            flood = flood.made(OF_AIM, robot, AIM.pack(*candidate))
-        return self._judged(replace(memory, flood=flood, verdict=Verdict.empty(cycle), told=0))
+            candidate = self.optimizer.candidate(memory.local, memory.iterate)
+            flood = flood.made(OF_CANDIDATE, robot, CANDIDATE.pack(*candidate))
+        return self._with_own_verdict(replace(memory, flood=flood, verdict=Verdict.empty(cycle), times_sent=0))
 
     def send(self, memory: LayerMemory) -> tuple[Mapping[int, bytes], LayerMemory]:
         """Pass on what has not been passed on often enough, and the optimizer's message."""
         floods, flood = memory.flood.passed_on(self.repeats)
-        verdict, told = b"", memory.told
-        if memory.verdict.robots and told < self.repeats:
-            verdict, told = memory.verdict.packed(memory.facts.robots), told + 1
+        verdict, times_sent = b"", memory.times_sent
+        if memory.verdict.robots and times_sent < self.repeats:
+            verdict, times_sent = memory.verdict.packed(memory.facts.robots), times_sent + 1
         iteration, iterate = self.optimizer.send(memory.iterate)
         if not (floods or verdict or iteration):
             return {}, memory
-        content = PARTS.pack(len(floods), len(verdict)) + floods + verdict + iteration
-        after = replace(memory, flood=flood, told=told, iterate=iterate)
+        content = packed_parts(floods, verdict, iteration)
+        after = replace(memory, flood=flood, times_sent=times_sent, iterate=iterate)
         return dict.fromkeys(memory.facts.neighbours, content), after
 
     def receive(self, inbox: Sequence[tuple[int, bytes]], memory: LayerMemory) -> LayerMemory:
         """Take in items, verdicts and what the neighbours' optimizers say."""
         flood, verdict, iterations = memory.flood, memory.verdict, []
         for sender, content in inbox:
-            floods, verdicts, iteration = _parts(content)
+            floods, verdicts, iteration = unpacked_parts(content)
             flood = flood.received([floods], SIZES)
             if verdicts:
                 verdict = verdict.merged(Verdict.unpacked(verdicts))
             if iteration:
                 iterations.append((sender, iteration))
         iterate = self.optimizer.receive(iterations, memory.local, memory.iterate)
-        told = memory.told if verdict == memory.verdict else 0
-        return self._judged(replace(memory, flood=flood, verdict=verdict, told=told, iterate=iterate))
+        times_sent = memory.times_sent if verdict == memory.verdict else 0
+        return self._with_own_verdict(
+            replace(memory, flood=flood, verdict=verdict, times_sent=times_sent, iterate=iterate)
+        )
 
     def finish(self, memory: LayerMemory) -> tuple[RobotAnswer, LayerMemory]:
         """Decide in a cycle's last tick, or hold; before the first decision a leader stays where it is."""
@@ -144,11 +151,11 @@ class LayerProgram:
             return None
         return near_references(own.p[None], own.reference, self.reference_range)[0]
 
-    def _ahead(self, memory: LayerMemory) -> Ahead | None:
+    def _predicted(self, memory: LayerMemory) -> PredictedTeam | None:
         """Return the team in the cycle's last tick; None unless all states and the candidate are known."""
-        aim = memory.flood.content(OF_AIM, self._first_leader)
+        packed = memory.flood.content(OF_CANDIDATE, self._first_leader)
         states = memory.flood.contents(OF_STATE, memory.facts.robots)
-        if aim is None or states is None:
+        if packed is None or states is None:
             return None
         team = np.array([STATE.unpack(state) for state in states])
         p, xi = np.ascontiguousarray(team[:, 0:2]), np.ascontiguousarray(team[:, 2:4])
@@ -157,44 +164,44 @@ class LayerProgram:
             held = p.mean(axis=0)
         if self.cycle_ticks > 1:
             p, xi = self.model.predicted(p, xi, held, self.cycle_ticks - 1)
-        candidate = np.array(AIM.unpack(aim))
+        candidate = np.array(CANDIDATE.unpack(packed))
         if not np.isfinite(candidate).all():  # an optimizer that has diverged
             candidate = held
-        return Ahead(p, xi, team[:, 6].copy(), held, candidate, asked=bool(team[:, 7].any()))
+        return PredictedTeam(p, xi, team[:, 6].copy(), held, candidate, asked=bool(team[:, 7].any()))
 
-    def _judged(self, memory: LayerMemory) -> LayerMemory:
+    def _with_own_verdict(self, memory: LayerMemory) -> LayerMemory:
         """Give the robot's own verdict on the candidate once the whole team is known."""
         robot, own = memory.facts.robot, memory.local.own
-        if memory.verdict.robots >> robot & 1 or (ahead := self._ahead(memory)) is None:
+        if memory.verdict.robots >> robot & 1 or (predicted := self._predicted(memory)) is None:
             return memory
-        rows = self.certificate.rows_at(own.half_spaces, ahead.p, ahead.xi, ahead.held)
-        spread = Spread.of(ahead.p, ahead.xi)
-        share, allowed = largest_share(rows, spread, ahead.held, ahead.candidate)
+        rows = self.certificate.rows_at(own.half_spaces, predicted.p, predicted.xi, predicted.held)
+        spread = Spread.of(predicted.p, predicted.xi)
+        share, allowed = largest_share(rows, spread, predicted.held, predicted.candidate)
         return replace(
             memory,
-            flood=memory.flood.made(OF_ROWS, robot, _packed(rows)) if ahead.asked else memory.flood,
+            flood=memory.flood.made(OF_ROWS, robot, packed_rows(rows)) if predicted.asked else memory.flood,
             verdict=memory.verdict.with_own(robot, share, not allowed),
-            told=0,
+            times_sent=0,
             local=memory.local._replace(rows=rows, spread=spread),
         )
 
     def _decided(self, memory: LayerMemory) -> LayerMemory:
         """Return the memory with the next m, or with the one held and why."""
-        ahead, verdict = self._ahead(memory), memory.verdict
-        if ahead is None or not verdict.complete(memory.facts.robots):
+        predicted, verdict = self._predicted(memory), memory.verdict
+        if predicted is None or not verdict.complete(memory.facts.robots):
             return replace(memory, status="holding")
         first = np.isnan(memory.held).any() and self.cycle_ticks > 1  # until now leaders stayed, and held no m
         if first or not memory.facts.leads:
-            return replace(memory, held=ahead.held, status="ok")
+            return replace(memory, held=predicted.held, status="ok")
         floods = memory.flood.contents(OF_ROWS, memory.facts.robots)
-        rows = None if floods is None else _unpacked(floods)
-        limiting, aim = rows if verdict.forbidden else FREE, only_aim(self.network, memory.local.reference)
-        held, status = decision(ahead, verdict.share, limiting, self.limits, aim)
+        rows = None if floods is None else unpacked_rows(floods)
+        limiting, reference = rows if verdict.forbidden else FREE, only_reference(self.network, memory.local.reference)
+        held, status = decision(predicted, verdict.share, limiting, self.limits, reference)
         return replace(memory, held=held, status=status)
 
 
 def decision(
-    ahead: Ahead,
+    predicted: PredictedTeam,
     share: float,
     rows: Rows | None,
     limits: tuple[AdvanceLimit, ...],
@@ -202,23 +209,26 @@ def decision(
 ) -> tuple[np.ndarray, Status]:
     """Return the next m (2,) [m], and how it came about.
 
-    `rows` are those of all robots where somebody's forbid the held m, None while they are still to come, and without
-    one, `FREE`, where nobody's do. `reference` (2,) is the r of an only leader: where the held m is allowed the optimum
+    `rows` are those of all robots where some robot's forbid the held m, None while they are still to come, and without
+    one, `FREE`, where none do. `reference` (2,) is the r of an only leader: where the held m is allowed the optimum
     is no farther from r than it, so a candidate that is farther is an optimizer's that has not converged, and waits.
     """
     if rows is None:
-        return ahead.held, "inadmissible"
+        return predicted.held, "inadmissible"
     if rows.d.size:
-        m, found = nearest_admissible(rows, Spread.of(ahead.p, ahead.xi), ahead.held)
+        m, found = nearest_admissible(rows, Spread.of(predicted.p, predicted.xi), predicted.held)
         return m, "ok" if found else "infeasible"
-    if reference is not None and distance(ahead.candidate, reference) > distance(ahead.held, reference):
-        return ahead.held, "ok"
-    advance, error = share * (ahead.candidate - ahead.held), np.vstack([ahead.p - ahead.held, ahead.xi])
-    allowed = min((limit.share(error, ahead.heading, advance) for limit in limits), default=1.0)
-    return ahead.held + allowed * advance, "ok"
+    if reference is not None and distance(predicted.candidate, reference) > distance(predicted.held, reference):
+        return predicted.held, "ok"
+    advance, error = (
+        share * (predicted.candidate - predicted.held),
+        np.vstack([predicted.p - predicted.held, predicted.xi]),
+    )
+    allowed = min((limit.share(error, predicted.heading, advance) for limit in limits), default=1.0)
+    return predicted.held + allowed * advance, "ok"
 
 
-def only_aim(network: Network, reference: np.ndarray | None) -> np.ndarray | None:
+def only_reference(network: Network, reference: np.ndarray | None) -> np.ndarray | None:
     """Return the `reference` (2,) of a leader if no other leader aims at one, None else."""
     return reference if np.count_nonzero(network.leader) == 1 else None
 
@@ -226,24 +236,3 @@ def only_aim(network: Network, reference: np.ndarray | None) -> np.ndarray | Non
 def distance(one: np.ndarray, other: np.ndarray) -> float:
     """Return how far two points (2,) are apart [m]."""
     return math.hypot(*(one - other).tolist())
-
-
-def _parts(content: bytes) -> tuple[bytes, bytes, bytes]:
-    """Return the floods, the verdict and the optimizer's message that a message holds."""
-    floods, verdict = PARTS.unpack_from(content)
-    after = PARTS.size + floods
-    return content[PARTS.size : after], content[after : after + verdict], content[after + verdict :]
-
-
-def _packed(rows: Rows) -> bytes:
-    """Return a robot's rows as they are flooded."""
-    active = rows.active
-    entries = zip(rows.a[active].tolist(), rows.C[active].tolist(), rows.d[active].tolist(), strict=True)
-    packed = [ROW.pack(a, *C, d) for a, C, d in entries]
-    return COUNT.pack(len(packed)) + b"".join(packed)
-
-
-def _unpacked(floods: Sequence[bytes]) -> Rows:
-    """Return the rows of all robots, (1, R)."""
-    data = np.array([row for flood in floods for row in ROW.iter_unpack(flood[COUNT.size :])]).reshape(1, -1, 4)
-    return Rows(data[:, :, 0], data[:, :, 1:3], data[:, :, 3], np.ones(data.shape[:2], dtype=bool))

@@ -108,7 +108,7 @@ class CertifiedProgram:
         states = memory.flood.contents(OF_STATE, memory.facts.robots)
         return None if states is None else np.array([STATE.unpack(state) for state in states])
 
-    def _ahead(self, team: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _predicted(self, team: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return p, xi of the team in the cycle's last tick, and the m held till then; first the mean of p."""
         p, xi = np.ascontiguousarray(team[:, 0:2]), np.ascontiguousarray(team[:, 2:4])
         leaders = np.flatnonzero(self.network.leader)
@@ -124,7 +124,7 @@ class CertifiedProgram:
         robot = memory.facts.robot
         if memory.flood.content(OF_VERDICT, robot) is not None or (team := self._team(memory)) is None:
             return memory
-        p, xi, held = self._ahead(team)
+        p, xi, held = self._predicted(team)
         rows = self.certificate.rows_at(memory.own.half_spaces, p, xi, held)
         intervals, h = [], memory.own.half_spaces.h[0]
         for slot in np.flatnonzero(memory.own.half_spaces.active[0]).tolist():
@@ -140,7 +140,7 @@ class CertifiedProgram:
         team, verdicts = self._team(memory), self._verdicts(memory)
         if team is None or verdicts is None:
             return replace(memory, status="holding")
-        p, xi, held = self._ahead(team)
+        p, xi, held = self._predicted(team)
         first = np.isnan(memory.held).any() and self.cycle_ticks > 1  # until now leaders stayed, and held no m
         if first or not memory.facts.leads or memory.own.reference is None:
             return replace(memory, held=held, status="ok")

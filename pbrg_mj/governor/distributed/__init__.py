@@ -1,7 +1,7 @@
 """The paper's algorithm: rounds of messages between neighbours (eqs. 16-30).
 
 - `estimates`: what the robots remember between rounds, and the flow's parameters
-- `suspicion`: when a robot suspects that no reference is admissible
+- `infeasibility`: when a robot suspects that no reference is admissible
 - `penalty`: how large a cap of the multipliers keeps the penalty exact
 - `equations`: one round in plain NumPy, as the paper writes it; `rounds`: the same compiled, `descent` a part of it
 - `link_states`: what robots keep of the messages that come

@@ -11,9 +11,9 @@ import numpy as np
 from pbrg_mj.governor.distributed import equations, network_equations, network_rounds
 from pbrg_mj.governor.distributed import rounds as compiled
 from pbrg_mj.governor.distributed.estimates import Estimates, Flow
+from pbrg_mj.governor.distributed.infeasibility import some_row_is_infeasible
 from pbrg_mj.governor.distributed.link_states import LinkStates
 from pbrg_mj.governor.distributed.one_call import Findings, run_tick
-from pbrg_mj.governor.distributed.suspicion import some_row_cannot_be_met
 from pbrg_mj.governor.problem.interface import Problem, Solution, Status
 from pbrg_mj.team.channel import Channel
 
@@ -84,7 +84,7 @@ class DistributedGovernor:
             estimates, found = run_tick(problem, memory.estimates, self.flow, rounds, self.diverged_beyond)
             return estimates, None, _all_sent(problem, rounds), found
         estimates, links, sent = self.run(problem, memory, rounds)
-        suspected = some_row_cannot_be_met(estimates.z, *problem.rows)
+        suspected = some_row_is_infeasible(estimates.z, *problem.rows)
         return estimates, links, sent, Findings(*self.check(estimates), suspected)
 
     def run(

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pbrg_mj.governor.distributed.estimates import Estimates, Flow
+from pbrg_mj.governor.distributed.infeasibility import some_row_is_infeasible
 from pbrg_mj.governor.distributed.rounds import check_limits, write_rounds
-from pbrg_mj.governor.distributed.suspicion import some_row_cannot_be_met
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.governor.problem.near_reference import write_near_references
 from pbrg_mj.kernel import kernel
@@ -48,4 +48,4 @@ def write_tick(estimates, graph, states, rows, flow, rounds, limit, after):
     write_rounds(estimates, graph, (p, xi, near), rows, flow, rounds, after)
     bounded, capped = check_limits(after[0], after[2], limit, flow[2])
     a, C, d, active, along = rows
-    return bounded, capped, some_row_cannot_be_met(after[0], a, C, d, active, along)
+    return bounded, capped, some_row_is_infeasible(after[0], a, C, d, active, along)

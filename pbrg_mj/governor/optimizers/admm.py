@@ -55,6 +55,6 @@ class Admm:
         after, _ = nearest_admissible(local.rows, local.spread, pull / weight)
         return AdmmMemory(after, a)
 
-    def aim(self, local: LocalProblem, memory: AdmmMemory) -> np.ndarray:
+    def candidate(self, local: LocalProblem, memory: AdmmMemory) -> np.ndarray:
         """Return m_i."""
         return memory.m

@@ -60,7 +60,7 @@ class FlowInM:
             lam=np.maximum(lam + h * g, 0.0),
         )
 
-    def aim(self, local: LocalProblem, memory: FlowMemory) -> np.ndarray:
+    def candidate(self, local: LocalProblem, memory: FlowMemory) -> np.ndarray:
         """Return m_i."""
         return memory.m
 

@@ -43,7 +43,7 @@ class Optimizer(Protocol):
         """Return the memory after one iteration; `heard` (neighbours, numbers), by neighbours ascending."""
         ...
 
-    def aim(self, local: LocalProblem, memory: Any) -> np.ndarray:
+    def candidate(self, local: LocalProblem, memory: Any) -> np.ndarray:
         """Return the m (2,) [m] that the robot would apply now."""
         ...
 

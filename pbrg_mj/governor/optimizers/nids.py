@@ -54,7 +54,7 @@ class Nids:
         mixed = memory.y - self.weight * (len(heard) * memory.y - heard.sum(axis=0))
         return self._moved(local, memory.z - memory.m + mixed, memory.m, memory.gradient)
 
-    def aim(self, local: LocalProblem, memory: NidsMemory) -> np.ndarray:
+    def candidate(self, local: LocalProblem, memory: NidsMemory) -> np.ndarray:
         """Return m_i."""
         return memory.m
 

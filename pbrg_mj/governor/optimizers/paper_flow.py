@@ -76,6 +76,6 @@ class PaperFlow:
         lam[active] = after.lam
         return PaperMemory(memory.facts, after.z, after.zeta, lam, after.nu)
 
-    def aim(self, local: LocalProblem, memory: PaperMemory) -> np.ndarray:
+    def candidate(self, local: LocalProblem, memory: PaperMemory) -> np.ndarray:
         """Return m_i."""
         return memory.z[:2]

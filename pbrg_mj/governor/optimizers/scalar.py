@@ -29,6 +29,6 @@ class Scalar:
     def step_once(self, local: LocalProblem, memory: None, heard: np.ndarray) -> None:
         """There are no iterations."""
 
-    def aim(self, local: LocalProblem, memory: None) -> np.ndarray:
+    def candidate(self, local: LocalProblem, memory: None) -> np.ndarray:
         """Return r_i; of a robot that does not lead its own p."""
         return local.own.p if local.reference is None else local.reference

@@ -70,9 +70,9 @@ class Synchronizer:
         later = {key: value for key, value in heard.items() if key[1] > at.iteration}
         return Iterate(at.facts, memory, at.iteration + 1, self._packed(memory), at.present, later, sent=False)
 
-    def aim(self, local: LocalProblem, at: Iterate) -> np.ndarray:
+    def candidate(self, local: LocalProblem, at: Iterate) -> np.ndarray:
         """Return the m (2,) [m] that the robot would apply now."""
-        return self.optimizer.aim(local, at.memory)
+        return self.optimizer.candidate(local, at.memory)
 
     def _packed(self, memory: Any) -> bytes:
         return np.ascontiguousarray(self.optimizer.message(memory), dtype="<f8").tobytes()

@@ -32,7 +32,7 @@ class TeamOptimizer(Protocol):
         """Return the memory after some rounds."""
         ...
 
-    def aim(self, local: Sequence[LocalProblem], memory: Any, robot: int) -> np.ndarray:
+    def candidate(self, local: Sequence[LocalProblem], memory: Any, robot: int) -> np.ndarray:
         """Return the m (2,) [m] that a robot would apply now."""
         ...
 
@@ -59,9 +59,9 @@ class EveryRobot:
             memory = [optimizer.step_once(*one) for one in zip(local, memory, heard, strict=True)]
         return memory
 
-    def aim(self, local: Sequence[LocalProblem], memory: list[Any], robot: int) -> np.ndarray:
+    def candidate(self, local: Sequence[LocalProblem], memory: list[Any], robot: int) -> np.ndarray:
         """Return the robot's m."""
-        return self.optimizer.aim(local[robot], memory[robot])
+        return self.optimizer.candidate(local[robot], memory[robot])
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class CompiledPaperFlow:
         estimates, _, _ = self.governor.run(self._with_ball(problem), memory, rounds)
         return memory._replace(estimates=estimates)
 
-    def aim(self, local: Sequence[LocalProblem], memory: DistributedMemory, robot: int) -> np.ndarray:
+    def candidate(self, local: Sequence[LocalProblem], memory: DistributedMemory, robot: int) -> np.ndarray:
         """Return the robot's m."""
         return memory.estimates.z[robot, :2].copy()
 

@@ -6,7 +6,7 @@ distributions     numbers from their distributions
 team              starts and formations: points in a disc that keep apart
 frame             along and across the team's way to its reference
 shapes            walls, rooms, boxes in the words of `world`
-placing           obstacles drawn again until start and formation are free of them
+placement         obstacles drawn again until start and formation are free of them
 json_schema       the schema for editors
 draw              a family and a seed -> a concrete document
 """

@@ -14,8 +14,8 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.diagnostics import Diagnostic, KeyPath, dotted_key, yaml_text
 from pbrg_mj.scenario.families.checks import check_draw
 from pbrg_mj.scenario.families.distributions import random_of, value, values
-from pbrg_mj.scenario.families.frame import WayFrame
-from pbrg_mj.scenario.families.placing import placed
+from pbrg_mj.scenario.families.frame import PathFrame
+from pbrg_mj.scenario.families.placement import placed
 from pbrg_mj.scenario.families.schema import Distribution, Draw, Family, TeamDraw
 from pbrg_mj.scenario.families.shapes import SHAPES
 from pbrg_mj.scenario.families.team import DECIMALS, points_apart
@@ -67,7 +67,7 @@ def _pieces(draw: Draw, seed: int, document: Document, file: str) -> Iterator[Dr
     yield DrawnValue(("team", "start"), start.tolist(), ("draw", "team"))
     yield DrawnValue(("team", "formation"), formation.tolist(), ("draw", "team"))
     way = values(draw.reference, random_of(seed, "reference"))
-    frame = WayFrame(way["direction_deg"])
+    frame = PathFrame(way["direction_deg"])
     reference = frame.to_world(way["distance"], 0.0)
     yield DrawnValue(("operator", "reference"), reference, ("draw", "reference"))
     goal = np.array(reference) + formation

@@ -1,4 +1,4 @@
-"""The frame of the team's way: from the team's centre at the start towards the reference."""
+"""The frame of the team's path: from the team's centre at the start towards the reference."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ DECIMALS = 4  # tenths of a millimetre
 
 
 @dataclass(frozen=True)
-class WayFrame:
+class PathFrame:
     """Turned by `direction_deg` against the world, at the same origin."""
 
     direction_deg: float

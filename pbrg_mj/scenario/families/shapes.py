@@ -13,28 +13,28 @@ from typing import Any
 import numpy as np
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.scenario.families.frame import WayFrame
+from pbrg_mj.scenario.families.frame import PathFrame
 
 Point = tuple[float, float]
 Entries = list[dict[str, Any]]
-Shape = Callable[[Mapping[str, Any], WayFrame, np.random.Generator], Entries]
+Shape = Callable[[Mapping[str, Any], PathFrame, np.random.Generator], Entries]
 FEWEST_SIDES, MOST_SIDES = 3, 24
 
 
-def walls(drawn: Mapping[str, Any], frame: WayFrame, random: np.random.Generator) -> Entries:
+def walls(drawn: Mapping[str, Any], frame: PathFrame, random: np.random.Generator) -> Entries:
     """Return one wall across the way."""
     half = drawn["length"] / 2
     return [_across(drawn, frame, drawn["shift"] - half, drawn["shift"] + half)]
 
 
-def doorways(drawn: Mapping[str, Any], frame: WayFrame, random: np.random.Generator) -> Entries:
+def doorways(drawn: Mapping[str, Any], frame: PathFrame, random: np.random.Generator) -> Entries:
     """Return the walls on both sides of an opening, in one line."""
     half, shift, length = drawn["width"] / 2, drawn["shift"], drawn["length"]
     sides = (shift - half - length, shift - half), (shift + half, shift + half + length)
     return [_across(drawn, frame, *side) for side in sides]
 
 
-def corridors(drawn: Mapping[str, Any], frame: WayFrame, random: np.random.Generator) -> Entries:
+def corridors(drawn: Mapping[str, Any], frame: PathFrame, random: np.random.Generator) -> Entries:
     """Return two parallel walls."""
     turn, off = math.radians(drawn["angle_deg"]), (drawn["width"] + drawn["thickness"]) / 2
     ends = drawn["begin"], drawn["begin"] + drawn["length"]
@@ -42,12 +42,12 @@ def corridors(drawn: Mapping[str, Any], frame: WayFrame, random: np.random.Gener
     return [_wall(frame, first, last, drawn["thickness"]) for first, last in sides]
 
 
-def rooms(drawn: Mapping[str, Any], frame: WayFrame, random: np.random.Generator) -> Entries:
+def rooms(drawn: Mapping[str, Any], frame: PathFrame, random: np.random.Generator) -> Entries:
     """Return the walls of a closed room whose corners lie on a circle."""
     return _closed(frame, _on_circle(drawn, random), drawn["thickness"])
 
 
-def l_rooms(drawn: Mapping[str, Any], frame: WayFrame, random: np.random.Generator) -> Entries:
+def l_rooms(drawn: Mapping[str, Any], frame: PathFrame, random: np.random.Generator) -> Entries:
     """Return the walls of a closed room of two arms at a right angle."""
     turn, half = math.radians(drawn["angle_deg"]), (drawn["width"] + drawn["thickness"]) / 2
     end = half + drawn["length"]
@@ -56,7 +56,7 @@ def l_rooms(drawn: Mapping[str, Any], frame: WayFrame, random: np.random.Generat
     return _closed(frame, [(drawn["along"] + x, drawn["across"] + y) for x, y in placed], drawn["thickness"])
 
 
-def boxes(drawn: Mapping[str, Any], frame: WayFrame, random: np.random.Generator) -> Entries:
+def boxes(drawn: Mapping[str, Any], frame: PathFrame, random: np.random.Generator) -> Entries:
     """Return one box."""
     return [
         {
@@ -67,17 +67,17 @@ def boxes(drawn: Mapping[str, Any], frame: WayFrame, random: np.random.Generator
     ]
 
 
-def columns(drawn: Mapping[str, Any], frame: WayFrame, random: np.random.Generator) -> Entries:
+def columns(drawn: Mapping[str, Any], frame: PathFrame, random: np.random.Generator) -> Entries:
     """Return one column."""
     return [{"center": frame.to_world(drawn["along"], drawn["across"]), "radius": drawn["radius"]}]
 
 
-def prisms(drawn: Mapping[str, Any], frame: WayFrame, random: np.random.Generator) -> Entries:
+def prisms(drawn: Mapping[str, Any], frame: PathFrame, random: np.random.Generator) -> Entries:
     """Return one prism."""
     return [{"corners": [frame.to_world(*corner) for corner in _on_circle(drawn, random)]}]
 
 
-def moving_boxes(drawn: Mapping[str, Any], frame: WayFrame, random: np.random.Generator) -> Entries:
+def moving_boxes(drawn: Mapping[str, Any], frame: PathFrame, random: np.random.Generator) -> Entries:
     """Return one moving box."""
     if drawn["speed"] <= 0:
         raise InputError(f"moves at {drawn['speed']:g} m/s; allowed: a speed greater than 0")
@@ -115,7 +115,7 @@ def _on_circle(drawn: Mapping[str, Any], random: np.random.Generator) -> list[Po
     return list(zip(x.tolist(), y.tolist(), strict=True))
 
 
-def _across(drawn: Mapping[str, Any], frame: WayFrame, first: float, last: float) -> dict[str, Any]:
+def _across(drawn: Mapping[str, Any], frame: PathFrame, first: float, last: float) -> dict[str, Any]:
     """Return a wall from `first` to `last` [m] to the left of where its line crosses the way."""
     turn, off = math.radians(drawn["angle_deg"]), drawn["distance"] + drawn["thickness"] / 2
     crossing = -off * math.tan(turn)
@@ -123,7 +123,7 @@ def _across(drawn: Mapping[str, Any], frame: WayFrame, first: float, last: float
     return _wall(frame, start, end, drawn["thickness"])
 
 
-def _closed(frame: WayFrame, corners: list[Point], thickness: float) -> Entries:
+def _closed(frame: PathFrame, corners: list[Point], thickness: float) -> Entries:
     """Return walls along a closed line, each longer by half its thickness at both ends: corners have no notches."""
     ends = pairwise([*corners, corners[0]])
     longer = (_longer(start, end, thickness / 2) for start, end in ends)
@@ -136,7 +136,7 @@ def _longer(start: Point, end: Point, by: float) -> tuple[Point, Point]:
     return (start[0] - dx, start[1] - dy), (end[0] + dx, end[1] + dy)
 
 
-def _wall(frame: WayFrame, start: Point, end: Point, thickness: float) -> dict[str, Any]:
+def _wall(frame: PathFrame, start: Point, end: Point, thickness: float) -> dict[str, Any]:
     return {"from": frame.to_world(*start), "to": frame.to_world(*end), "thickness": thickness}
 
 

@@ -15,7 +15,7 @@ from pbrg_mj.studies.bench.table import BenchRun, Row, bench_runs, table
 from pbrg_mj.studies.bench.text import as_markdown, as_text, runs_markdown
 from pbrg_mj.studies.records import rows, write_records
 from pbrg_mj.studies.run_task import Record, packages
-from pbrg_mj.studies.runner import Runner, Watch, nobody
+from pbrg_mj.studies.runner import Runner, Watch, unwatched
 
 FILES = {False: "suite.yaml", True: "quick_suite.yaml"}
 """The suite's file in a benchmark's folder; another name where it was run with `quick`."""
@@ -53,7 +53,7 @@ def bench(
     backend: str = "joblib",
     scheduler: str | None = None,
     force: bool = False,
-    watch: Watch = nobody,
+    watch: Watch = unwatched,
 ) -> Bench:
     """Run a suite, a bundled one's name or a file, and write its table, page, records and logs into `folder`.
 

@@ -16,7 +16,7 @@ ROUNDING = 1e-9  # [m]
 
 
 @kernel
-def some_row_cannot_be_met(z, a, C, d, active, along):
+def some_row_is_infeasible(z, a, C, d, active, along):
     """Return whether some robot has a row that no m meets at its estimates z (n, 4n + 2); the rest are `Rows`."""
     n = len(z)
     for i in range(n):

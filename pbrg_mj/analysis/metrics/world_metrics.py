@@ -14,7 +14,7 @@ from pbrg_mj.loop.batch import BatchHistories
 from pbrg_mj.scenario.schema import Scenario, operator_reference
 
 
-class WorldFigures(NamedTuple):
+class WorldMetrics(NamedTuple):
     """What became of one world."""
 
     seed: int
@@ -48,12 +48,12 @@ EVENTS = (
 SHARES = tuple(f"{name}_violated_share" for name in NAMES)
 
 
-def world_figures(histories: BatchHistories, scenario: Scenario) -> list[WorldFigures]:
+def world_metrics(histories: BatchHistories, scenario: Scenario) -> list[WorldMetrics]:
     """Return the figures of each world of a scenario."""
     return [_figures(histories, world, scenario) for world in range(len(histories.seeds))]
 
 
-def summary(worlds: Sequence[WorldFigures]) -> dict[str, Any]:
+def summary(worlds: Sequence[WorldMetrics]) -> dict[str, Any]:
     """Return how many worlds met which fate, and with which 95 % intervals; units in the names."""
     margins = np.array([world.margin_m for world in worlds])
     known = margins[np.isfinite(margins)]
@@ -69,14 +69,14 @@ def summary(worlds: Sequence[WorldFigures]) -> dict[str, Any]:
     }
 
 
-def columns(worlds: Sequence[WorldFigures]) -> dict[str, np.ndarray]:
+def columns(worlds: Sequence[WorldMetrics]) -> dict[str, np.ndarray]:
     """Return all figures by name (W,), under names that no history has."""
     names = {"seed": "seeds", "robots": "robots", "margin_m": "least_margin_m", "final_distance_m": "final_distance_m"}
     names |= {name: f"world_{name}" for name in EVENTS} | {name: name for name in SHARES}
     return {name: np.array([getattr(world, field) for world in worlds]) for field, name in names.items()}
 
 
-def _figures(histories: BatchHistories, world: int, scenario: Scenario) -> WorldFigures:
+def _figures(histories: BatchHistories, world: int, scenario: Scenario) -> WorldMetrics:
     margins = histories.wall_margin, histories.moving_margin
     wall, moving = (float(margin[world].min(initial=np.inf)) for margin in margins)
     touching, touching_moving, touching_robots = (
@@ -89,7 +89,7 @@ def _figures(histories: BatchHistories, world: int, scenario: Scenario) -> World
         "moving": touching_moving or moving < 0.0,
         "robots": touching_robots,
     }
-    return WorldFigures(
+    return WorldMetrics(
         seed=histories.seeds[world],
         robots=histories.hand_world.shape[2],
         simulated_s=float(histories.time[-1]),
@@ -120,7 +120,7 @@ def _violated_shares(histories: BatchHistories, world: int, scenario: Scenario) 
     return dict(zip(SHARES, shares.tolist(), strict=True))
 
 
-def _known(worlds: Sequence[WorldFigures], name: str) -> np.ndarray:
+def _known(worlds: Sequence[WorldMetrics], name: str) -> np.ndarray:
     values = np.array([getattr(world, name) for world in worlds])
     return values[~np.isnan(values)]
 

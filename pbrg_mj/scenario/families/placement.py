@@ -11,7 +11,7 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.checks.distances import distances_to_column, distances_to_prism, distances_to_wall
 from pbrg_mj.scenario.diagnostics import yaml_text
 from pbrg_mj.scenario.families.distributions import random_of, value, values
-from pbrg_mj.scenario.families.frame import WayFrame
+from pbrg_mj.scenario.families.frame import PathFrame
 from pbrg_mj.scenario.families.schema import Draw, Repeated
 from pbrg_mj.scenario.families.shapes import SHAPES, Entries
 from pbrg_mj.scenario.schema import Box, Column, Prism, Wall
@@ -22,7 +22,7 @@ LOOSE = ("boxes", "columns", "prisms")  # kinds that keep off the formation arou
 
 
 def placed(
-    draw: Draw, kind: str, index: int, seed: int, frame: WayFrame, start: np.ndarray, goal: np.ndarray
+    draw: Draw, kind: str, index: int, seed: int, frame: PathFrame, start: np.ndarray, goal: np.ndarray
 ) -> Entries:
     """Return the obstacles of one entry of `draw` as entries of `world`.
 
@@ -45,7 +45,7 @@ def _free(
     section: Repeated,
     kind: str,
     random: np.random.Generator,
-    frame: WayFrame,
+    frame: PathFrame,
     keep: list[tuple[np.ndarray, float, str]],
 ) -> Entries:
     shape, _ = SHAPES[kind]

@@ -29,6 +29,14 @@ def test_the_terms_are_in_alphabetical_order():
     assert "| term |" in GLOSSARY and len(terms) > 30
 
 
+def test_every_package_lists_its_modules():
+    for file in PACKAGE.rglob("*/__init__.py"):
+        there = {path.stem for path in file.parent.glob("*.py")} - {"__init__"}
+        there |= {path.parent.name for path in file.parent.glob("*/__init__.py")}
+        listed = set(re.findall(r"\w+", file.read_text("utf-8").split('"""')[1]))
+        assert sorted(there - listed) == [], file.parent.name
+
+
 def test_the_architectures_table_lists_every_package_and_its_modules():
     rows = dict(re.findall(r"^\| \[`(\w+)`\].*\| ([^|]+) \|$", ARCHITECTURE, re.MULTILINE))
     assert set(rows) == {path.parent.name for path in PACKAGE.glob("*/__init__.py")}

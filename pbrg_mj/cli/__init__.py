@@ -3,6 +3,7 @@
 main          the commands and their exit codes
 scenarios     list, show, new, schema, validate
 run, batch, reproduce    simulate
+robot         a robot of a run on another machine
 sweep, tune    many runs as one table, or to find the best values
 falsify       a search for a failure
 bench         a suite of worlds and governors as one table

@@ -18,4 +18,5 @@ governed reference m_i, and beside it numbers that are never fed back.
 - `stability`: how long a round and how late a message may be, predicted from the scenario
 - `registry`: all of them by the names a scenario calls them
 - `check`: whether a governor of one's own keeps the protocol
+- `check_messages`: whether robots know of each other by messages alone
 """

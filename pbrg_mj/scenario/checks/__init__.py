@@ -7,4 +7,9 @@ world             walls, boxes, patches; what stands where at the start
 work              rounds and beams in a tick
 robots            keys that the chosen robot has no use for
 physics           keys of the physics plant alone; its longest step
+sampling          eq. 2, sampled once a tick, is stable on the graph
+separation        formations keep the distance that robots are to keep
+certificate       which governors and certificates go together
+plug_ins          parts of other packages: installed, with options that fit
+distances         of points from what stands on the floor
 """

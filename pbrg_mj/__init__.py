@@ -14,6 +14,7 @@ Studies     `sweep`, `tune`, `bench`, `verify_bench`, `release_bench`, `falsify`
 Logs        `open`, `compare`, `report`, `render`, `verify`, `repair`; `Comparison`, `Verification`, `Repair`
 Governors   `RobotProgram`, `RobotFacts`, `TeamConstants`, `OwnData`, `RobotAnswer`: a distributed governor, written for
             one robot; `Governor`, `Problem`, `Solution`, `Status`: one that sees the whole team; `check_governor`
+Parts       `Readings`, `HalfSpaces`, `Rows`, `Optimum`: what estimators, certificates and solvers take and give
 Besides     `doctor`; `InputError`, `PlugInError`, `PbrgError`; `__version__`
 
 Stable from one minor version to the next are the names in `__all__` with their documented arguments, the names of
@@ -37,17 +38,21 @@ __all__ = [
     "Comparison",
     "Falsification",
     "Governor",
+    "HalfSpaces",
     "InputError",
     "Interrupted",
+    "Optimum",
     "OwnData",
     "PbrgError",
     "PlugInError",
     "Problem",
+    "Readings",
     "Release",
     "Repair",
     "RobotAnswer",
     "RobotFacts",
     "RobotProgram",
+    "Rows",
     "Run",
     "Scenario",
     "Solution",
@@ -99,9 +104,13 @@ if TYPE_CHECKING:
     from pbrg_mj.api.simulate import run, serve, simulate
     from pbrg_mj.api.video import render
     from pbrg_mj.errors import InputError, PbrgError, PlugInError
+    from pbrg_mj.governor.centralized.optimum import Optimum
     from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer, RobotFacts, RobotProgram, TeamConstants
     from pbrg_mj.governor.problem.interface import Governor, Problem, Solution, Status
+    from pbrg_mj.governor.problem.rows import Rows
     from pbrg_mj.loop.record import TickRecord
+    from pbrg_mj.perception.half_spaces import HalfSpaces
+    from pbrg_mj.sensing.readings import Readings
     from pbrg_mj.studies.bench.bench import Bench, bench
     from pbrg_mj.studies.bench.release import Release, release_bench
     from pbrg_mj.studies.bench.verify import BenchVerification, verify_bench
@@ -123,9 +132,13 @@ _MODULES = {
     "api.scenario": ("Scenario", "draw", "list_scenarios", "load", "schema", "template", "validate"),
     "api.simulate": ("run", "serve", "simulate"),
     "errors": ("InputError", "PbrgError", "PlugInError"),
+    "governor.centralized.optimum": ("Optimum",),
     "governor.messaging.program": ("OwnData", "RobotAnswer", "RobotFacts", "RobotProgram", "TeamConstants"),
     "governor.problem.interface": ("Governor", "Problem", "Solution", "Status"),
+    "governor.problem.rows": ("Rows",),
     "loop.record": ("TickRecord",),
+    "perception.half_spaces": ("HalfSpaces",),
+    "sensing.readings": ("Readings",),
     "studies.bench.bench": ("Bench", "bench"),
     "studies.bench.release": ("Release", "release_bench"),
     "studies.bench.verify": ("BenchVerification", "verify_bench"),

@@ -48,15 +48,15 @@ def test_asking_for_the_operators_reference_is_the_run(scenario: pbrg.Scenario, 
     alone = [(tick.problem.p, tick.solution.m, tick.command) for tick in simulation.control_ticks()]
     episode = Episode(Simulation.build(settings).loop, Options(period=settings.timing.tick))
     for k, (p, m, command) in enumerate(alone[:-1]):
-        episode.demand(ExternalCommand(reference=operator_reference(settings.operator, k * settings.timing.tick)))
+        episode.take_command(ExternalCommand(reference=operator_reference(settings.operator, k * settings.timing.tick)))
         np.testing.assert_array_equal(episode.command(), command)
         episode.loop.world.advance(command)
         truth = episode.loop.world.truth()
-        episode.arrive(truth)
+        episode.record(truth)
         tick = episode.step().tick
         np.testing.assert_array_equal(tick.problem.p, p)
         np.testing.assert_array_equal(tick.solution.m, m)
-    assert episode.over
+    assert episode.timed_out
 
 
 def test_eq_2_as_actions_is_the_team_without_a_governor() -> None:

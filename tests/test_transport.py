@@ -295,7 +295,7 @@ def test_delays_count_within_a_machine_alone() -> None:
     robot = RobotProcess(robot_programs(scenario), network(scenario), 0, box.address, DIGEST)
     robot._places = {0: Address("10.0.0.1", 1), 1: Address("10.0.0.1", 2), 4: Address("10.0.0.2", 3)}
     for sender in (1, 4):
-        robot._keep(wire.Datagram(wire.Kind.MESSAGE, sender, 0, 0, 0))
+        robot._store(wire.Datagram(wire.Kind.MESSAGE, sender, 0, 0, 0))
     assert (robot._traffic.received, robot._traffic.timed) == (2, 1)
     for one in (robot.mailbox, box):
         one.close()

@@ -27,7 +27,7 @@ class TrueState(NamedTuple):
 
 
 class Episode:
-    """One episode. The world is moved on by the caller: `command`, then `world.advance`, then `arrive`."""
+    """One episode. The world is moved on by the caller: `command`, then `world.advance`, then `record`."""
 
     def __init__(self, loop: ClosedLoop, options: Options):
         """Take over a closed loop at time 0."""
@@ -38,9 +38,9 @@ class Episode:
         self._ticks = options.ticks(scenario)
         state = initial_state(loop)
         self._state = state._replace(displacement=None) if options.actions == "velocities" else state
-        self._sight = seen(loop, self._state, 0)
-        self._demand, self._last, self._began = ExternalCommand(), None, 0
-        self._passed: list[TrueState] = []
+        self._sensed = seen(loop, self._state, 0)
+        self._external, self._last, self._began = ExternalCommand(), None, 0
+        self._true_states: list[TrueState] = []
 
     @property
     def loop(self) -> ClosedLoop:
@@ -48,58 +48,58 @@ class Episode:
         return self._loop
 
     @property
-    def ticks_to_come(self) -> int:
+    def ticks_held(self) -> int:
         """How many ticks the next action is held for: fewer at the end of the run."""
-        return min(self._ticks, self._end - self._sight.index)
+        return min(self._ticks, self._end - self._sensed.index)
 
     @property
-    def over(self) -> bool:
+    def timed_out(self) -> bool:
         """Whether the scenario's duration has passed."""
-        return self._sight.index >= self._end
+        return self._sensed.index >= self._end
 
     def observations(self) -> np.ndarray:
         """Return what the acting robots know, (agents, size) float32."""
         loop = self._loop
-        return self.layout.observations(loop.scenario, loop.network, self._sight, self._state.xi)[list(self.acting)]
+        return self.layout.observations(loop.scenario, loop.network, self._sensed, self._state.xi)[list(self.acting)]
 
     def act(self, actions: np.ndarray) -> None:
         """Take the acting robots' actions, (agents, 2), for the ticks to come; those beyond [-1, 1] are clipped."""
         options, wanted = self._options, np.clip(np.asarray(actions, dtype=float), -1.0, 1.0)
         if options.actions == "velocities":
-            self.demand(ExternalCommand(velocity=options.speed * wanted))
+            self.take_command(ExternalCommand(velocity=options.speed * wanted))
         else:
-            self.demand(
-                ExternalCommand(reference=np.mean(self._sight.p[list(self.acting)] + options.reach * wanted, axis=0))
+            self.take_command(
+                ExternalCommand(reference=np.mean(self._sensed.p[list(self.acting)] + options.reach * wanted, axis=0))
             )
 
-    def demand(self, demand: ExternalCommand) -> None:
+    def take_command(self, command: ExternalCommand) -> None:
         """Take what is asked of the robots for the ticks to come."""
-        self._demand, self._began, self._passed = demand, self._sight.index, []
+        self._external, self._began, self._true_states = command, self._sensed.index, []
 
     def command(self) -> np.ndarray:
         """Return what the motors get in this tick, (n, 2)."""
-        self._state, self._last = commanded(self._loop, self._state, self._sight, self._demand)
+        self._state, self._last = commanded(self._loop, self._state, self._sensed, self._external)
         return self._last.command
 
-    def arrive(self, truth: TrueState) -> None:
+    def record(self, truth: TrueState) -> None:
         """Take note of the state a tick later, and look."""
-        self._passed.append(truth)
-        self._sight = seen(self._loop, self._state, self._sight.index + 1)
+        self._true_states.append(truth)
+        self._sensed = seen(self._loop, self._state, self._sensed.index + 1)
 
     def step(self) -> Step:
         """Return what came of the last action."""
-        scenario, end, last = self._loop.scenario, self._passed[-1], self._done()
-        reference = operator_reference(scenario.operator, self._sight.time)
+        scenario, end, last = self._loop.scenario, self._true_states[-1], self._done()
+        reference = operator_reference(scenario.operator, self._sensed.time)
         limit, states = scenario.outcome.diverged_beyond, (end.hand_world, self._state.xi, last.solution.m)
         return Step(
-            time=self._sight.time,
-            lasted=(self._sight.index - self._began) * scenario.timing.tick,
-            left=(self._end - self._sight.index) * scenario.timing.tick,
+            time=self._sensed.time,
+            lasted=(self._sensed.index - self._began) * scenario.timing.tick,
+            left=(self._end - self._sensed.index) * scenario.timing.tick,
             hand_world=end.hand_world,
             target=reference + self._loop.formation,
-            wall_margin=np.min([one.wall_margin for one in self._passed], axis=0),
-            moving_margin=np.min([one.moving_margin for one in self._passed], axis=0),
-            touched=np.any([self._violated(one) for one in self._passed], axis=0),
+            wall_margin=np.min([one.wall_margin for one in self._true_states], axis=0),
+            moving_margin=np.min([one.moving_margin for one in self._true_states], axis=0),
+            touched=np.any([self._violated(one) for one in self._true_states], axis=0),
             diverged=last.solution.status == "diverged" or not all(np.abs(one).max() <= limit for one in states),
             tick=last,
         )

@@ -65,9 +65,9 @@ class TeamParallelEnv(ParallelEnv):
         step = advance(episode, np.array([actions[one] for one in self.agents], dtype=float))
         ended, acted = step.ended, self.agents
         rewards = self._by_agent(episode.rewards(step).tolist())
-        terminated, truncated = dict.fromkeys(acted, ended), dict.fromkeys(acted, episode.over and not ended)
+        terminated, truncated = dict.fromkeys(acted, ended), dict.fromkeys(acted, episode.timed_out and not ended)
         told = self._by_agent(episode.observations()), rewards, terminated, truncated
-        self.agents = [] if ended or episode.over else list(acted)
+        self.agents = [] if ended or episode.timed_out else list(acted)
         return *told, {one: dict(episode.info(step)) for one in acted}
 
     def render(self) -> None:

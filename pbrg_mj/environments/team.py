@@ -50,4 +50,4 @@ class TeamEnv(gymnasium.Env):
             raise InputError("no episode is under way; call reset first")
         step = advance(episode, np.asarray(action).reshape(-1, 2))
         reward, told = float(episode.rewards(step).mean()), dict(episode.info(step))
-        return episode.observations().ravel(), reward, step.ended, episode.over and not step.ended, told
+        return episode.observations().ravel(), reward, step.ended, episode.timed_out and not step.ended, told

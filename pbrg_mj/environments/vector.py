@@ -77,16 +77,16 @@ class TeamVectorEnv(VectorEnv):
         wanted = np.asarray(actions, dtype=float).reshape(self.num_envs, -1, 2)
         for world in going:
             self._episodes[world].act(wanted[world])
-        for _ in range(self._episodes[going[0]].ticks_to_come):
+        for _ in range(self._episodes[going[0]].ticks_held):
             self._batch.advance({world: self._episodes[world].command() for world in going})
             for world in going:
-                self._episodes[world].arrive(self._batch.truth(world))
+                self._episodes[world].record(self._batch.truth(world))
         rewards, margins = np.zeros(self.num_envs), np.full(self.num_envs, np.nan)
         for world in going:
             step = self._episodes[world].step()
             rewards[world], margins[world] = self._episodes[world].rewards(step).mean(), step.wall_margin.min()
             self._ended[world] = step.ended
-        self._over = self._episodes[going[0]].over
+        self._over = self._episodes[going[0]].timed_out
         truncated = self._over & ~self._ended
         return self._observations(), rewards, self._ended.copy(), truncated, {"wall_margin_m": margins}
 

@@ -61,10 +61,10 @@ def advance(episode: Episode, actions: np.ndarray) -> Step:
     """Let the next step of an episode pass in its own world, and return what came of it."""
     episode.act(actions)
     world = episode.loop.world
-    for _ in range(episode.ticks_to_come):
+    for _ in range(episode.ticks_held):
         world.advance(episode.command())
         truth = world.truth()
-        episode.arrive(TrueState(*(getattr(truth, name) for name in TrueState._fields)))
+        episode.record(TrueState(*(getattr(truth, name) for name in TrueState._fields)))
     return episode.step()
 
 

@@ -59,7 +59,7 @@ class RobotProcess:
         self.mailbox = Mailbox(host=self.world.local_host())
         self._facts = RobotFacts.of(self.network, self.robot, self.carried.constants)
         self._places: Mapping[int, Address] = {}
-        self._letters: dict[tuple[int, int], dict[int, bytes]] = {}  # by tick and round, then sender
+        self._messages: dict[tuple[int, int], dict[int, bytes]] = {}  # by tick and round, then sender
         self._now, self._traffic = (0, 0), Traffic()
         self._gone: set[int] = set()  # neighbours that are no more
         self._behind: set[int] = set()  # neighbours that were missed
@@ -70,21 +70,21 @@ class RobotProcess:
     def run(self) -> None:
         """Greet the world, then answer every tick. Raises PbrgError when nobody answers or wants it any more."""
         try:
-            told = self._greeted()
+            told = self._connected()
             facts = self._facts._replace(start=told.start)
             memory = self.carried.program.start(facts, told.own)
-            self._tell(Kind.READY)
+            self._report(Kind.READY)
             while True:
                 memory = self._tick(memory)
         except StoppedByWorldError:
             return
         except Exception as error:
-            self._tell(Kind.FAILED, body=" ".join(str(error).split())[:400].encode() or type(error).__name__.encode())
+            self._report(Kind.FAILED, body=" ".join(str(error).split())[:400].encode() or type(error).__name__.encode())
             raise
         finally:
             self.mailbox.close()
 
-    def _greeted(self) -> StartData:
+    def _connected(self) -> StartData:
         until = monotonic() + GREETING
         while monotonic() < until and self.wanted():
             self.mailbox.send(self.world, Datagram(Kind.HELLO, self.robot, body=self.digest))
@@ -106,14 +106,14 @@ class RobotProcess:
         for k in range(self.carried.rounds):
             self._now = (measured.tick, k)
             outbox, memory = program.send(memory)
-            self._post(outbox)
+            self._send_messages(outbox)
             memory = program.receive(self._inbox(), memory)
         answer, memory = program.finish(memory)
-        self._tell(Kind.ANSWER, measured.tick, packed_answer(answer, self._traffic))
+        self._report(Kind.ANSWER, measured.tick, packed_answer(answer, self._traffic))
         self._traffic = Traffic()
         return memory
 
-    def _post(self, outbox: Mapping[int, bytes]) -> None:
+    def _send_messages(self, outbox: Mapping[int, bytes]) -> None:
         """Send what the program says to each neighbour, and to the others that it says nothing."""
         tick, k = self._now
         if strangers := set(outbox) - set(self._facts.neighbours):
@@ -126,22 +126,22 @@ class RobotProcess:
     def _inbox(self) -> list[tuple[int, bytes]]:
         """Return what has come by this round, in the order of its sending, once all is there that is waited for."""
         until = monotonic() + (self.patience if self._now[0] else max(self.patience, COMPILING))
-        while waiting := self._waited_for():
+        while waiting := self._missing_neighbours():
             if (left := until - monotonic()) <= 0.0:
                 self._behind |= waiting
                 break
             self._take(min(left, LOOK_UP))
         while self._take(0.0):
             pass
-        heard = self._letters.get(self._now, {})
+        heard = self._messages.get(self._now, {})
         missed = sum(one not in heard for one in self._facts.neighbours)
         self._traffic = self._traffic._replace(missed=self._traffic.missed + missed)
-        due = sorted(key for key in self._letters if key <= self._now)
-        letters = [letter for key in due for letter in sorted(self._letters.pop(key).items())]
-        return [letter for letter in letters if letter[1]]
+        due = sorted(key for key in self._messages if key <= self._now)
+        messages = [message for key in due for message in sorted(self._messages.pop(key).items())]
+        return [message for message in messages if message[1]]
 
-    def _waited_for(self) -> set[int]:
-        heard = self._letters.get(self._now, {})
+    def _missing_neighbours(self) -> set[int]:
+        heard = self._messages.get(self._now, {})
         return set(self._facts.neighbours) - self._gone - self._behind - set(heard)
 
     def _next_measured(self) -> Datagram:
@@ -161,16 +161,16 @@ class RobotProcess:
             return False
         one, sender = came
         if one.kind is Kind.MESSAGE and self._places.get(one.robot) == sender:
-            self._keep(one)
+            self._store(one)
         elif one.robot == WORLD and sender == self.world:
-            self._obey(one)
+            self._handle(one)
         return True
 
-    def _keep(self, one: Datagram) -> None:
+    def _store(self, one: Datagram) -> None:
         key = (one.tick, one.round)
         shares_clock = self._places[one.robot].host == self._places[self.robot].host
         took = monotonic_ns() - one.sent_ns if shares_clock else 0
-        self._letters.setdefault(key, {})[one.robot] = one.body
+        self._messages.setdefault(key, {})[one.robot] = one.body
         if key >= self._now:
             self._behind.discard(one.robot)
         before = self._traffic
@@ -181,7 +181,7 @@ class RobotProcess:
             delay_max_ns=max(before.delay_max_ns, took),
         )
 
-    def _obey(self, one: Datagram) -> None:
+    def _handle(self, one: Datagram) -> None:
         if one.kind is Kind.STOP:
             raise StoppedByWorldError
         if one.kind is Kind.GONE:
@@ -191,6 +191,6 @@ class RobotProcess:
         elif self._last is not None and one.kind is ASKED.get(self._last.kind) and one.tick == self._last.tick:
             self.mailbox.send(self.world, self._last)  # it has not arrived
 
-    def _tell(self, kind: Kind, tick: int = 0, body: bytes = b"") -> None:
+    def _report(self, kind: Kind, tick: int = 0, body: bytes = b"") -> None:
         self._last = Datagram(kind, self.robot, tick, body=body)
         self.mailbox.send(self.world, self._last)

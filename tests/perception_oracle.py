@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from scipy.stats import norm
 
 from pbrg_mj.perception.scan.collinear import MOST_TURN, NOISE_MARGIN
 from pbrg_mj.perception.scan.corners import LEAST_SINE, MOST_BETWEEN, UNSURE
@@ -35,6 +36,7 @@ class Scan:
         self.beams = len(ranges)
         self.xy = ranges[:, None] * directions
         self.var = params.range_std**2 + (params.noise_ratio * ranges) ** 2
+        self.doubt: dict[int, float] = {}  # odds of a beam's point, last on its wall, to be beyond the corner
 
     def apart(self, a: int, b: int, skipped: int) -> bool:
         lost = (b - a) % self.beams - 1 - skipped
@@ -75,7 +77,7 @@ def find_lines(ranges: np.ndarray, directions: np.ndarray, params: LineParameter
     turned = [b for group in clusters for b in group]
     walls = settled(scan, joined(scan, walls, turned), turned)
     for wall in walls:
-        inflated(scan, wall)
+        doubted(scan, wall, turned, inflated(scan, wall))
         wall["free_low"] = ends_at(scan, wall, wall["beams"][0], -1)
         wall["free_high"] = ends_at(scan, wall, wall["beams"][1], 1)
     return sorted(walls, key=lambda wall: wall["low"] - wall["high"])
@@ -301,14 +303,19 @@ def settled(scan: Scan, walls: list[dict], order: Beams) -> list[dict]:
             sum(o == i for o in owner.values()) - len(gone) < scan.params.min_points
             for i, gone in zip(pair, lost, strict=True)
         ]
-        if any(few) or not any(lost) or not all(on_line(scan, walls[pair[1 - i]], b) for i in (0, 1) for b in lost[i]):
+        if any(few) or not all(on_line(scan, walls[pair[1 - i]], b) for i in (0, 1) for b in lost[i]):
             continue
         for i, side in ((0, -1), (1, 1)):
             for b in lost[i]:
                 del owner[b]
                 if side * sine[b] < -unsure:
                     owner[b] = pair[1 - i]
-        moved |= set(pair)
+        moved |= set(pair) if any(lost) else set()
+        for i, side, place in ((0, -1, z), (1, 1, k)):
+            other = next(s for s in range(n) if owner.get(order[(place - side * s) % n]) == pair[1 - i])
+            last = next(b for s in range(n) if owner.get(b := order[(place - side * (other - s)) % n]) == pair[i])
+            beyond = float(norm.sf(UNSURE * side * sine[last] / unsure))
+            scan.doubt[last] = beyond / (1 - beyond)
     for i in moved:
         points = [b for b in order if owner.get(b) == i]
         walls[i] |= fit_line(scan, points, walls[i]["normal"], walls[i]["offset"]) | {"points": points}
@@ -327,26 +334,45 @@ def on_line(scan: Scan, line: dict, b: int) -> bool:
     return bool(scan.d[b] @ line["normal"] > LEAST_COSINE and off**2 <= OUTLIER**2 * variance)
 
 
-def inflated(scan: Scan, line: dict) -> None:
-    """Add what a outlier among the points would mean: the line fitted without it, as often as it is one."""
-    if scan.params.outlier_density == 0:
-        return
+def left_out(line: dict, i: int) -> tuple[np.ndarray, np.ndarray, float, float]:
+    """How far the line moves without point i, its covariance then, and that point's residual then and its deviation."""
     by, w, e = line["jacobian"], line["weight"], line["residual"]
+    rest = np.delete(np.arange(len(w)), i)
+    without = np.linalg.inv((by[rest].T * w[rest]) @ by[rest])
+    shift = without @ by[i] * w[i] * e[i]  # sum w e by = 0 of the whole line, so of the rest it is - w e by
+    return shift, without, e[i] + by[i] @ shift, math.sqrt(1 / w[i] + by[i] @ without @ by[i])
+
+
+def inflated(scan: Scan, line: dict) -> np.ndarray:
+    """The covariance with what an outlier among the points would mean: the line without it, as often as it is one."""
     plain, cosine = line["covariance"], scan.d[line["points"]] @ line["normal"]
     more = np.zeros((2, 2))
-    for i in range(len(w)):
-        rest = np.delete(np.arange(len(w)), i)
-        without = np.linalg.inv((by[rest].T * w[rest]) @ by[rest])
-        shift = without @ by[i] * w[i] * e[i]  # sum w e by = 0 of the whole line, so of the rest it is - w e by
-        predicted = e[i] + by[i] @ shift
-        std = math.sqrt(1 / w[i] + by[i] @ without @ by[i])
-        odds = (
-            scan.params.outlier_density
-            / cosine[i]
-            / (math.exp(-((predicted / std) ** 2) / 2) / math.sqrt(2 * math.pi) / std)
-        )
+    for i in range(len(line["weight"])):
+        shift, without, predicted, std = left_out(line, i)
+        odds = scan.params.outlier_density / cosine[i] / norm.pdf(predicted, scale=std)
         more += odds / (1 + odds) * (np.outer(shift, shift) + without - plain)
-    line["covariance"] = plain + more
+    return plain + more
+
+
+def doubted(scan: Scan, line: dict, order: Beams, covariance: np.ndarray) -> None:
+    """Write the mixture of the line with all points and those without a last one that may be another surface's."""
+    plain, along, move = line["covariance"], line["jacobian"][:, 0], np.zeros(2)
+    for side, i in ((-1, int(np.argmin(along))), (1, int(np.argmax(along)))):
+        b = line["points"][i]
+        after = order[(order.index(b) + side) % len(order)]
+        if scan.apart(*((b, after) if side == 1 else (after, b)), 0):
+            continue
+        shift, without, predicted, std = left_out(line, i)
+        off = line["normal"] @ scan.xy[after] - line["offset"]
+        room = max(abs(off), OUTLIER / math.sqrt(weights(scan, [after], line["normal"], line["offset"])[0]))
+        density = norm.cdf(predicted / std * np.copysign(1, off)) / room
+        odds = scan.doubt.get(b, 1.0) * density / norm.pdf(predicted, scale=std)
+        p = odds / (1 + odds)
+        move = move + p * shift
+        covariance = covariance + p * (without - plain + (1 - p) * np.outer(shift, shift))
+    line["angle"] = math.remainder(line["angle"] + move[0], 2 * math.pi)
+    line["offset"] += move[1]
+    line |= {"normal": unit(line["angle"]), "covariance": covariance}
 
 
 def meets(scan: Scan, line: dict, b: int) -> float:

@@ -52,6 +52,25 @@ def test_walls_of_rooms_are_as_right_as_their_covariance_says_in_heavy_noise() -
     assert 1.7 < np.mean(found) < 2.5
 
 
+def with_pillars(corners: np.ndarray, side: float) -> np.ndarray:
+    """Corners (12, 2) of a room with a square pillar in each corner, whose faces are too short to be lines."""
+    after, before = np.roll(corners, -1, axis=0) - corners, np.roll(corners, 1, axis=0) - corners
+    first, last = (side * way / np.linalg.norm(way, axis=1)[:, None] for way in (before, after))
+    return np.stack([corners + first, corners + first + last, corners + last], axis=1).reshape(-1, 2)
+
+
+def test_a_wall_beside_what_gives_no_line_is_as_sure_as_its_last_points() -> None:
+    """Nothing but their residuals tells whose the last points are: were they all the wall's, the mean would be 3.0."""
+    random, of = np.random.default_rng(23), sensor("tof_ring")
+    found = []
+    for _ in range(300):
+        walls, side = room(random), random.uniform(0.1, 0.24)
+        lines = extract_lines(of.look(scene(with_pillars(walls, side)), ORIGIN, random), of.directions, of.params)
+        found += errors(lines, walls).tolist()
+    assert len(found) > 600
+    assert 1.6 < np.mean(found) < 2.4
+
+
 @pytest.mark.parametrize("preset", ["generic", "lidar"])
 def test_a_wall_that_hides_another_has_no_corner_with_it(preset: str) -> None:
     """A board before a wall, its end free: the farther wall begins where the board ends, and they meet elsewhere."""

@@ -10,6 +10,7 @@ In: ranges of one scan, directions of its beams, `LineParameters`. Out: `Lines` 
     line_ends       what the beams beside a line say: it ends, it has a gap, or nothing
     collinear       segments of one line merged
     corners         whose the points beside a corner are
+    joined_ends     last points that may be another surface's, in the line and its covariance
     extract_lines   all of that, in this order
     parameters      what it needs to know of the sensor and the estimator
 """

@@ -17,6 +17,7 @@ from pbrg_mj.perception.scan.points import DX, DY, X, Y, apart
 from pbrg_mj.perception.scan.robust_fit import OUTLIER, write_fit
 
 UNSURE = 1.0  # standard deviations of a corner's direction within which a beam is nobody's
+LEAST_UNSURE = 1e-9  # of it: nothing is divided by 0
 LEAST_SINE = math.sin(math.radians(5.0))  # of the angle between two lines that have a corner
 MOST_BETWEEN = 3  # points of no line between those of two that meet
 
@@ -30,6 +31,8 @@ def settle_corners(points, params, order, work, lines):
     """
     for i in range(lines):
         work.moved[work.ranking[i]] = False
+    for beam in order:
+        work.doubt[beam] = 1.0
     for k in range(len(order)):
         a = work.owner[order[k]]
         z = _next_owned(order, work.owner, k)
@@ -69,11 +72,38 @@ def _settle(points, params, order, places, work):
     for keep in (True, False):  # what each would lose is counted first
         lost_a = _give(points, params, order, (k, -1), b, corner, work, keep)
         lost_b = _give(points, params, order, (z, 1), a, corner, work, keep)
-        if min(lost_a, lost_b) < 0 or lost_a + lost_b == 0:
+        if min(lost_a, lost_b) < 0:
             return
         if keep and not (_left(work, a, lost_a, params) and _left(work, b, lost_b, params)):
             return
-    work.moved[a] = work.moved[b] = True
+        if not keep and lost_a + lost_b > 0:
+            work.moved[a] = work.moved[b] = True
+    _doubt(points, order, (z, 1), (b, a), corner, work)
+    _doubt(points, order, (k, -1), (a, b), corner, work)
+
+
+@kernel
+def _doubt(points, order, place, lines, corner, work):
+    """Set the odds that the last point of a line before a corner is beyond it: the corner is known so well.
+
+    It is the first of the second of `lines` before a point of the first, which is looked for from a place on.
+    """
+    (i, direction), (x, y, unsure) = place, corner
+    i = _first_of(order, work.owner, i, direction, lines[0])
+    beam = order[_first_of(order, work.owner, i, -direction, lines[1])]
+    sine = direction * (points[beam, DX] * y - points[beam, DY] * x)
+    beyond = 0.5 * math.erfc(UNSURE * sine / max(unsure, LEAST_UNSURE) * math.sqrt(0.5))
+    work.doubt[beam] = beyond / (1.0 - beyond) if beyond < 1.0 else 1.0 / LEAST_UNSURE
+
+
+@kernel
+def _first_of(order, owner, i, direction, line):
+    """Return the first place from i on, in a direction, whose point is a line's."""
+    for _ in range(len(order)):
+        if owner[order[i]] == line:
+            break
+        i = (i + direction) % len(order)
+    return i
 
 
 @kernel

@@ -1,7 +1,8 @@
 """One scan to the straight lines it shows, in the body frame.
 
 Points -> clusters (adaptive breakpoints) -> straight segments (split and merge) -> lines (quasi-likelihood of the
-ranges) -> collinear lines merged -> points beside corners settled -> free ends, where the beams beside them pass by.
+ranges) -> collinear lines merged -> points beside corners settled -> covariances that count outliers and points of
+other walls -> free ends, where the beams beside them pass by.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import numpy as np
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.scan.collinear import gather, merge_collinear, rank_by_length
 from pbrg_mj.perception.scan.corners import settle_corners
+from pbrg_mj.perception.scan.joined_ends import allow_for_corners
 from pbrg_mj.perception.scan.line_ends import is_free
 from pbrg_mj.perception.scan.parameters import LineParameters
 from pbrg_mj.perception.scan.points import points_into, without_outliers
@@ -67,6 +69,7 @@ class LineWorkspace(NamedTuple):
     ends: np.ndarray  # (B, 2) beams of each line's first and last point
     ranking: np.ndarray  # (B,) lines, longest first
     moved: np.ndarray  # (B,) bool: points beside a line's corner have changed hands
+    doubt: np.ndarray  # (B,) odds that a line's last point is of the surface that is joined to it there
     joint: np.ndarray  # (7,) the fit of two segments that may be one line
 
 
@@ -97,6 +100,7 @@ def line_workspace(beams):
         ends=np.empty((beams, 2), np.int64),
         ranking=np.empty(beams, np.int64),
         moved=np.empty(beams, np.bool_),
+        doubt=np.empty(beams),
         joint=np.empty(7),
     )
 
@@ -130,9 +134,10 @@ def extract_lines_into(ranges, directions, params, work, out):
     rank_by_length(work.fits, work.ranking, lines)
     for i in range(lines):
         line = work.ranking[i]
+        count = gather(order, work.owner, line, line, work.members)
         if params.outlier_density > 0.0:
-            members = work.members[: gather(order, work.owner, line, line, work.members)]
-            inflate_for_outliers(points, params, members, work.at, work.fits[line])
+            inflate_for_outliers(points, params, work.members[:count], work.at, work.fits[line])
+        allow_for_corners(points, params, order, line, count, work)
         _write_line(params, work, line, out, i)
     return lines
 

@@ -11,7 +11,8 @@ from scipy import stats
 import pbrg_mj as pbrg
 from pbrg_mj.analysis.metrics.rates import Rate
 from pbrg_mj.cli.main import main
-from pbrg_mj.loop.one_by_one import run_worlds, side_by_side
+from pbrg_mj.loop.batch import side_by_side
+from pbrg_mj.loop.one_by_one import run_worlds
 from pbrg_mj.scenario.load import load_scenario
 
 SHORT = {"timing.duration": 0.3}

@@ -6,14 +6,16 @@ import numpy as np
 import pytest
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.loop.batch import BatchSimulation
+from pbrg_mj.loop.batch import BatchSimulation, side_by_side
+from pbrg_mj.loop.one_by_one import run_world
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_scenario
 
 SEEDS = (3, 1, 2**40)
 FIRST = ("timing.duration=1.0", "reference.solver=none")
+NEAR_WALLS = "team.start=[[0.3,2.2],[0.2,0.3],[1.2,0.2],[2.2,0.2],[1.2,1.2]]"
 LATER = {  # seen walls, events within ticks, remedies: whatever a world can differ in
-    "walls": ("sensors.beams.robots=all", "team.start=[[0.3,2.2],[0.2,0.3],[1.2,0.2],[2.2,0.2],[1.2,1.2]]"),
+    "walls": ("sensors.beams.robots=all", NEAR_WALLS),
     "late camera": ("sensors.camera.delay=0.05",),
     "leak, duty cycles, cap": ("control.leak=0.5", "drive.pwm_levels=255", "governor.multiplier_cap=0.3"),
     "friction compensation": ("drive.friction_compensation=true",),
@@ -44,6 +46,27 @@ def test_every_world_is_the_run_of_its_seed(name):
     assert not np.array_equal(histories.hand_world[0], histories.hand_world[1])
 
 
+CERTIFIED = {
+    "beams": ("governor.kind=certified", NEAR_WALLS),
+    "recommended": ("set_up=recommended", NEAR_WALLS, "drive.friction_compensation=true"),
+    "no distances kept": ("governor.kind=certified", "control.separation=null", "sensors.camera.delay=0.05"),
+    "the paper's flow, points, distances kept": ("estimator.source=points", NEAR_WALLS, "control.separation=0.9"),
+}
+
+
+@pytest.mark.parametrize("name", CERTIFIED)
+def test_worlds_with_certified_governors_points_and_distances_are_those_one_by_one(name):
+    changes = ("timing.duration=0.7", "sensors.beams.robots=all", *CERTIFIED[name])
+    scenario = load_scenario("paper/experiment_near", changes).scenario
+    assert side_by_side(scenario)
+    histories = BatchSimulation(scenario, (8, 5), threads=2).run()
+    assert not np.array_equal(histories.hand_world[0], histories.hand_world[1])
+    for world, seed in enumerate((8, 5)):
+        alone = run_world(scenario.model_copy(update={"seed": seed}))
+        for name in ("hand_world", "m", "wall_margin", "robot_contact", "diverged", "certificate_violated"):
+            assert getattr(histories, name)[world].tobytes() == getattr(alone, name)[0].tobytes(), name
+
+
 def test_threads_change_nothing_and_every_tick_is_reported():
     scenario = load_scenario("paper/experiment_near", [*FIRST, "timing.duration=0.3"]).scenario
     heard = []
@@ -64,6 +87,8 @@ def test_threads_change_nothing_and_every_tick_is_reported():
         (("governor.kind=centralized",), "governor"),
         (("governor.backend=numpy",), "governor"),
         (("network.delay_rounds=5",), "governor"),
+        (("governor.kind=certified", "governor.certificate=directional_ball"), "governor"),
+        (("governor.kind=cbf",), "governor"),
         (("disturbances.kidnappings=[{time: 1, duration: 1, robot: 1, to: [0, 0]}]",), "disturbances.kidnappings"),
     ],
 )

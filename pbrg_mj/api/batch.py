@@ -17,8 +17,8 @@ from pbrg_mj.api.scenario import Scenario, as_scenario
 from pbrg_mj.errors import InputError
 from pbrg_mj.kernel import clock
 from pbrg_mj.log.write.log_file import check_writable
-from pbrg_mj.loop.batch import BatchHistories, BatchSimulation
-from pbrg_mj.loop.one_by_one import run_worlds, side_by_side
+from pbrg_mj.loop.batch import BatchHistories, BatchSimulation, side_by_side
+from pbrg_mj.loop.one_by_one import run_worlds
 from pbrg_mj.loop.resources import check_memory
 from pbrg_mj.plugins import is_centralized
 
@@ -83,8 +83,8 @@ def batch(
 
     Seeds of one scenario are stepped side by side on `threads` threads, one for each core if not given. Worlds of a
     family, and scenarios with moving boxes, patches, a speed loop, a radio, kidnappings, or another governor than the
-    plain distributed one, run one after the other, or on `threads` processes: a script that asks for several keeps what
-    it does under `if __name__ == "__main__"`. Raises InputError.
+    plain distributed one and the certified one by prediction, run one after the other, or on `threads` processes: a
+    script that asks for several keeps what it does under `if __name__ == "__main__"`. Raises InputError.
     """
     scenario, seeds = as_scenario(scenario), tuple(seeds)
     if path is not None:  # before the runs, which take longer

@@ -5,8 +5,9 @@ tick                one tick: sense, perceive, govern, control; the plant moves 
 monitor             certificates, wind-up and the centralized optimum of ticks that have passed
 record              everything one tick produced
 batch               many seeds of one scenario at once
+batch_team          the teams of a batch: what they have in common, their states, how they move, compiled
+batch_control       their governors, compiled
 one_by_one          worlds that cannot be stepped so, or differ: one after the other
-batch_control       governor, control and drive of a batch, compiled
 resources           what a scenario asks of the machine, before it runs
 network_warnings    what of the network its governor does not feel
 stability_warnings  what makes a scenario likely to fail, before it runs

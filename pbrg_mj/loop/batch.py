@@ -13,22 +13,22 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.governor.certificate.evaluate import NAMES, VIOLATED, predicted_rows, worst_rows
-from pbrg_mj.loop.batch_control import BatchParameters, BatchState
+from pbrg_mj.loop.batch_control import batch_control
+from pbrg_mj.loop.batch_team import check_built_in
 from pbrg_mj.loop.resources import check_memory
+from pbrg_mj.perception.estimator import GuidedEstimator, estimator
 from pbrg_mj.perception.half_spaces import HalfSpaces
-from pbrg_mj.perception.perceive import PerceptionMemory, initial, perceive
-from pbrg_mj.perception.setup import perception_setup
 from pbrg_mj.scenario.schema import Scenario, operator_reference, whole_number
 from pbrg_mj.sensing.noise import SensorNoise, sensor_noise
 from pbrg_mj.sensing.readings import Readings
 from pbrg_mj.sensing.sense import sense
-from pbrg_mj.vehicle.hand_point import hand_point
-from pbrg_mj.world.plant.batch import PlantBatch
+from pbrg_mj.world.plant.batch import PlantBatch, check_batchable
 from pbrg_mj.world.scene.robot import load_robot_model
 
 
@@ -74,7 +74,8 @@ class WorldSensing:
 
     noise: SensorNoise
     readings: Readings | None
-    walls: PerceptionMemory
+    memory: Any  # of the estimator
+    half_spaces: HalfSpaces
 
 
 class BatchSimulation:
@@ -83,78 +84,90 @@ class BatchSimulation:
     def __init__(self, scenario: Scenario, seeds: Sequence[int], threads: int | None = None):
         """Build the worlds; `threads` None means one for each core.
 
-        Raises InputError for what cannot be stepped side by side: see `check_batchable` and `BatchParameters.of`.
+        Raises InputError for what cannot be stepped side by side: see `check_batchable` and `batch_control`.
         """
         if not seeds:
             raise InputError("no seeds are given; at least one is needed", key="seeds")
         check_memory(scenario, len(seeds))
         self.threads = min(threads or os.cpu_count() or 1, len(seeds))
         self.seeds, self._scenario = tuple(seeds), scenario
-        self._team = BatchParameters.of(scenario)
+        check_built_in(scenario)
+        self._half_spaces = _known_in_worlds(scenario, len(seeds))
+        self._control = batch_control(scenario, self._half_spaces)
         self._plant = PlantBatch(scenario, len(seeds), self.threads)
         bounds = np.linspace(0, len(seeds), self.threads + 1).astype(int).tolist()
         self._shares = [range(first, last) for first, last in pairwise(bounds)]
-        robot = load_robot_model(scenario.robot)
-        self._perception = perception_setup(scenario, robot.clearance, robot.hand_offset)
-        self._sensing = [
-            WorldSensing(sensor_noise(scenario.model_copy(update={"seed": seed})), None, initial(self._perception))
-            for seed in self.seeds
-        ]
+        self._estimator = estimator(scenario, load_robot_model(scenario.robot))
+        first = self._estimator.init()
+        noises = (sensor_noise(scenario.model_copy(update={"seed": seed})) for seed in self.seeds)
+        self._sensing = [WorldSensing(noise, None, first, first.half_spaces) for noise in noises]
         self._frames = (-2, -2)  # of the camera and the beams, when last looked at
-        known = self._sensing[0].walls.half_spaces
-        arrays = (known.G, known.h, known.active, known.binds)
-        self._half_spaces = HalfSpaces(*(np.stack([array] * len(seeds)) for array in arrays))  # worlds first
         self._predicted = predicted_rows(scenario)
 
     def run(self, on_tick: Callable[[int], object] = lambda index: None) -> BatchHistories:
         """Simulate to the end and return what happened; `on_tick` is called with every tick when it is over."""
         with ThreadPoolExecutor(self.threads) as pool:
             histories = BatchHistories.blank(self._scenario, self.seeds)
-            state = self._initial_state()
+            self._sense_and_perceive(0.0, None)
+            self._control.initialise(operator_reference(self._scenario.operator, 0.0))
             for index in range(len(histories.time)):
-                self._tick(pool, index, state, histories)
+                self._tick(pool, index, histories)
                 on_tick(index)
         return histories
 
-    def _tick(self, pool: ThreadPoolExecutor, index: int, state: BatchState, histories: BatchHistories) -> None:
-        time = index * self._scenario.timing.tick
+    def _tick(self, pool: ThreadPoolExecutor, index: int, histories: BatchHistories) -> None:
+        time, control, states = index * self._scenario.timing.tick, self._control, self._control.states
         truths = (histories.hand_world, histories.wall_margin, histories.wall_contact, histories.robot_contact)
         self._plant.truth(*(history[:, index] for history in truths))
         if self._plant.frames() != self._frames:
-            self._sense_and_perceive(time, state)
-        reference, xi = operator_reference(self._scenario.operator, time), state.xi.copy()
-        list(pool.map(lambda share: state.step(self._team, share, reference), self._shares))
-        histories.m[:, index], histories.diverged[:, index] = state.m, state.diverged
-        histories.certificate_violated[:, index] = self._violated(state, xi)
-        self._plant.advance(state.command)
+            self._sense_and_perceive(time, states.m)
+        reference, p, xi = operator_reference(self._scenario.operator, time), states.p(control.team), states.xi.copy()
+        list(pool.map(lambda share: control.step(share, reference), self._shares))
+        histories.m[:, index], histories.diverged[:, index] = states.m, states.diverged
+        histories.certificate_violated[:, index] = self._violated(p, xi)
+        self._plant.advance(states.command)
 
-    def _violated(self, state: BatchState, xi: np.ndarray) -> np.ndarray:
-        """Return which certificates are violated in each world (W, 3); xi (W, n, 2) is that of before the step."""
-        team, worlds = self._team, len(self.seeds)
-        hands = hand_point(state.pose.reshape(-1, 3), team.sizes[0]).reshape(worlds, -1, 2)
-        states = hands - team.formation, xi, state.m[:, team.network.leader > 0.0]
+    def _violated(self, p: np.ndarray, xi: np.ndarray) -> np.ndarray:
+        """Return which certificates are violated in each world (W, 3); p, xi (W, n, 2) are those before the step."""
+        team = self._control.team
+        states = p, xi, self._control.states.m[:, team.network.leader > 0.0]
         return worst_rows(self._half_spaces, states, team.formation, self._predicted) > VIOLATED
 
-    def _sense_and_perceive(self, time: float, state: BatchState) -> None:
-        """Sense and perceive, and lay down for the state what has changed.
+    def _sense_and_perceive(self, time: float, m: np.ndarray | None) -> None:
+        """Sense and perceive, and lay down for the governor what has changed; m (W, n, 2), None before the first tick.
 
         On one thread: most of it holds Python's lock, and two threads that hand it to and fro took half as long again.
         """
         self._frames = self._plant.frames()
         for world, (sensing, observation) in enumerate(zip(self._sensing, self._plant.observe(), strict=True)):
             sensing.readings = sense(observation, sensing.readings, sensing.noise)
-            half_spaces, walls = perceive(sensing.readings, time, sensing.walls, self._perception)
-            state.pose[world] = sensing.readings.body_pose
-            if half_spaces is not sensing.walls.half_spaces:
-                state.set_rows(world, self._team.certificate.rows(half_spaces))
+            if isinstance(self._estimator, GuidedEstimator):
+                held = None if m is None else m[world]
+                found = self._estimator.step_towards(sensing.readings, time, sensing.memory, held)
+            else:
+                found = self._estimator.step(sensing.readings, time, sensing.memory)
+            half_spaces, sensing.memory = found
+            self._control.states.pose[world] = sensing.readings.body_pose
+            if half_spaces is not sensing.half_spaces:
+                sensing.half_spaces = half_spaces
                 for name in ("G", "h", "active", "binds"):
                     getattr(self._half_spaces, name)[world] = getattr(half_spaces, name)
-            sensing.walls = walls
+                self._control.learn(world, half_spaces)
 
-    def _initial_state(self) -> BatchState:
-        """Return where state initialise: rows of what is known beforehand and seen first, the governor's estimates."""
-        known = self._sensing[0].walls.half_spaces
-        state = BatchState.blank(self._team, len(self.seeds), self._team.certificate.rows(known))
-        self._sense_and_perceive(0.0, state)
-        state.initialise(self._team, operator_reference(self._scenario.operator, 0.0))
-        return state
+
+def _known_in_worlds(scenario: Scenario, worlds: int) -> HalfSpaces:
+    """Return the half-spaces known before the first tick, worlds first."""
+    known = estimator(scenario, load_robot_model(scenario.robot)).init().half_spaces
+    arrays = (known.G, known.h, known.active, known.binds)
+    return HalfSpaces(*(np.stack([array] * worlds) for array in arrays))
+
+
+def side_by_side(scenario: Scenario) -> bool:
+    """Whether worlds of this scenario can be stepped side by side."""
+    try:
+        check_batchable(scenario)
+        check_built_in(scenario)
+        batch_control(scenario, _known_in_worlds(scenario, 1))
+    except InputError:
+        return False
+    return True

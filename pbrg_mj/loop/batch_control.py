@@ -1,156 +1,153 @@
-"""From pose estimates and rows to wheel voltages in many worlds at once: governor, control and drive, compiled."""
+"""From pose estimates and half-spaces to wheel voltages in many worlds at once: governor and control, compiled."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
-from pbrg_mj import plugins
 from pbrg_mj.errors import InputError
+from pbrg_mj.governor.certificate.predictive import PredictiveCertificate, write_advances
+from pbrg_mj.governor.certified.compiled import CompiledDecision, write_next
+from pbrg_mj.governor.certified.governor import CertifiedGovernor
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.distributed.rounds import check_limits, rounds_in_new_arrays
 from pbrg_mj.governor.problem.interface import Certificate, Problem, StateCertificate
 from pbrg_mj.governor.problem.near_reference import write_near_references
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.governor.registry import certificate, governor
-from pbrg_mj.governor.velocity_filter.separation import separation
 from pbrg_mj.kernel import kernel
+from pbrg_mj.loop.batch_team import BatchTeam, TeamStates, move, write_places
+from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.team.exchange import exchange
-from pbrg_mj.team.graph import network
-from pbrg_mj.team.network import Network
-from pbrg_mj.team.pre_stabiliser import write_pre_stabilised
-from pbrg_mj.vehicle.drive import DifferentialDrive, Motor, compensated_friction, write_wheel_voltages
-from pbrg_mj.vehicle.hand_point import hand_point, write_hand_points
-from pbrg_mj.world.scene.robot import load_robot_model
 
 
-@dataclass(frozen=True)
-class BatchParameters:
-    """What all worlds have in common."""
+class BatchControl(Protocol):
+    """Governor and control of W worlds; threads take worlds of their own."""
 
-    network: Network
-    formation: np.ndarray  # (n, 2) b [m]
-    certificate: Certificate
-    governor: DistributedGovernor
-    reference_range: float  # [m]
-    control: tuple[float, float, float]  # alpha_r, leak, tick [s]
-    sizes: tuple[float, float, float]  # of the robot: hand offset, half the track, wheels' radius [m]
-    motor: Motor
+    team: BatchTeam
+    states: TeamStates
 
-    @classmethod
-    def of(cls, scenario: Scenario) -> BatchParameters:
-        """Return a scenario's team. Raises InputError unless it has the distributed governor, with plain messages."""
-        graph, chosen = network(scenario), governor(scenario)
-        robot, drive = load_robot_model(scenario.robot), scenario.drive
-        sizes, motor = DifferentialDrive(robot, drive.pwm_levels, compensated_friction(drive, robot)).parameters
-        if not isinstance(chosen, DistributedGovernor) or chosen.channel is not None or chosen.backend != "compiled":
-            only = "a batch runs the distributed governor alone, compiled, without delay, loss or outage"
-            raise InputError(f"{only}; run the seeds one by one", key="governor")
-        if exchange(scenario) is not None:
-            only = "a batch exchanges p and xi at once"
-            raise InputError(f"{only}; run the seeds one by one", key="network.pre_stabiliser")
-        if separation(scenario) is not None:
-            raise InputError("a batch filters no velocities; run the seeds one by one", key="control.separation")
-        rows = certificate(scenario)
+    def learn(self, world: int, half_spaces: HalfSpaces) -> None:
+        """Take note of a world's new half-spaces."""
+        ...
+
+    def initialise(self, reference: np.ndarray) -> None:
+        """Take the governor's first estimates in every world, from the poses known by now."""
+        ...
+
+    def step(self, worlds: range, reference: np.ndarray) -> None:
+        """Bring m, xi and commands of some worlds to the next tick."""
+        ...
+
+
+def batch_control(scenario: Scenario, half_spaces: HalfSpaces) -> BatchControl:
+    """Return a scenario's; `half_spaces` are those of all worlds, which the caller keeps up to date.
+
+    Raises InputError for what is not compiled for worlds side by side.
+    """
+    chosen, rows = governor(scenario), certificate(scenario)
+    if isinstance(chosen, DistributedGovernor) and chosen.channel is None and chosen.backend == "compiled":
         if isinstance(rows, StateCertificate):
             raise InputError("a batch has rows of the ball alone; run the seeds one by one", key="governor.certificate")
-        for kind in (plugins.CERTIFICATE, plugins.ESTIMATOR, plugins.NOISE_MODEL):
-            if plugins.value_at(scenario, kind.key) not in kind.built_in:
-                only = f"worlds side by side have no {kind.noun} of a plug-in"
-                raise InputError(f"{only}; run the seeds one by one", key=kind.key)
-        return cls(
-            network=graph,
-            formation=np.array(scenario.team.formation, dtype=float),
-            certificate=rows,
-            governor=chosen,
-            reference_range=scenario.governor.reference_range,
-            control=(scenario.control.alpha_r, scenario.control.leak, scenario.timing.tick),
-            sizes=sizes,
-            motor=motor,
-        )
+        return DistributedBatch(BatchTeam.of(scenario), chosen, rows, scenario.governor.reference_range, half_spaces)
+    decision = chosen.compiled if isinstance(chosen, CertifiedGovernor) else None
+    if decision is not None and isinstance(decision.certificate, PredictiveCertificate):
+        return CertifiedBatch(BatchTeam.of(scenario), decision, decision.certificate, half_spaces)
+    only = "a batch runs the distributed governor, or the certified one by prediction, without delay, loss or outage"
+    raise InputError(f"{only}; run the seeds one by one", key="governor")
 
 
-@dataclass(frozen=True)
-class BatchState:
-    """The state of W worlds' teams. `step` moves it on in place; threads take worlds of their own."""
+class DistributedBatch:
+    """The paper's governor in W worlds."""
 
-    pose: np.ndarray  # (W, n, 3) as the robots know them
-    rows: tuple[np.ndarray, ...]  # a, C, d, active, along of Rows, worlds first
-    xi: np.ndarray  # (W, n, 2) [m]
-    estimates: tuple[np.ndarray, ...]  # z, zeta, lam, nu of Estimates, worlds first
-    m: np.ndarray  # (W, n, 2) [m]
-    diverged: np.ndarray  # (W,) bool
-    command: np.ndarray  # (W, n, 2) left, right [V]
+    def __init__(
+        self,
+        team: BatchTeam,
+        chosen: DistributedGovernor,
+        rows: Certificate,
+        reference_range: float,
+        half_spaces: HalfSpaces,
+    ):
+        """Begin with no estimates."""
+        worlds, n = len(half_spaces.h), team.network.robots
+        self.team, self.states = team, TeamStates.blank(worlds, n)
+        self._governor, self._certificate, self._reference_range = chosen, rows, reference_range
+        self._spaces = (half_spaces.G, half_spaces.h, half_spaces.active, half_spaces.binds)
+        known = rows.rows(HalfSpaces(*(array[0] for array in self._spaces)))
+        self._rows = tuple(np.stack([array] * worlds) for array in known)  # of Rows, worlds first
+        widths = (4 * n + 2, 4 * n + 2, known.d.shape[1], 4)
+        self._estimates = tuple(np.zeros((worlds, n, width)) for width in widths)  # z, zeta, lam, nu, worlds first
 
-    @classmethod
-    def blank(cls, team: BatchParameters, worlds: int, rows: Rows) -> BatchState:
-        """Return the state of W worlds that all know the same rows."""
-        n = team.network.robots
-        row_arrays = tuple(np.stack([array] * worlds) for array in rows)
-        widths = (4 * n + 2, 4 * n + 2, rows.d.shape[1], 4)
-        return cls(
-            pose=np.empty((worlds, n, 3)),
-            rows=row_arrays,
-            xi=np.zeros((worlds, n, 2)),
-            estimates=tuple(np.zeros((worlds, n, width)) for width in widths),
-            m=np.zeros((worlds, n, 2)),
-            diverged=np.zeros(worlds, dtype=bool),
-            command=np.zeros((worlds, n, 2)),
-        )
-
-    def initialise(self, team: BatchParameters, reference: np.ndarray) -> None:
-        """Take the governor's first estimates in every world, from the poses known by now."""
-        for world, pose in enumerate(self.pose):
-            p = hand_point(pose, team.sizes[0]) - team.formation
-            rows = self._rows_of(world)
-            memory = team.governor.init(
-                Problem(team.network, p, self.xi[world], rows, reference, reference_range=team.reference_range)
-            )
-            first = memory.estimates
-            for array, value in zip(self.estimates, (first.z, first.zeta, first.lam, first.nu), strict=True):
-                array[world] = value
-            self.m[world], self.diverged[world] = memory.m, memory.diverged
-
-    def set_rows(self, world: int, rows: Rows) -> None:
+    def learn(self, world: int, half_spaces: HalfSpaces) -> None:
         """Set a world's new rows."""
-        for array, value in zip(self.rows, rows, strict=True):
+        for array, value in zip(self._rows, self._certificate.rows(half_spaces), strict=True):
             array[world] = value
 
-    def step(self, team: BatchParameters, worlds: range, reference: np.ndarray) -> None:
-        """Bring estimates, m, xi and commands of some worlds to the next tick."""
-        net, governor = team.network, team.governor
-        _step(
+    def initialise(self, reference: np.ndarray) -> None:
+        """Take the governor's first estimates."""
+        states, reach = self.states, self._reference_range
+        for world, p in enumerate(states.p(self.team)):
+            rows = Rows(*(array[world] for array in self._rows))
+            problem = Problem(self.team.network, p, states.xi[world], rows, reference, reference_range=reach)
+            memory = self._governor.init(problem)
+            first = memory.estimates
+            for array, value in zip(self._estimates, (first.z, first.zeta, first.lam, first.nu), strict=True):
+                array[world] = value
+            states.m[world], states.diverged[world] = memory.m, memory.diverged
+
+    def step(self, worlds: range, reference: np.ndarray) -> None:
+        """Do the tick's rounds, then control."""
+        flow = self._governor.flow
+        _step_distributed(
             (worlds.start, worlds.stop),
-            (self.pose, self.xi, self.m, self.diverged, self.command),
-            self.estimates,
-            self.rows,
-            ((net.first, net.neighbours, net.leader), team.formation, reference, team.reference_range),
-            (
-                (governor.flow.alpha, governor.flow.step, governor.flow.multiplier_cap),
-                (governor.rounds, governor.diverged_beyond),
-                team.control,
-                team.sizes,
-                team.motor,
-            ),
+            self.states.arrays,
+            self._spaces,
+            self._estimates,
+            self._rows,
+            (reference, self._reference_range),
+            ((flow.alpha, flow.step, flow.multiplier_cap), self._governor.rounds, self._governor.diverged_beyond),
+            self.team.packed,
         )
 
-    def _rows_of(self, world: int) -> Rows:
-        return Rows(*(array[world] for array in self.rows))
+
+class CertifiedBatch:
+    """The certified governor in W worlds, with messages that arrive within their round."""
+
+    def __init__(
+        self, team: BatchTeam, decision: CompiledDecision, rows: PredictiveCertificate, half_spaces: HalfSpaces
+    ):
+        """Begin with nothing held."""
+        worlds = len(half_spaces.h)
+        self.team, self.states = team, TeamStates.blank(worlds, team.network.robots)
+        self._held = np.zeros((worlds, 2))  # [m]
+        self._spaces = (half_spaces.G, half_spaces.h, half_spaces.active, half_spaces.binds)
+        self._certificate = rows.grid_rows, (rows.formation, rows.margin)
+        self._limits = decision.speed, decision.sight, decision.limited
+
+    def learn(self, world: int, half_spaces: HalfSpaces) -> None:
+        """Do nothing: it decides by the half-spaces themselves."""
+
+    def initialise(self, reference: np.ndarray) -> None:
+        """Hold what `CertifiedGovernor.init` does."""
+        self._held[:] = [p.mean(axis=0) for p in self.states.p(self.team)]
+
+    def step(self, worlds: range, reference: np.ndarray) -> None:
+        """Decide, then control."""
+        share, states = (worlds.start, worlds.stop), self.states.arrays
+        certified = *self._certificate, self._limits
+        _step_certified(share, states, self._spaces, self._held, reference, certified, self.team.packed)
 
 
 @kernel
-def _step(worlds, states, estimates, rows, team, numbers):
-    """Do for each of the worlds what `tick` does between perception and physics."""
-    pose, xi, m, diverged, command = states
-    graph, formation, r, reach = team
-    gains, (rounds, beyond), (alpha_r, leak, tick), sizes, motor = numbers
-    p, u, rate = np.empty(formation.shape), np.empty(formation.shape), np.empty(formation.shape)
-    near = np.empty(formation.shape)
+def _step_distributed(worlds, states, half_spaces, estimates, rows, operator, governor, team):
+    """Do for each of the worlds what `tick` does between perception and physics, with the paper's governor."""
+    pose, xi, displacement, m, diverged, _ = states
+    (r, reach), (gains, rounds, beyond) = operator, governor
+    graph, shape = team[0], team[1].shape
+    q, p, near = np.empty(shape), np.empty(shape), np.empty(shape)
     for w in range(*worlds):
-        write_hand_points(pose[w], sizes[0], p)
-        p -= formation
+        write_places(pose[w], displacement[w], team, q, p)
         write_near_references(p, r, reach, near)
         before = (estimates[0][w], estimates[1][w], estimates[2][w], estimates[3][w])
         own_rows = (rows[0][w], rows[1][w], rows[2][w], rows[3][w], rows[4][w])
@@ -159,6 +156,21 @@ def _step(worlds, states, estimates, rows, team, numbers):
         diverged[w] = not check_limits(after[0], after[2], beyond, gains[2])[0]
         if not diverged[w]:
             m[w] = after[0][:, :2]
-        write_pre_stabilised(graph, (p, xi[w], m[w]), alpha_r, leak, u, rate)
-        write_wheel_voltages(u, pose[w], sizes, motor, command[w])
-        xi[w] += tick * rate
+        move(w, states, (q, p), half_spaces, team)
+
+
+@kernel
+def _step_certified(worlds, states, half_spaces, held, r, certified, team):
+    """Do the same with the certified governor."""
+    pose, xi, displacement, m, _, _ = states
+    G, h, active, binds = half_spaces
+    grid_rows, formation, limits = certified
+    shape = team[1].shape
+    q, p = np.empty(shape), np.empty(shape)
+    low, high = np.empty(h.shape[1:]), np.empty(h.shape[1:])
+    for w in range(*worlds):
+        write_places(pose[w], displacement[w], team, q, p)
+        write_advances((G[w], h[w], active[w], binds[w]), (p, xi[w], held[w]), grid_rows, formation, (low, high))
+        write_next((G[w], active[w]), (low, high), (p, xi[w], pose[w][:, 2], held[w], r), limits, m[w])
+        held[w, 0], held[w, 1] = m[w, 0, 0], m[w, 0, 1]
+        move(w, states, (q, p), half_spaces, team)

@@ -7,24 +7,11 @@ import signal
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 
-from pbrg_mj.errors import InputError
 from pbrg_mj.governor.certificate.evaluate import VIOLATED, predicted_rows, worst_rows
 from pbrg_mj.loop.batch import BatchHistories
-from pbrg_mj.loop.batch_control import BatchParameters
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.schema import Reference, Scenario
-from pbrg_mj.world.plant.batch import check_batchable
-
-
-def side_by_side(scenario: Scenario) -> bool:
-    """Whether worlds of this scenario can be stepped side by side, by `BatchSimulation`."""
-    try:
-        check_batchable(scenario)
-        BatchParameters.of(scenario)
-    except InputError:
-        return False
-    return True
 
 
 def run_worlds(scenarios: Sequence[Scenario], processes: int = 1) -> Iterator[BatchHistories]:

@@ -2,8 +2,8 @@
 
     PYTHONPATH=scripts python -m performance.batch_profile
 
-Prints microseconds per world and tick: of the stages of `pbrg batch`, of bare physics with and without its beams and
-contacts, and of the recommended governor in every world over one batch of physics (`BatchWorlds`).
+Prints microseconds per world and tick: of the stages of `pbrg batch`, and of bare physics with and without its beams
+and contacts.
 """
 
 # MuJoCo ships no type stubs for its compiled modules.
@@ -21,11 +21,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from pbrg_mj.environments.batch_worlds import BatchWorlds
 from pbrg_mj.loop.batch import BatchSimulation
-from pbrg_mj.loop.batch_control import BatchState
-from pbrg_mj.loop.simulation import Simulation
-from pbrg_mj.loop.tick import commanded, initial_state, seen
+from pbrg_mj.loop.batch_control import CertifiedBatch, DistributedBatch
 from pbrg_mj.world.plant.batch import PlantBatch
 from performance.batch import WORLDS
 from performance.closed_loop import RECOMMENDED, bare_model, recorded_commands, scenario
@@ -36,7 +33,8 @@ STAGES = (
     (PlantBatch, "advance", "physics"),
     (PlantBatch, "truth", "truth"),
     (BatchSimulation, "_sense_and_perceive", "sensing and perception"),
-    (BatchState, "step", "governor and control"),
+    (DistributedBatch, "step", "governor and control"),
+    (CertifiedBatch, "step", "governor and control"),
     (BatchSimulation, "_violated", "certificates"),
 )
 DISABLED = {
@@ -71,9 +69,9 @@ def timed(spent: dict[str, float]) -> Iterator[None]:
             setattr(owner, name, function)
 
 
-def batch_stages() -> dict[str, float]:
-    """Return seconds of every stage of `pbrg batch` with the paper's governor."""
-    plan = scenario(DURATION).scenario
+def batch_stages(*overrides: str) -> dict[str, float]:
+    """Return seconds of every stage of `pbrg batch`."""
+    plan = scenario(DURATION, *overrides).scenario
     BatchSimulation(plan, range(1, 3), 1).run()  # compile
     spent: dict[str, float] = defaultdict(float)
     with timed(spent):
@@ -97,34 +95,10 @@ def bare_physics() -> dict[str, float]:
     return best
 
 
-def recommended() -> dict[str, float]:
-    """Return seconds of every stage with the recommended governor, world by world but for the physics."""
-    plan, spent = scenario(DURATION, *RECOMMENDED).scenario, defaultdict(float)
-    loop = Simulation.build(plan).loop
-    list(Simulation.build(plan).control_ticks())  # compile
-    worlds = BatchWorlds(loop, WORLDS, 1)
-    loops = [worlds.loop(world, plan.model_copy(update={"seed": world + 1})) for world in range(WORLDS)]
-    states = [initial_state(one) for one in loops]
-    worlds.advance({})  # compile
-    for index in range(round(plan.timing.duration / plan.timing.tick) + 1):
-        voltage = {}
-        for world, one in enumerate(loops):
-            began = process_time()
-            sight = seen(one, states[world], index)
-            looked = process_time()
-            states[world], tick = commanded(one, states[world], sight)
-            voltage[world] = tick.command
-            spent["sensing and perception"] += looked - began
-            spent["governor, separation and control"] += process_time() - looked
-        began = process_time()
-        worlds.advance(voltage)
-        spent["physics and truth"] += process_time() - began
-    return dict(spent)
-
-
 def main() -> int:
     ticks = WORLDS * len(recorded_commands(scenario(DURATION)))
-    for title, stages in (("the paper's governor", batch_stages()), ("the recommended governor", recommended())):
+    for title, overrides in (("the paper's governor", ()), ("the recommended set-up", RECOMMENDED)):
+        stages = batch_stages(*overrides)
         print(f"{title}, {WORLDS} worlds")
         for name, seconds in stages.items():
             print(f"  {name:<34}{seconds / ticks * 1e6:8.1f}")

@@ -26,7 +26,7 @@ from performance.timing import REPEATS
 
 SCENARIO = "paper/experiment_near"
 BEAMS = ("sensors.beams.robots=all", "sensors.beams.count=72", "sensors.beams.rate_hz=10", "governor.rounds=10")
-RECOMMENDED = ("governor.kind=certified",)
+RECOMMENDED = ("set_up=recommended",)
 DURATION = 8.0  # [s]; both sides see the same part of the run
 TURN = 200  # ticks before the other side has its turn
 
@@ -52,7 +52,7 @@ def scenario(*overrides: str) -> Loaded:
 
 
 def closed_loop() -> dict[str, float]:
-    """Return the ratios to bare mj_step, plain, with the recommended governor and logged, and the share of the log."""
+    """Return the ratios to bare mj_step, plain, with the recommended set-up and logged, and the share of the log."""
     settle()  # as `pbrg run` does
     plain, certified = scenario(), scenario(*RECOMMENDED)
     full = scenario("reference.solver=clarabel", "reference.period=0.01")

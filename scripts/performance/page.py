@@ -41,7 +41,7 @@ def _targets(figures: dict[str, Any]) -> str:
             f"{closed['logged_with_reference_over_bare']:.2f}",
             "<= 2.0",
         ),
-        ("closed loop with the recommended governor", f"{closed['recommended_over_bare']:.2f}", "<= 1.5"),
+        ("closed loop with the recommended set-up", f"{closed['recommended_over_bare']:.2f}", "<= 1.5"),
         ("log: time added to a tick's compute", f"{100 * closed['log_over_tick']:.0f} %", "<= 10 %"),
         ("one round, five robots, one half-space", f"{1e6 * rounds[5]['seconds']:.2f} us", "<= 1.5 us"),
         ("a round over streaming its bytes, 50 to 200 robots, worst", f"{growth:.1f}", "<= 2"),
@@ -51,6 +51,11 @@ def _targets(figures: dict[str, Any]) -> str:
         (
             f"{worlds['worlds']} worlds on {worlds['threads']} threads over bare `mujoco.batch`",
             f"{100 * worlds['worlds_over_bare_batch']:.0f} %",
+            ">= 75 %",
+        ),
+        (
+            "the same with the recommended set-up",
+            f"{100 * worlds['recommended_worlds_over_bare_batch']:.0f} %",
             ">= 75 %",
         ),
         ("`pbrg run` to the first simulated second", f"{starts['first_simulated_second_s']:.2f} s", "<= 2.5 s"),

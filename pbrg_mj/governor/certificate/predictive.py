@@ -43,7 +43,7 @@ class PredictiveCertificate:
         return cls(PredictionGrid.of(TeamModel.of_scenario(scenario)), formation, margin)
 
     @cached_property
-    def _rows(self) -> tuple[np.ndarray, ...]:
+    def grid_rows(self) -> tuple[np.ndarray, ...]:
         """What advances count with: columns of E (n, 2n, K), bound, s, s + bound sqrt(n), s - bound sqrt(n), (n, K)."""
         grid, spread = self.grid, self.grid.bound * np.sqrt(len(self.formation))
         return grid.columns, grid.bound, grid.s, grid.s + spread, grid.s - spread
@@ -56,16 +56,16 @@ class PredictiveCertificate:
         """Return how far m may move along each normal; the arguments are those of `rows_at`."""
         allowed = Advances.empty(half_spaces.h.shape)
         spaces = half_spaces.G, half_spaces.h, half_spaces.active, half_spaces.binds
-        _write_advances(spaces, (p, xi, held), self._rows, (self.formation, self.margin), tuple(allowed))
+        write_advances(spaces, (p, xi, held), self.grid_rows, (self.formation, self.margin), tuple(allowed))
         return allowed
 
 
 @kernel
-def _write_advances(half_spaces, state, rows, team, allowed):
+def write_advances(half_spaces, state, rows, team, allowed):
     """Write low and high of `Advances`.
 
     `half_spaces` are G, h, active, binds of HalfSpaces; `state` p, xi (n, 2) and the held m (2,); `rows` those of
-    `PredictiveCertificate._rows`; `team` the formation (n, 2) and the margin.
+    `PredictiveCertificate.grid_rows`; `team` the formation (n, 2) and the margin.
     """
     G, h, active, binds = half_spaces
     p, xi, m = state

@@ -69,11 +69,11 @@ class CompiledDecision:
         p, xi, heading = state
         allowed, m = self.certificate.advances(spaces, p, xi, held), np.empty(p.shape)
         given, limits = (p, xi, heading, held, reference), (self.speed, self.sight, self.limited)
-        return Decision(m, *_write_next((spaces.G, spaces.active), tuple(allowed), given, limits, m))
+        return Decision(m, *write_next((spaces.G, spaces.active), tuple(allowed), given, limits, m))
 
 
 @kernel
-def _write_next(half_spaces, allowed, state, limits, m):
+def write_next(half_spaces, allowed, state, limits, m):
     """Write m (n, 2); return whether some reference is admissible, and how many half-spaces ask for something.
 
     `half_spaces` are G and active of HalfSpaces, `allowed` those of Advances; `state` p, xi (n, 2), headings (n,), the

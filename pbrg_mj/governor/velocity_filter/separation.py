@@ -66,7 +66,7 @@ class SeparationFilter:
         if problem.heading is None:
             raise ValueError("this filter needs headings in the problem")
         driven = np.empty(velocity.shape)
-        _write_driven(
+        write_driven(
             known_half_spaces(problem),
             (hand_world, problem.p, self.formation, velocity),
             (problem.heading, self.facets),
@@ -92,7 +92,7 @@ def separation(scenario: Scenario) -> float | None:
 
 
 @kernel
-def _write_driven(half_spaces, state, wheels, numbers, driven):
+def write_driven(half_spaces, state, wheels, numbers, driven):
     """Write w; `half_spaces` are G, h, active, binds; `state` q, p, b and u, each (n, 2)."""
     q, p, formation, u = state
     heading, facets = wheels

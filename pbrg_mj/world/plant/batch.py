@@ -114,7 +114,6 @@ def check_batchable(scenario: Scenario) -> None:
     unsupported = {
         "plant": scenario.plant != "physics",
         "robot": load_robot_model(scenario.robot).omnidirectional,
-        "estimator.source": scenario.estimator.source == "points",
         "sensors.odometry.fuse": scenario.sensors.odometry.fuse,
         "drive.kind": scenario.drive.kind != "voltage",
         "radio": bool(scenario.radio.delay or scenario.radio.jitter),

@@ -121,17 +121,24 @@ class BatchSimulation:
         self._plant.truth(*(history[:, index] for history in truths))
         if self._plant.frames() != self._frames:
             self._sense_and_perceive(time, states.m)
-        reference, p, xi = operator_reference(self._scenario.operator, time), states.p(control.team), states.xi.copy()
-        list(pool.map(lambda share: control.step(share, reference), self._shares))
+        reference, p = operator_reference(self._scenario.operator, time), states.p(control.team)
+
+        def step(share: range) -> None:
+            part = slice(share.start, share.stop)
+            xi = states.xi[part].copy()
+            control.step(share, reference)
+            histories.certificate_violated[part, index] = self._violated(part, p[part], xi)
+
+        list(pool.map(step, self._shares))
         histories.m[:, index], histories.diverged[:, index] = states.m, states.diverged
-        histories.certificate_violated[:, index] = self._violated(p, xi)
         self._plant.advance(states.command)
 
-    def _violated(self, p: np.ndarray, xi: np.ndarray) -> np.ndarray:
-        """Return which certificates are violated in each world (W, 3); p, xi (W, n, 2) are those before the step."""
-        team = self._control.team
-        states = p, xi, self._control.states.m[:, team.network.leader > 0.0]
-        return worst_rows(self._half_spaces, states, team.formation, self._predicted) > VIOLATED
+    def _violated(self, part: slice, p: np.ndarray, xi: np.ndarray) -> np.ndarray:
+        """Return which certificates are violated in each world of a part (w, 3); p, xi (w, n, 2) as before the step."""
+        team, known = self._control.team, self._half_spaces
+        half_spaces = HalfSpaces(known.G[part], known.h[part], known.active[part], known.binds[part])
+        states = p, xi, self._control.states.m[part][:, team.network.leader > 0.0]
+        return worst_rows(half_spaces, states, team.formation, self._predicted) > VIOLATED
 
     def _sense_and_perceive(self, time: float, m: np.ndarray | None) -> None:
         """Sense and perceive, and lay down for the governor what has changed; m (W, n, 2), None before the first tick.

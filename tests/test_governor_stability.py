@@ -1,4 +1,4 @@
-"""The predicted admissible step against the step at which the flow really blows up."""
+"""Where the linear modes ring against where the flow really blows up, and how often a shorter step already does."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ def test_the_papers_steps_raise_no_doubt():
     assert stability_warnings(paper("governor.kind=centralized", "governor.rounds=1")) == []
 
 
-def test_a_step_beyond_the_admissible_one_is_predicted_with_the_admissible_one():
+def test_a_step_beyond_the_limit_of_linear_modes_is_predicted_with_that_limit():
     (line,) = stability_warnings(paper("governor.step=0.05"))
     assert line.startswith(
         "a round of 0.05 s may be too long for alpha = 7 on this graph: its linear modes alone are stable"
@@ -38,7 +38,7 @@ def test_delays_past_the_margin_are_predicted_and_waves_bear_them():
     assert "s, the others in proportion. " in line
 
 
-def test_input_rows_shorten_the_admissible_step():
+def test_input_rows_shorten_the_step_of_linear_modes():
     assert stability_warnings(paper("governor.step=0.005")) == []
     (line,) = stability_warnings(paper("governor.step=0.005", "control.speed_limit=0.8"))
     assert "a round of 0.005 s" in line

@@ -11,10 +11,14 @@ from pathlib import Path
 import numba
 import pytest
 
+import pbrg_mj as pbrg
+from pbrg_mj.plugins import IN_SCENARIOS, value_at
 from scripts.memory.__main__ import POISONED
+from scripts.memory.runs import RUNS
 
 ROOT = Path(__file__).parents[1]
 CHECKED = {"PYTHONMALLOC": "debug", "NUMBA_BOUNDSCHECK": "1"}
+WITHOUT_KERNELS = {"none", "cvxpy"}
 
 PLANTED = """
 import sys
@@ -105,3 +109,13 @@ def test_poison_reaches_numpys_arrays(tmp_path: Path, count: int) -> None:
 def test_an_index_out_of_range_is_an_error_with_both_switches_alone(tmp_path: Path) -> None:
     assert planted(tmp_path, "index_too_large(5)", {}).stderr == ""
     assert "IndexError: index is out of bounds" in planted(tmp_path, "index_too_large(5)", CHECKED).stderr
+
+
+def test_the_checked_runs_name_every_part_of_scenarios() -> None:
+    """Kernels of a governor, certificate or estimator that no run names would go unchecked."""
+    scenarios = [pbrg.load(name, overrides).settings for name, overrides in RUNS.values()]
+    for kind in IN_SCENARIOS:
+        assert {value_at(one, kind.key) for one in scenarios} >= set(kind.built_in) - WITHOUT_KERNELS
+    assert {one.estimator.unknown for one in scenarios} == {"free", "closed", "strict"}
+    assert {one.plant for one in scenarios} == {"physics", "ideal"}
+    assert any(one.sensors.odometry.fuse for one in scenarios) and any(one.drive.pwm_levels for one in scenarios)

@@ -161,6 +161,16 @@ def test_another_file_or_other_code_is_refused_until_force(made, tmp_path):
     assert len(pbrg.sweep(written(tmp_path, shorter), out, jobs=1, force=True)) == 4
 
 
+def test_a_journal_that_is_no_file_is_refused_and_stays(tmp_path):
+    folder = tmp_path / "out"
+    folder.mkdir()
+    (folder / "sweep.yaml").write_text(SMALL)
+    os.mkfifo(folder / "runs.jsonl")
+    with pytest.raises(pbrg.InputError, match=r"runs\.jsonl: is no file; allowed: a new folder"):
+        pbrg.sweep(written(tmp_path, SMALL), folder, jobs=1)
+    assert (folder / "runs.jsonl").is_fifo()
+
+
 def test_options_of_backends_are_refused_in_one_line(tmp_path):
     file = written(tmp_path, SMALL)
     with pytest.raises(InputError, match=r"^backend: is 'slurm'; allowed: joblib, dask$"):

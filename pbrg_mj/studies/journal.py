@@ -31,6 +31,8 @@ class Journal:
     def __enter__(self) -> Journal:
         """Open the file and read it. Raises InputError when another study writes it, or wrote it otherwise."""
         try:
+            if self.path.exists() and not self.path.is_file():
+                raise InputError("is no file; allowed: a new folder", file=str(self.path))
             self._stream = os.fdopen(os.open(self.path, os.O_RDWR | os.O_CREAT, 0o666), "r+b")
         except OSError as error:
             raise InputError(f"cannot be written: {error.strerror}", file=str(self.path)) from None

@@ -157,13 +157,13 @@ def test_a_submission_that_lies_is_refused(made, submission, capsys):
         pbrg.verify_bench(submission)
 
 
-@pytest.mark.parametrize(("duration", "suite"), [(12, "standard"), (13, None)])
-def test_a_submission_is_told_whose_worlds_it_has(duration, suite, tmp_path):
+@pytest.mark.parametrize(("seeds", "suite"), [("1001-1002", "standard"), ("1002-1003", None)])
+def test_a_submission_is_told_whose_worlds_it_has(seeds, suite, tmp_path):
     """Whoever takes part in them; logs there are none."""
     quick = bundled_suites()["standard"].read_text().replace("[none, paper, recommended, centralized]", "[none]")
-    (tmp_path / "quick_suite.yaml").write_text(quick.replace("  duration: 12", f"  duration: {duration}"))
+    (tmp_path / "quick_suite.yaml").write_text(quick.replace("  held_out: 1001-1002", f"  held_out: {seeds}"))
     found = pbrg.verify_bench(tmp_path)
-    assert (found.suite, len(found.bench.runs)) == (suite, 9)
+    assert (found.suite, len(found.bench.runs)) == (suite, 6)
 
 
 OWN = """\

@@ -8,13 +8,15 @@ from typing import Annotated
 import typer
 
 import pbrg_mj as pbrg
-from pbrg_mj.cli.arguments import Force, without_drawing
+from pbrg_mj.cli.arguments import without_drawing
 from pbrg_mj.cli.console import emit, note
-from pbrg_mj.cli.study import Backend, Jobs, Scheduler, counting
+from pbrg_mj.cli.study import Study, counting, with_study_options
 from pbrg_mj.errors import InputError
 
 
+@with_study_options
 def bench(
+    study: Study,
     suite: Annotated[str | None, typer.Argument(metavar="SUITE", help="A suite's file, or: standard.")] = None,
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="DIR", help="The folder to fill, or go on with.")
@@ -27,10 +29,6 @@ def bench(
         Path | None,
         typer.Option("--release", metavar="DIR", help="Write SHA-256 of a finished folder's files into it."),
     ] = None,
-    jobs: Jobs = None,
-    backend: Backend = "joblib",
-    scheduler: Scheduler = None,
-    force: Force = False,
 ) -> int:
     """Run a suite of worlds under all its governors; write one table, its page and its logs.
 
@@ -43,17 +41,7 @@ def bench(
             if suite is not None or quick or None not in (verify, release):
                 raise InputError(f"{option} takes a folder alone; allowed: pbrg bench {option} DIR")
             return act(folder)
-    with counting() as watch:
-        made = pbrg.bench(
-            suite or "standard",
-            output,
-            quick=quick,
-            watch=watch,
-            jobs=jobs,
-            backend=backend,
-            scheduler=scheduler,
-            force=force,
-        )
+    made = study(pbrg.bench, suite or "standard", output, quick=quick)
     emit(made.table())
     note(f"written: {made.folder / 'index.html'}, table.md, runs.md, records.parquet, logs")
     return 0

@@ -8,20 +8,18 @@ from typing import Annotated
 import typer
 
 import pbrg_mj as pbrg
-from pbrg_mj.cli.arguments import Force, ScenarioName, without_drawing
+from pbrg_mj.cli.arguments import ScenarioName, without_drawing
 from pbrg_mj.cli.console import emit, emit_json
-from pbrg_mj.cli.study import Backend, Jobs, Json, Scheduler, StudyFolder, counting
+from pbrg_mj.cli.study import Json, Study, StudyFolder, with_study_options
 
 
+@with_study_options
 def falsify(
+    study: Study,
     scenario: ScenarioName,
     search: Annotated[Path, typer.Option("--search", metavar="SPACE.yaml", help="What to search over, and for what.")],
     output: StudyFolder,
     budget: Annotated[int, typer.Option(min=1, help="Runs at most.")] = 200,
-    jobs: Jobs = None,
-    backend: Backend = "joblib",
-    scheduler: Scheduler = None,
-    force: Force = False,
     json: Json = False,
 ) -> int:
     """Search for a contact, a crossing, a violated certificate or a stall; leave the shortest scenario with it.
@@ -29,18 +27,7 @@ def falsify(
     The same command goes on after a kill. Exit code 1 when a failure was found.
     """
     without_drawing()
-    with counting() as watch:
-        made = pbrg.falsify(
-            scenario,
-            search,
-            output,
-            budget=budget,
-            watch=watch,
-            jobs=jobs,
-            backend=backend,
-            scheduler=scheduler,
-            force=force,
-        )
+    made = study(pbrg.falsify, scenario, search, output, budget=budget)
     if json:
         emit_json(made.as_dict())
     elif made.found is None:

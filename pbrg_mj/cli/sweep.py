@@ -8,18 +8,16 @@ from typing import Annotated
 import typer
 
 import pbrg_mj as pbrg
-from pbrg_mj.cli.arguments import Force, without_drawing
+from pbrg_mj.cli.arguments import without_drawing
 from pbrg_mj.cli.console import emit, emit_json
-from pbrg_mj.cli.study import Backend, Jobs, Json, Scheduler, StudyFolder, counting
+from pbrg_mj.cli.study import Json, Study, StudyFolder, with_study_options
 
 
+@with_study_options
 def sweep(
+    study: Study,
     file: Annotated[Path, typer.Argument(metavar="SWEEP.yaml", help="Which runs to make.")],
     output: StudyFolder,
-    jobs: Jobs = None,
-    backend: Backend = "joblib",
-    scheduler: Scheduler = None,
-    force: Force = False,
     json: Json = False,
 ) -> int:
     """Make the runs that a file lists; write one table of records. The same command goes on after a kill.
@@ -27,9 +25,7 @@ def sweep(
     A run that fails is a row of the table.
     """
     without_drawing()
-    options = {"jobs": jobs, "backend": backend, "scheduler": scheduler, "force": force}
-    with counting() as watch:
-        made = pbrg.sweep(file, output, watch=watch, **options)
+    made = study(pbrg.sweep, file, output)
     if json:
         emit_json({**made.summary(), "records": str(made.path)})
         return 0

@@ -8,24 +8,21 @@ from typing import Annotated
 import typer
 
 import pbrg_mj as pbrg
-from pbrg_mj.cli.arguments import Force, without_drawing
+from pbrg_mj.cli.arguments import without_drawing
 from pbrg_mj.cli.console import emit, emit_json
-from pbrg_mj.cli.study import Backend, Jobs, Json, Scheduler, StudyFolder, counting
+from pbrg_mj.cli.study import Json, Study, StudyFolder, with_study_options
 
 
+@with_study_options
 def tune(
+    study: Study,
     file: Annotated[Path, typer.Argument(metavar="TUNE.yaml", help="What to tune, on which runs.")],
     output: StudyFolder,
-    jobs: Jobs = None,
-    backend: Backend = "joblib",
-    scheduler: Scheduler = None,
-    force: Force = False,
     json: Json = False,
 ) -> int:
     """Search the values of keys that are best on training seeds. The same command goes on after a kill."""
     without_drawing()
-    with counting() as watch:
-        made = pbrg.tune(file, output, watch=watch, jobs=jobs, backend=backend, scheduler=scheduler, force=force)
+    made = study(pbrg.tune, file, output)
     if json:
         emit_json(made.as_dict())
         return 0

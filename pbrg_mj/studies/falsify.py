@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Unpack
 
 from pydantic import Field
 
@@ -15,13 +15,12 @@ from pbrg_mj.api.scenario import load
 from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.families.schema import Distribution
 from pbrg_mj.scenario.schema.base import Section
-from pbrg_mj.studies.backends import Backend
 from pbrg_mj.studies.document import StudyFile, read_study
 from pbrg_mj.studies.failures import FAILURES, Kind
 from pbrg_mj.studies.optimizer import Optimizer, check_bounded
 from pbrg_mj.studies.records import rows, write_records
 from pbrg_mj.studies.run_task import Record
-from pbrg_mj.studies.runner import Runner, Watch, unwatched
+from pbrg_mj.studies.runner import Runner, RunOptions, Watch, unwatched
 from pbrg_mj.studies.shrink import shrunk
 from pbrg_mj.studies.sweep_plan import Entries, Seed, Values, always_set, check_settings
 from pbrg_mj.studies.task import Source, Task
@@ -77,11 +76,7 @@ def falsify(
     folder: str | Path,
     *,
     budget: int = 200,
-    jobs: int | None = None,
-    backend: str = "joblib",
-    scheduler: str | None = None,
-    force: bool = False,
-    watch: Watch = unwatched,
+    **options: Unpack[RunOptions],
 ) -> Falsification:
     """Search the keys of a scenario, or a family's draws, for a failure, in `budget` runs at most.
 
@@ -96,8 +91,8 @@ def falsify(
     source = Source.of(str(scenario), Path())
     optimizer = _checked(read, source)
     about = f"# {source.name}, {budget} runs\n".encode()
-    made_by = Backend(backend, jobs, scheduler)
-    with Runner(Path(folder), (FILE, about + read.content), made_by, force=force, watch=unwatched) as runner:
+    watch = options.pop("watch", unwatched)  # which is told of the whole search
+    with Runner.of(folder, (FILE, about + read.content), **options) as runner:
         return _search(runner, read.keys, source, optimizer, budget, watch)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, closing
 from itertools import takewhile
 from pathlib import Path
-from typing import Self
+from typing import Self, TypedDict
 
 from pbrg_mj.analysis.output_file import write_atomically
 from pbrg_mj.errors import InputError, Interrupted, PbrgError, Stopped
@@ -24,6 +24,16 @@ Watch = Callable[[int, int, int], object]
 
 def unwatched(done: int, total: int, failed: int) -> None:
     """Do nothing: what a study without a progress bar calls."""
+
+
+class RunOptions(TypedDict, total=False):
+    """How the runs of a study are made, by keyword. Their results depend on none of it."""
+
+    jobs: int | None  # processes of joblib; one for each core if not given
+    backend: str  # "joblib", or "dask"
+    scheduler: str | None  # address of Dask's
+    force: bool  # what another study left in the folder is thrown away
+    watch: Watch
 
 
 class Runner:
@@ -47,6 +57,21 @@ class Runner:
         _prepare(folder, *source, force=force)
         self._journal = Journal(folder, packages())
         self._open = ExitStack()
+
+    @classmethod
+    def of(
+        cls,
+        folder: str | Path,
+        source: tuple[str, bytes],
+        *,
+        jobs: int | None = None,
+        backend: str = "joblib",
+        scheduler: str | None = None,
+        force: bool = False,
+        watch: Watch = unwatched,
+    ) -> Self:
+        """Return the runner that `RunOptions` ask for. Raises InputError."""
+        return cls(Path(folder), source, Backend(backend, jobs, scheduler), force=force, watch=watch)
 
     def __enter__(self) -> Self:
         """Lock the folder. Raises InputError when another study holds it, or other code made its runs."""

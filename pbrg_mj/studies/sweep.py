@@ -6,13 +6,12 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
-from pbrg_mj.studies.backends import Backend
 from pbrg_mj.studies.document import read_study
 from pbrg_mj.studies.records import RECORDS, rows, write_records
 from pbrg_mj.studies.run_task import Record
-from pbrg_mj.studies.runner import Runner, Watch, unwatched
+from pbrg_mj.studies.runner import Runner, RunOptions
 from pbrg_mj.studies.sweep_plan import SweepKeys, plan
 
 FILE = "sweep.yaml"
@@ -52,28 +51,24 @@ class Sweep:
 def sweep(
     file: str | Path,
     folder: str | Path,
-    *,
-    jobs: int | None = None,
-    backend: str = "joblib",
-    scheduler: str | None = None,
-    force: bool = False,
-    watch: Watch = unwatched,
+    **options: Unpack[RunOptions],
 ) -> Sweep:
     """Make the runs that a sweep's YAML file lists, and write their records into `folder`.
 
     `records.parquet` has a row a run, the same bytes whatever backend, order and number of jobs; `timings.parquet`
-    the wall-clock times; `sweep.yaml` is the file. Runs that are in the folder already are not made again. `backend` is
-    `joblib`, with `jobs` processes, or `dask`, with the address of its `scheduler`. `force` throws away what another
-    sweep left in the folder. `watch` is called with the numbers of runs that are over, of all, and of those that
-    failed. A script that asks for several processes keeps what it does under `if __name__ == "__main__"`.
+    the wall-clock times; `sweep.yaml` is the file. Runs that are in the folder already are not made again.
+
+    The `options` are those of all studies: `backend` is "joblib" (if not given), with `jobs` processes (one for each
+    core), or "dask", with the address of its `scheduler`. `force` throws away what another study left in the folder.
+    `watch` is called with the numbers of runs that are over, of all, and of those that failed. A script that asks for
+    several processes keeps what it does under `if __name__ == "__main__"`.
 
     A run that fails is a record with `status: failed` and its `error`. Ctrl-C raises Interrupted; the same call goes on
     from there. Raises InputError.
     """
     read = read_study(file, SweepKeys)
     tasks = plan(read)
-    made_by = Backend(backend, jobs, scheduler)
-    with Runner(Path(folder), (FILE, read.content), made_by, force=force, watch=watch) as runner:
+    with Runner.of(folder, (FILE, read.content), **options) as runner:
         results = runner.run(tasks, log_names(len(tasks)) if read.keys.logs else ())
         records, timings = rows(tasks, results)
         write_records(Path(folder), records, timings)

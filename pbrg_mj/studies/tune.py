@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Unpack
 
 from pydantic import Field
 
@@ -15,12 +15,11 @@ from pbrg_mj.analysis.output_file import write_text_atomically
 from pbrg_mj.scenario.families.schema import Distribution
 from pbrg_mj.scenario.parse.document import write_document
 from pbrg_mj.scenario.schema.base import Section
-from pbrg_mj.studies.backends import Backend
 from pbrg_mj.studies.document import StudyFile, read_study
 from pbrg_mj.studies.optimizer import Optimizer, check_bounded
 from pbrg_mj.studies.records import rows, write_records
 from pbrg_mj.studies.run_task import Record, column_types
-from pbrg_mj.studies.runner import Runner, Watch, unwatched
+from pbrg_mj.studies.runner import Runner, RunOptions, Watch, unwatched
 from pbrg_mj.studies.sweep_plan import Entries, Seed, Values, always_set, check_settings, seed_list, sources
 from pbrg_mj.studies.task import Task
 
@@ -69,12 +68,7 @@ class Tuning:
 def tune(
     file: str | Path,
     folder: str | Path,
-    *,
-    jobs: int | None = None,
-    backend: str = "joblib",
-    scheduler: str | None = None,
-    force: bool = False,
-    watch: Watch = unwatched,
+    **options: Unpack[RunOptions],
 ) -> Tuning:
     """Search the values of keys that are best on training seeds; write them, and all that was tried, into `folder`.
 
@@ -84,8 +78,8 @@ def tune(
     """
     read = read_study(file, TuneKeys)
     search = _Search(read)
-    made_by = Backend(backend, jobs, scheduler)
-    with Runner(Path(folder), (FILE, read.content), made_by, force=force, watch=unwatched) as runner:
+    watch = options.pop("watch", unwatched)  # which is told of the whole search
+    with Runner.of(folder, (FILE, read.content), **options) as runner:
         return search.run(runner, watch)
 
 

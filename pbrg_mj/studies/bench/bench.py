@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Unpack
 
 from pbrg_mj.analysis.output_file import write_text_atomically
 from pbrg_mj.errors import InputError
-from pbrg_mj.studies.backends import Backend
 from pbrg_mj.studies.bench.page import page
 from pbrg_mj.studies.bench.suite import Suite, copy_scenarios, read_suite
 from pbrg_mj.studies.bench.table import BenchRun, Row, bench_runs, table
 from pbrg_mj.studies.bench.text import as_markdown, as_text, runs_markdown
 from pbrg_mj.studies.records import rows, write_records
 from pbrg_mj.studies.run_task import Record, packages
-from pbrg_mj.studies.runner import Runner, Watch, unwatched
+from pbrg_mj.studies.runner import Runner, RunOptions
 
 FILES = {False: "suite.yaml", True: "quick_suite.yaml"}
 """The suite's file in a benchmark's folder; another name where it was run with `quick`."""
@@ -49,11 +49,7 @@ def bench(
     folder: str | Path,
     *,
     quick: bool = False,
-    jobs: int | None = None,
-    backend: str = "joblib",
-    scheduler: str | None = None,
-    force: bool = False,
-    watch: Watch = unwatched,
+    **options: Unpack[RunOptions],
 ) -> Bench:
     """Run a suite, a bundled one's name or a file, and write its table, page, records and logs into `folder`.
 
@@ -62,11 +58,10 @@ def bench(
     resumption and errors are those of `sweep`.
     """
     read, folder = read_suite(suite, quick=quick), Path(folder)
-    if (folder / FILES[not quick]).exists() and not force:
+    if (folder / FILES[not quick]).exists() and not options.get("force"):
         other = "another suite than the quick one" if quick else "the quick suite"
         raise InputError(f"has the runs of {other}; allowed: a new folder, or --force", file=str(folder))
-    made_by = Backend(backend, jobs, scheduler)
-    with Runner(folder, (FILES[quick], read.file.content), made_by, force=force, watch=watch) as runner:
+    with Runner.of(folder, (FILES[quick], read.file.content), **options) as runner:
         copy_scenarios(read, folder)
         results = runner.run(read.tasks, read.logs)
         (folder / FILES[not quick]).unlink(missing_ok=True)

@@ -41,7 +41,7 @@ class Quick(Section):
     scenario: tuple[str, ...]
     train: Seeds
     held_out: Seeds
-    duration: Annotated[float, Field(gt=0)]
+    duration: Annotated[float, Field(gt=0)] | None = Field(default=None, description="the suite's if not given")
     governors: tuple[str, ...]
     networks: tuple[str, ...]
 
@@ -187,7 +187,8 @@ def _shortened(file: StudyFile[SuiteKeys]) -> StudyFile[SuiteKeys]:
     quick, keys = file.keys.quick, file.keys
     if quick is None:
         raise file.error(("quick",), "is missing: this suite has no smaller one")
-    chosen: dict[str, Any] = {name: getattr(quick, name) for name in ("scenario", "train", "held_out", "duration")}
+    chosen: dict[str, Any] = {name: getattr(quick, name) for name in ("scenario", "train", "held_out")}
+    chosen["duration"] = quick.duration or keys.duration
     for part in ("governors", "networks"):
         chosen[part] = {name: getattr(keys, part)[name] for name in getattr(quick, part)}
     return StudyFile(file.path, keys.model_copy(update=chosen), file.document, file.content)

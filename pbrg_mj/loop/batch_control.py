@@ -7,8 +7,8 @@ from typing import Protocol
 import numpy as np
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.governor.certificate.predictive import PredictiveCertificate, write_advances
-from pbrg_mj.governor.certified.compiled import CompiledDecision, write_next
+from pbrg_mj.governor.certificate.predictive import PredictiveCertificate
+from pbrg_mj.governor.certified.compiled import CompiledDecision, write_predicted_next
 from pbrg_mj.governor.certified.governor import CertifiedGovernor
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.distributed.rounds import check_limits, rounds_in_new_arrays
@@ -122,8 +122,7 @@ class CertifiedBatch:
         self.team, self.states = team, TeamStates.blank(worlds, team.network.robots)
         self._held = np.zeros((worlds, 2))  # [m]
         self._spaces = (half_spaces.G, half_spaces.h, half_spaces.active, half_spaces.binds)
-        self._certificate = rows.grid_rows, (rows.formation, rows.margin)
-        self._limits = decision.speed, decision.sight, decision.limited
+        self._decision = rows.packed, decision.limits
 
     def learn(self, world: int, half_spaces: HalfSpaces) -> None:
         """Do nothing: it decides by the half-spaces themselves."""
@@ -135,8 +134,7 @@ class CertifiedBatch:
     def step(self, worlds: range, reference: np.ndarray) -> None:
         """Decide, then control."""
         share, states = (worlds.start, worlds.stop), self.states.arrays
-        certified = *self._certificate, self._limits
-        _step_certified(share, states, self._spaces, self._held, reference, certified, self.team.packed)
+        _step_certified(share, states, self._spaces, self._held, reference, self._decision, self.team.packed)
 
 
 @kernel
@@ -160,17 +158,15 @@ def _step_distributed(worlds, states, half_spaces, estimates, rows, operator, go
 
 
 @kernel
-def _step_certified(worlds, states, half_spaces, held, r, certified, team):
+def _step_certified(worlds, states, half_spaces, held, r, decision, team):
     """Do the same with the certified governor."""
     pose, xi, displacement, m, _, _ = states
     G, h, active, binds = half_spaces
-    grid_rows, formation, limits = certified
-    shape = team[1].shape
+    (certificate, limits), shape = decision, team[1].shape
     q, p = np.empty(shape), np.empty(shape)
-    low, high = np.empty(h.shape[1:]), np.empty(h.shape[1:])
     for w in range(*worlds):
         write_places(pose[w], displacement[w], team, q, p)
-        write_advances((G[w], h[w], active[w], binds[w]), (p, xi[w], held[w]), grid_rows, formation, (low, high))
-        write_next((G[w], active[w]), (low, high), (p, xi[w], pose[w][:, 2], held[w], r), limits, m[w])
+        spaces, state = (G[w], h[w], active[w], binds[w]), (p, xi[w], pose[w][:, 2], held[w], r)
+        write_predicted_next(spaces, state, certificate, limits, m[w])
         held[w, 0], held[w, 1] = m[w, 0, 0], m[w, 0, 1]
         move(w, states, (q, p), half_spaces, team)

@@ -48,6 +48,11 @@ class PredictiveCertificate:
         grid, spread = self.grid, self.grid.bound * np.sqrt(len(self.formation))
         return grid.columns, grid.bound, grid.s, grid.s + spread, grid.s - spread
 
+    @property
+    def packed(self) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, float]]:
+        """What kernels take: the grid's rows, and the formation with the margin."""
+        return self.grid_rows, (self.formation, self.margin)
+
     def rows_at(self, half_spaces: HalfSpaces, p: np.ndarray, xi: np.ndarray, held: np.ndarray) -> Rows:
         """Return the rows with the states p, xi (n, 2) [m] while m (2,) [m] is held."""
         return interval_rows(half_spaces, held, self.advances(half_spaces, p, xi, held))
@@ -56,7 +61,7 @@ class PredictiveCertificate:
         """Return how far m may move along each normal; the arguments are those of `rows_at`."""
         allowed = Advances.empty(half_spaces.h.shape)
         spaces = half_spaces.G, half_spaces.h, half_spaces.active, half_spaces.binds
-        write_advances(spaces, (p, xi, held), self.grid_rows, (self.formation, self.margin), tuple(allowed))
+        write_advances(spaces, (p, xi, held), *self.packed, tuple(allowed))
         return allowed
 
 

@@ -9,12 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pbrg_mj.governor.certificate.advances import AdvanceCertificate
 from pbrg_mj.governor.certificate.prediction_grid import write_error
+from pbrg_mj.governor.certificate.predictive import PredictiveCertificate, write_advances
 from pbrg_mj.governor.certificate.projection import least_violating, nearest_allowed
 from pbrg_mj.governor.certificate.sight import SightLimit, sight_share
 from pbrg_mj.governor.certificate.speed import SpeedLimit, speed_share
@@ -67,9 +69,31 @@ class CompiledDecision:
     ) -> Decision:
         """Return the same from half-spaces, p, xi and headings."""
         p, xi, heading = state
-        allowed, m = self.certificate.advances(spaces, p, xi, held), np.empty(p.shape)
-        given, limits = (p, xi, heading, held, reference), (self.speed, self.sight, self.limited)
-        return Decision(m, *write_next((spaces.G, spaces.active), tuple(allowed), given, limits, m))
+        rows, m, given = self.certificate, np.empty(p.shape), (p, xi, heading, held, reference)
+        if isinstance(rows, PredictiveCertificate):
+            arrays = (spaces.G, spaces.h, spaces.active, spaces.binds)
+            return Decision(m, *write_predicted_next(arrays, given, rows.packed, self.limits, m))
+        allowed = rows.advances(spaces, p, xi, held)
+        return Decision(m, *write_next((spaces.G, spaces.active), tuple(allowed), given, self.limits, m))
+
+    @cached_property
+    def limits(self) -> tuple[Any, ...]:
+        """What the kernels take: the rows of both limits, and whether there are any."""
+        return self.speed, self.sight, self.limited
+
+
+@kernel
+def write_predicted_next(half_spaces, state, certificate, limits, m):
+    """Do `write_next` by the advances of a predictive certificate, in one call.
+
+    `half_spaces` are G, h, active and binds of HalfSpaces, `certificate` is `PredictiveCertificate.packed`.
+    """
+    G, h, active, _ = half_spaces
+    p, xi, _, held, _ = state
+    grid_rows, team = certificate
+    allowed = (np.empty(h.shape), np.empty(h.shape))
+    write_advances(half_spaces, (p, xi, held), grid_rows, team, allowed)
+    return write_next((G, active), allowed, state, limits, m)
 
 
 @kernel

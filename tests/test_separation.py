@@ -230,3 +230,45 @@ def test_in_physics_two_robots_change_places_with_it_and_touch_without_it() -> N
         arrived = np.linalg.norm(truths[-1].hand_world - team["formation"], axis=1).max() < 0.05
         assert arrived == (distance == "auto")
     assert touched == {"auto": False, None: True}
+
+
+def coming_at(keeper: SeparationFilter, q: np.ndarray, G: np.ndarray, h: float, closing: float) -> Problem:
+    """Return a problem in which one half-space binds robot 1 and comes nearer."""
+    n = len(q)
+    spaces = HalfSpaces(
+        G=np.tile(G, (n, 1, 1)),
+        h=np.full((n, 1), h),
+        active=np.eye(n, 1, dtype=bool),
+        binds=np.eye(n, 1, dtype=bool)[:, :, None] & np.eye(n, dtype=bool)[:, None],
+        closing=np.full((n, 1), closing),
+    )
+    rows = Rows(np.zeros((n, 1)), np.zeros((n, 1, 2)), np.zeros((n, 1)), np.zeros((n, 1), dtype=bool))
+    team = network_of_edges([(i, i + 1) for i in range(n - 1)], np.eye(n)[0])
+    return Problem(team, q - keeper.formation, np.zeros((n, 2)), rows, np.zeros(2), spaces, np.zeros(n))
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.7, 2.5])
+def test_nobody_is_caught_by_a_half_space_that_comes_as_fast_as_is_known(turn: float) -> None:
+    """h - G.q falls by the factor 1 - gamma tick a tick at most, whatever u asks for: it stays positive."""
+    rng = np.random.default_rng(304)
+    keeper, G, speed = filter_of(rng, 2), np.array([np.cos(turn), np.sin(turn)]), 0.3
+    q, h = np.array([[0.0, 0.0], [5.0, 5.0]]), 0.5
+    for _ in range(600):
+        behind = h - keeper.margin - G @ q[0]
+        driven = keeper.filtered(coming_at(keeper, q, G, h, speed), q, np.zeros((2, 2)), rng.normal(size=(2, 2)) + G)
+        q, h = q + keeper.tick * driven, h - keeper.tick * speed
+        assert h - keeper.margin - G @ q[0] >= behind * (1 - keeper.gain * keeper.tick) - 1e-9
+    assert G @ q[0] < -1.0
+
+
+def test_a_retreat_takes_what_another_robot_leaves_of_it() -> None:
+    """A robot behind it, as near as is allowed, does not move: of the retreat nothing is left, aside is."""
+    rng = np.random.default_rng(305)
+    keeper, G = filter_of(rng, 2), np.array([1.0, 0.0])
+    for behind, left in ((0.3, 0.0), (0.4, 0.1)):
+        q = np.array([[0.0, 0.0], [-behind, 0.0]])
+        driven = keeper.filtered(coming_at(keeper, q, G, keeper.margin, 0.2), q, np.zeros((2, 2)), np.zeros((2, 2)))
+        assert driven[0, 0] == pytest.approx(-left, abs=1e-4)
+        aside = keeper.filtered(coming_at(keeper, q, G, keeper.margin, 0.2), q, np.zeros((2, 2)), np.eye(2)[::-1])
+        assert aside[0, 0] == pytest.approx(-left, abs=1e-4)
+        assert aside[0, 1] > 0.5

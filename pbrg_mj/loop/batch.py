@@ -159,13 +159,14 @@ class BatchSimulation:
                 sensing.half_spaces = half_spaces
                 for name in ("G", "h", "active", "binds"):
                     getattr(self._half_spaces, name)[world] = getattr(half_spaces, name)
+                self._half_spaces.closing_speeds[world] = half_spaces.closing_speeds
                 self._control.learn(world, half_spaces)
 
 
 def _known_in_worlds(scenario: Scenario, worlds: int) -> HalfSpaces:
     """Return the half-spaces known before the first tick, worlds first."""
     known = estimator(scenario, load_robot_model(scenario.robot)).init().half_spaces
-    arrays = (known.G, known.h, known.active, known.binds)
+    arrays = (known.G, known.h, known.active, known.binds, known.closing_speeds)
     return HalfSpaces(*(np.stack([array] * worlds) for array in arrays))
 
 

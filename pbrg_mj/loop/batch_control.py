@@ -73,7 +73,7 @@ class DistributedBatch:
         worlds, n = len(half_spaces.h), team.network.robots
         self.team, self.states = team, TeamStates.blank(worlds, n)
         self._governor, self._certificate, self._reference_range = chosen, rows, reference_range
-        self._spaces = (half_spaces.G, half_spaces.h, half_spaces.active, half_spaces.binds)
+        self._spaces = (half_spaces.G, half_spaces.h, half_spaces.active, half_spaces.binds, half_spaces.closing_speeds)
         known = rows.rows(HalfSpaces(*(array[0] for array in self._spaces)))
         self._rows = tuple(np.stack([array] * worlds) for array in known)  # of Rows, worlds first
         widths = (4 * n + 2, 4 * n + 2, known.d.shape[1], 4)
@@ -121,7 +121,7 @@ class CertifiedBatch:
         worlds = len(half_spaces.h)
         self.team, self.states = team, TeamStates.blank(worlds, team.network.robots)
         self._held = np.zeros((worlds, 2))  # [m]
-        self._spaces = (half_spaces.G, half_spaces.h, half_spaces.active, half_spaces.binds)
+        self._spaces = (half_spaces.G, half_spaces.h, half_spaces.active, half_spaces.binds, half_spaces.closing_speeds)
         self._decision = rows.packed, decision.limits
 
     def learn(self, world: int, half_spaces: HalfSpaces) -> None:
@@ -161,7 +161,7 @@ def _step_distributed(worlds, states, half_spaces, estimates, rows, operator, go
 def _step_certified(worlds, states, half_spaces, held, r, decision, team):
     """Do the same with the certified governor."""
     pose, xi, displacement, m, _, _ = states
-    G, h, active, binds = half_spaces
+    G, h, active, binds, _ = half_spaces
     (certificate, limits), shape = decision, team[1].shape
     q, p = np.empty(shape), np.empty(shape)
     for w in range(*worlds):

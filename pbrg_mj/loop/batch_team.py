@@ -126,7 +126,7 @@ def write_places(pose, displacement, team, q, p):
 def move(w, states, places, half_spaces, team):
     """Do in world w what `tick` does between governor and physics.
 
-    `states` are `TeamStates.arrays`; `places` q and p of this world; `half_spaces` G, h, active, binds of all worlds.
+    `states` are `TeamStates.arrays`; `places` q and p of this world; `half_spaces` G, h, active, binds, closing of all worlds.
     """
     pose, xi, displacement, m, _, command = states
     q, p = places
@@ -134,7 +134,8 @@ def move(w, states, places, half_spaces, team):
     u, rate, driven = np.empty(p.shape), np.empty(p.shape), np.empty(p.shape)
     write_pre_stabilised(graph, (p, xi[w], m[w]), alpha_r, leak, u, rate)
     if apart:
-        spaces = (half_spaces[0][w], half_spaces[1][w], half_spaces[2][w], half_spaces[3][w])
+        G, h, active, binds, closing = half_spaces
+        spaces = (G[w], h[w], active[w], binds[w], closing[w])
         write_driven(spaces, (q, p, formation, u), (pose[w][:, 2], facets), numbers, driven)
     for j in range(len(p)):
         for axis in range(2):

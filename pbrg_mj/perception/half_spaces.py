@@ -18,6 +18,12 @@ class HalfSpaces:
     h: np.ndarray  # (n, K) [m]; zeros in an empty slot
     active: np.ndarray  # (n, K) bool
     binds: np.ndarray  # (n, K, n) bool: which robots the half-space must hold for; an empty slot binds none
+    closing: np.ndarray | None = None  # (n, K) how fast h falls, as far as is known [m/s]; None: nothing moves
+
+    @property
+    def closing_speeds(self) -> np.ndarray:
+        """`closing` (n, K) [m/s], 0 where nothing moves."""
+        return np.zeros(self.h.shape) if self.closing is None else self.closing
 
     @classmethod
     def empty(cls, robots: int, slots: int) -> HalfSpaces:

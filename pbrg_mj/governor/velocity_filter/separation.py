@@ -30,6 +30,7 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.world.scene.robot import load_robot_model
 
+BISECTIONS = 12  # of the share of a retreat
 MARGIN = 0.02  # [m] of `auto`, above the distance at which two bodies cannot touch at any heading
 
 
@@ -63,11 +64,12 @@ class SeparationFilter:
 
     def filtered(self, problem: Problem, hand_world: np.ndarray, m: np.ndarray, velocity: np.ndarray) -> np.ndarray:
         """Return w (n, 2) [m/s] for u, `velocity`. Raises ValueError for a problem without half-spaces or headings."""
-        if problem.heading is None:
-            raise ValueError("this filter needs headings in the problem")
+        spaces = problem.half_spaces
+        if spaces is None or problem.heading is None:
+            raise ValueError("this filter needs half-spaces and headings in the problem")
         driven = np.empty(velocity.shape)
         write_driven(
-            known_half_spaces(problem),
+            (*known_half_spaces(problem), spaces.closing_speeds),
             (hand_world, problem.p, self.formation, velocity),
             (problem.heading, self.facets),
             (self.distance, self.margin, self.gain, self.tick),
@@ -93,7 +95,7 @@ def separation(scenario: Scenario) -> float | None:
 
 @kernel
 def write_driven(half_spaces, state, wheels, numbers, driven):
-    """Write w; `half_spaces` are G, h, active, binds; `state` q, p, b and u, each (n, 2)."""
+    """Write w; `half_spaces` are G, h, active, binds, closing; `state` q, p, b and u, each (n, 2)."""
     q, p, formation, u = state
     heading, facets = wheels
     distance, margin, gain, tick = numbers
@@ -103,17 +105,43 @@ def write_driven(half_spaces, state, wheels, numbers, driven):
         for axis in range(2):
             displacement[j, axis] = q[j, axis] - formation[j, axis] - p[j, axis]
     moved = q, displacement, u
-    normals, offsets = np.empty((n + owners * slots, 2)), np.empty(n + owners * slots)
+    most = n + owners * slots
+    normals, offsets, retreats = np.empty((most, 2)), np.empty(most), np.zeros(most)
     for j in range(n):
         x, y = u[j, 0] - gain * displacement[j, 0], u[j, 1] - gain * displacement[j, 1]
         scale = _scale(x, y, heading[j], facets)
         wx, wy = scale * x, scale * y
-        speed = math.sqrt(wx * wx + wy * wy)
+        speed = math.inf if _pushed(half_spaces, q, j, margin, gain) else math.sqrt(wx * wx + wy * wy)
+        retreats[:] = 0.0
         rows = _robots_in_the_way(q, j, (distance, gain, speed), normals, offsets)
-        rows = _half_spaces_in_the_way(half_spaces, moved, j, (margin, gain, tick, speed), normals, offsets, rows)
-        found, x, y = nearest_allowed(wx, wy, normals[:rows], offsets[:rows], 0.0)
+        written = normals, offsets, retreats
+        rows = _half_spaces_in_the_way(half_spaces, moved, j, (margin, gain, tick, speed), written, rows)
+        found, x, y = _nearest_velocity(wx, wy, normals[:rows], offsets[:rows], retreats[:rows])
         scale = _scale(x, y, heading[j], facets) if found else 0.0  # but for rounding, 0 is allowed
         driven[j, 0], driven[j, 1] = scale * x, scale * y
+
+
+@kernel
+def _nearest_velocity(x, y, normals, offsets, retreats):
+    """Return (found, x, y): the nearest velocity whose rows are met, with the largest share of the retreats asked for.
+
+    Without any retreat 0 meets all rows.
+    """
+    asked = offsets - retreats
+    found, best_x, best_y = nearest_allowed(x, y, normals, asked, 0.0)
+    if found or not retreats.any():
+        return found, best_x, best_y
+    found, best_x, best_y = nearest_allowed(x, y, normals, offsets, 0.0)
+    low, high = 0.0, 1.0
+    for _ in range(BISECTIONS):
+        share = 0.5 * (low + high)
+        asked = offsets - share * retreats
+        met, met_x, met_y = nearest_allowed(x, y, normals, asked, 0.0)
+        if met:
+            low, found, best_x, best_y = share, True, met_x, met_y
+        else:
+            high = share
+    return found, best_x, best_y
 
 
 @kernel
@@ -123,6 +151,19 @@ def _scale(x, y, heading, facets):
     for f in range(len(facets)):
         largest = max(largest, facets[f, 0] * (c * x + s * y) + facets[f, 1] * (c * y - s * x))
     return 1.0 / largest
+
+
+@kernel
+def _pushed(half_spaces, q, j, margin, gain):
+    """Tell whether some half-space that comes nearer pushes robot j back, perhaps faster than it wants to go."""
+    G, h, active, binds, closing = half_spaces
+    for i in range(h.shape[0]):
+        for k in range(h.shape[1]):
+            if active[i, k] and binds[i, k, j] and closing[i, k] > 0.0:
+                behind = h[i, k] - margin - (G[i, k, 0] * q[j, 0] + G[i, k, 1] * q[j, 1])
+                if gain * behind < closing[i, k]:
+                    return True
+    return False
 
 
 @kernel
@@ -141,9 +182,10 @@ def _robots_in_the_way(q, j, numbers, normals, offsets):
 
 
 @kernel
-def _half_spaces_in_the_way(half_spaces, state, j, numbers, normals, offsets, rows):
-    """Append the rows of half-spaces that bind robot j likewise."""
-    G, h, active, binds = half_spaces
+def _half_spaces_in_the_way(half_spaces, state, j, numbers, written, rows):
+    """Append the rows of half-spaces that bind robot j likewise, and how fast those that come nearer push it back."""
+    G, h, active, binds, closing = half_spaces
+    normals, offsets, retreats = written
     q, displacement, u = state
     margin, gain, tick, speed = numbers
     for i in range(h.shape[0]):
@@ -154,7 +196,11 @@ def _half_spaces_in_the_way(half_spaces, state, j, numbers, normals, offsets, ro
             behind = h[i, k] - margin - (Gx * q[j, 0] + Gy * q[j, 1])
             ahead = Gx * (tick * u[j, 0] - displacement[j, 0]) + Gy * (tick * u[j, 1] - displacement[j, 1])
             room = max(0.0, gain * behind, ahead / tick if ahead <= behind else 0.0)
-            if room < speed:
-                normals[rows, 0], normals[rows, 1], offsets[rows] = Gx, Gy, room
+            retreat = 0.0
+            if closing[i, k] > 0.0:
+                asked = gain * behind - closing[i, k]
+                room, retreat = max(0.0, asked), max(0.0, -asked)
+            if room < speed or retreat > 0.0:
+                normals[rows, 0], normals[rows, 1], offsets[rows], retreats[rows] = Gx, Gy, room, retreat
                 rows += 1
     return rows

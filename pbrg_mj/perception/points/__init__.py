@@ -8,5 +8,6 @@ places          both, as places to keep off, and the robot's way to its target a
 hull            the gap between the hull of points and a segment
 face            the places of one face, its normal and its half-space
 separate        half-spaces between the way and all places
+motion          how fast each half-space's face comes nearer
 estimator       one tick of all that for all robots
 """

@@ -23,6 +23,7 @@ class Echoes(NamedTuple):
     variance: np.ndarray  # (beams,) of the range [m^2]
     pose_std: np.ndarray  # (beams,) [m]
     binds: np.ndarray  # (beams,) bool: heard, and no outlier
+    bulge: np.ndarray  # (beams,) how far a right-angled corner between its beam and the next may stick out [m]
 
 
 @kernel
@@ -50,7 +51,8 @@ def add_scan(points, scan, ranges, pose, mates, own, parameters):
         point["x"], point["y"], point["std"], point["pose_std"] = echoes.x[k], echoes.y[k], std, echoes.pose_std[k]
         point["time"], point["scan"] = pose.time, scan
         point["live"], point["passed"], point["binds"] = True, 0, echoes.binds[k]
-        point["bulge"] = 0.0 if _on_a_line(echoes, k, joins) else 0.5 * parameters.gap * ranges[k]
+        echoes.bulge[k] = 0.0 if _on_a_line(echoes, k, joins) else 0.5 * parameters.gap * ranges[k]
+        point["bulge"] = echoes.bulge[k]
     return echoes
 
 
@@ -59,7 +61,8 @@ def _echoes(ranges, pose, mates, own, parameters):
     """Return where the echoes of a scan are in the world, and how well that is known."""
     beams = len(ranges)
     x, y, variance, pose_std = np.empty(beams), np.empty(beams), np.empty(beams), np.empty(beams)
-    echoes = Echoes(np.zeros(beams, np.bool_), x, y, variance, pose_std, np.zeros(beams, np.bool_))
+    heard, binds = np.zeros(beams, np.bool_), np.zeros(beams, np.bool_)
+    echoes = Echoes(heard, x, y, variance, pose_std, binds, np.zeros(beams))
     cos, sin = math.cos(pose.heading), math.sin(pose.heading)
     for k in range(beams):
         r = ranges[k]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +13,7 @@ from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.perception.points.detect import add_scan
 from pbrg_mj.perception.points.known_free import edge_of_free
 from pbrg_mj.perception.points.memory import forget, no_points
+from pbrg_mj.perception.points.motion import PAST, PLACE, TRACK, TRACKS, closing_speeds
 from pbrg_mj.perception.points.parameters import PointParameters
 from pbrg_mj.perception.points.separate import separate
 from pbrg_mj.perception.track.world_frame import ANCHOR, Clock, pose_at_scan
@@ -24,6 +25,9 @@ class PointMemory(NamedTuple):
 
     points: np.ndarray  # (n, M) of POINT
     anchors: np.ndarray  # (n,) of ANCHOR
+    past: np.ndarray  # (n, lag, beams) of PAST
+    places: np.ndarray  # (n, lag) of PLACE
+    tracks: np.ndarray  # (n, TRACKS) of TRACK
     scans: int
     half_spaces: HalfSpaces
 
@@ -41,8 +45,10 @@ class PointEstimator:
         """Return a memory of nothing."""
         n = len(self.formation)
         nothing = HalfSpaces.empty(n, self.slots)
-        points = no_points(n, len(self.parameters.directions), self.parameters.recent)
-        return PointMemory(points, np.zeros(n, dtype=ANCHOR), 0, nothing)
+        lag, beams = self.parameters.lag, len(self.parameters.directions)
+        points, anchors = no_points(n, beams, self.parameters.recent), np.zeros(n, dtype=ANCHOR)
+        motion = np.zeros((n, lag, beams), PAST), np.zeros((n, lag), PLACE), np.zeros((n, TRACKS), TRACK)
+        return PointMemory(points, anchors, *motion, 0, nothing)
 
     def step(self, readings: Readings, time: float, memory: PointMemory) -> tuple[HalfSpaces, PointMemory]:
         """Do what `step_towards` does for robots that stay where they are."""
@@ -59,22 +65,25 @@ class PointEstimator:
         if not readings.new_scan:
             return memory.half_spaces, memory
         points, anchors = memory.points.copy(), memory.anchors.copy()
+        motion = memory.past.copy(), memory.places.copy(), memory.tracks.copy()
         before, known = memory.half_spaces, HalfSpaces.empty(len(self.formation), self.slots)
         known.G[:], known.h[:], known.active[:] = before.G, before.h, before.active
+        closing = np.zeros(known.h.shape)
         targets = np.full(self.formation.shape, np.nan) if m is None else m + self.formation
         scans = (readings.ranges, readings.body_pose, readings.pose_frame, readings.scan_frame, time, memory.scans + 1)
-        written = (points, anchors, known.G, known.h, known.active)
+        written = (points, anchors, motion, (known.G, known.h, known.active, closing))
         perceive_points(scans, self.parameters, self.robots, targets, written)
         robots = np.arange(len(known.active))
         known.binds[robots, :, robots] = known.active
-        return known, PointMemory(points, anchors, memory.scans + 1, known)
+        known = replace(known, closing=closing)
+        return known, PointMemory(points, anchors, *motion, memory.scans + 1, known)
 
 
 @kernel
 def perceive_points(scans, parameters, robots, targets, written):
     """Write points, anchors and half-spaces after the scans of all robots that have beams."""
     ranges, poses, pose_frame, scan_frame, time, scan = scans
-    points, anchors, G, h, active = written
+    points, anchors, (past, places, tracks), (G, h, active, closing) = written
     clock = Clock(pose_frame, scan_frame, time)
     for row in range(len(robots)):
         robot = robots[row]
@@ -88,4 +97,9 @@ def perceive_points(scans, parameters, robots, targets, written):
         q[0] = pose.x + parameters.hand_offset * math.cos(pose.heading)
         q[1] = pose.y + parameters.hand_offset * math.sin(pose.heading)
         target = q if math.isnan(targets[robot, 0]) else targets[robot]
-        separate((points[robot], edge), q, target, parameters, (G[robot], h[robot], active[robot]))
+        half_spaces = G[robot], h[robot], active[robot]
+        separate((points[robot], edge), q, target, parameters, half_spaces)
+        motion = past[robot], places[robot], tracks[robot]
+        closing_speeds((echoes, ranges[row]), motion, pose, parameters, half_spaces, closing[robot])
+        for k in range(len(h[robot])):
+            h[robot, k] -= parameters.reaction * closing[robot, k]

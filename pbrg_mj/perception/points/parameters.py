@@ -18,6 +18,7 @@ JOINING = 2.0  # gaps between beams, on a face met head-on: more apart are two e
 MOST_ECHOES = 16
 ENOUGH = 432  # echoes that are remembered, six scans of 72 beams: what a noisy sensor misses in one is in another
 FALSE_ECHOES = 1e-5  # confirmed outliers a scan: one in three hours of scans
+SPAN = 0.3  # [s] between the scans whose difference is a speed: a thing at 0.1 m/s moves by more than ranges are wrong
 LEAST_JOINING = 0.2  # [m] robots are 0.2 m wide: they pass between no two echoes that are nearer than that
 
 
@@ -40,6 +41,8 @@ class PointParameters(NamedTuple):
     sigmas: float  # half-spaces move inward by this many standard deviations of a pose
     range_sigmas: np.ndarray  # (16,) and of a range where 1, 2, ... echoes tell of the face
     recent: int  # scans whose points are all kept
+    lag: int  # scans between those whose difference is a speed
+    reaction: float  # until a robot acts on what a scan shows, at the latest [s]
     confirmations: int  # echoes of recent scans that a lone one needs at its place
     memory: float  # how long a point out of sight is kept [s]
     closed_beyond: bool  # what no beam has shown to be free binds
@@ -69,6 +72,8 @@ def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
         sigmas=scenario.estimator.sigmas,
         range_sigmas=range_sigmas(scenario.estimator.sigmas),
         recent=recent,
+        lag=min(max(round(SPAN / pose.scan_period), 1), 6),
+        reaction=pose.scan_period if exact else pose.scan_period + pose.frame_period + robot.time_constant,
         confirmations=1 if exact else confirmations(beams, recent),
         memory=scenario.estimator.memory,
         closed_beyond=scenario.estimator.unknown != "free",

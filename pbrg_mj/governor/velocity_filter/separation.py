@@ -11,6 +11,13 @@ velocity to u_j - gamma (q_j - s_j), scaled to what the wheels can do, with
     G.w_j <= max(0, gamma (h - G.q_j), room)       for every half-space that binds j,
 
 room = G.(s_j + tick u_j - q_j) / tick if s_j + tick u_j is behind the half-space, else 0. w_j = 0 meets all of them.
+A half-space whose h falls at the rate c, the closing speed of what it keeps off, asks instead for
+
+    G.w_j <= gamma (h - G.q_j) - c,
+
+so that h - G.q_j falls by the rate gamma at most (a control barrier function that depends on time). Where that is a
+retreat that other rows do not leave, the largest share of all retreats that they leave takes its place.
+
 Both robots of a pair take half, so ||q_i - q_j|| stays above d if it was, and below d it never falls; nobody crosses a
 half-space. Both are exact with w held for a tick and gamma tick <= 1 (docs/distances.md). Half-planes between pairs of
 robots: Wang, Ames and Egerstedt, IEEE T-RO 33(3), 2017.

@@ -126,7 +126,8 @@ def write_places(pose, displacement, team, q, p):
 def move(w, states, places, half_spaces, team):
     """Do in world w what `tick` does between governor and physics.
 
-    `states` are `TeamStates.arrays`; `places` q and p of this world; `half_spaces` G, h, active, binds, closing, all worlds'.
+    `states` are `TeamStates.arrays`; `places` q and p of this world; `half_spaces` G, h, active, binds,
+    closing of all worlds.
     """
     pose, xi, displacement, m, _, command = states
     q, p = places

@@ -80,6 +80,31 @@ def test_another_entry_changes_no_number_of_the_others():
     assert len(after.world.walls) == 3 and after.drive.friction != before.drive.friction
 
 
+MORE = """\
+  notched: [{along: -2.0, across: 0.5, length: 0.6, width: 0.4, thickness: 0.1, arms: 3, angle_deg: 90}]
+  thresholds: [{along: 1.0, length: 2.0, height: 0.005, angle_deg: 90}]
+  keys:"""
+
+
+def test_notched_prisms_thresholds_and_dark_walls_are_placed_along_the_way():
+    given = FAMILY.replace("  keys:", MORE).replace("{choice: [-30, 30]}", "0.0, reflectance: {uniform: [0.1, 0.4]}")
+    before, drawn = world(seed=6).scenario, world(given, 6, "draw.reference.direction_deg=0").scenario
+    (prism,), (bar,) = drawn.world.prisms, drawn.world.thresholds
+    assert (bar.start, bar.end, bar.height) == ((1.0, -1.0), (1.0, 1.0), 0.005)
+    outline = {(0.3, -0.2), (0.3, 0.2), (-0.3, 0.2), (-0.2, 0.2), (-0.2, -0.1), (0.2, -0.1), (0.2, 0.2), (-0.3, -0.2)}
+    assert set(prism.corners) == {(round(-2 - y, 4), round(0.5 + x, 4)) for x, y in outline}
+    assert len(prism.convex()) == 3
+    assert 0.1 <= drawn.world.walls[0].reflectance <= 0.4 and before.world.walls[0].reflectance == 0.88
+    ell = world(given, 6, "draw.notched.0.arms=2").scenario.world.prisms[0]
+    assert len(ell.corners) == 6 and len(ell.convex()) == 2
+
+
+@pytest.mark.parametrize(("key", "said"), [("arms=4", "has 4 arms; allowed: 2 or 3"), ("thickness=0.2", "has arms of")])
+def test_a_notched_prism_has_two_or_three_arms_apart(key, said):
+    with pytest.raises(InputError, match=f"one.yaml:11: draw.notched.0: {said}"):
+        world(FAMILY.replace("  keys:", MORE), 6, f"draw.notched.0.{key}")
+
+
 def test_overrides_win_over_what_is_drawn_and_leave_the_world_as_it_is():
     drawn, changed = world(seed=4).scenario, world(FAMILY, 4, "sensors.beams.preset=robotarium").scenario
     assert changed.sensors.beams.preset == "robotarium"

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
+from pbrg_mj.scenario.schema import WHITE
 from pbrg_mj.scenario.schema.base import MOST_OBSTACLES, NonNegative, Number, Section
 
 MOST_CHOICES = 1000
@@ -72,6 +73,9 @@ class WallDraw(Repeated):
     shift: Drawn = Field(default=0.0, description="of its middle from the way, to the left [m]")
     length: Drawn = Field(default=8.0, description="of the wall [m]")
     thickness: Drawn = Field(default=0.1, description="of the wall [m]")
+    reflectance: Drawn = Field(
+        default=WHITE, description="share of light that comes back; felt by sensors that lose weak echoes [-]"
+    )
 
 
 class DoorwayDraw(WallDraw):
@@ -150,6 +154,23 @@ class PrismDraw(Scattered):
     )
 
 
+class NotchedDraw(Scattered):
+    """Upright prisms like an L or a U: not convex."""
+
+    length: Drawn = Field(description="of the longer side [m]")
+    width: Drawn = Field(description="of the side across it [m]")
+    thickness: Drawn = Field(description="of the arms, below half of length and width [m]")
+    arms: Drawn = Field(default=2.0, description="2: an L; 3: a U, open to one long side [-]")
+
+
+class ThresholdDraw(Scattered):
+    """Low bars on the floor, which wheels climb or which stop them."""
+
+    length: Drawn = Field(description="of the bar [m]")
+    width: Drawn = Field(default=0.03, description="of the bar [m]")
+    height: Drawn = Field(description="above the floor [m]")
+
+
 class MovingBoxDraw(Repeated):
     """Boxes along the world's axes that move once, straight on, whatever stands in their way."""
 
@@ -187,6 +208,8 @@ class Draw(Section):
     boxes: tuple[BoxDraw, ...] = _entries("boxes and boards")
     columns: tuple[ColumnDraw, ...] = _entries("round columns")
     prisms: tuple[PrismDraw, ...] = _entries("convex prisms")
+    notched: tuple[NotchedDraw, ...] = _entries("prisms like an L or a U")
+    thresholds: tuple[ThresholdDraw, ...] = _entries("low bars on the floor")
     moving_boxes: tuple[MovingBoxDraw, ...] = _entries("boxes that move")
     keys: dict[str, Drawn] = Field(
         default={}, description="any other key of the scenario by its dotted name, such as `sensors.beams.preset`"

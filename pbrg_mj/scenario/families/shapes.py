@@ -14,6 +14,7 @@ import numpy as np
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.families.frame import PathFrame
+from pbrg_mj.scenario.schema import WHITE
 
 Point = tuple[float, float]
 Entries = list[dict[str, Any]]
@@ -77,6 +78,29 @@ def prisms(drawn: Mapping[str, Any], frame: PathFrame, random: np.random.Generat
     return [{"corners": [frame.to_world(*corner) for corner in _on_circle(drawn, random)]}]
 
 
+def notched(drawn: Mapping[str, Any], frame: PathFrame, random: np.random.Generator) -> Entries:
+    """Return one prism like an L or a U."""
+    length, width, thick, arms = (drawn[name] for name in ("length", "width", "thickness", "arms"))
+    if arms not in (2, 3):
+        raise InputError(f"has {arms:g} arms; allowed: 2 or 3")
+    if not 0 < 2 * thick < min(length, width):
+        raise InputError(f"has arms of {thick:g} m; allowed: more than 0, less than half of length and width")
+    outline = [(0.0, 0.0), (length, 0.0), (length, thick if arms == 2 else width)]
+    outline += [(length - thick, width), (length - thick, thick)] if arms == 3 else []
+    outline += [(thick, thick), (thick, width), (0.0, width)]
+    turn = math.radians(drawn["angle_deg"])
+    turned = [_turned(x - length / 2, y - width / 2, turn) for x, y in outline]
+    return [{"corners": [frame.to_world(drawn["along"] + x, drawn["across"] + y) for x, y in turned]}]
+
+
+def thresholds(drawn: Mapping[str, Any], frame: PathFrame, random: np.random.Generator) -> Entries:
+    """Return one bar on the floor."""
+    x, y = _turned(drawn["length"] / 2, 0.0, math.radians(drawn["angle_deg"]))
+    start, end = ((drawn["along"] + sign * x, drawn["across"] + sign * y) for sign in (-1, 1))
+    ends = {"from": frame.to_world(*start), "to": frame.to_world(*end)}
+    return [{**ends, "width": drawn["width"], "height": drawn["height"]}]
+
+
 def moving_boxes(drawn: Mapping[str, Any], frame: PathFrame, random: np.random.Generator) -> Entries:
     """Return one moving box."""
     if drawn["speed"] <= 0:
@@ -98,6 +122,8 @@ SHAPES: dict[str, tuple[Shape, str]] = {
     "boxes": (boxes, "boxes"),
     "columns": (columns, "columns"),
     "prisms": (prisms, "prisms"),
+    "notched": (notched, "prisms"),
+    "thresholds": (thresholds, "thresholds"),
     "moving_boxes": (moving_boxes, "moving_boxes"),
 }
 
@@ -120,7 +146,8 @@ def _across(drawn: Mapping[str, Any], frame: PathFrame, first: float, last: floa
     turn, off = math.radians(drawn["angle_deg"]), drawn["distance"] + drawn["thickness"] / 2
     crossing = -off * math.tan(turn)
     start, end = (_turned(off, crossing + y, turn) for y in (first, last))
-    return _wall(frame, start, end, drawn["thickness"])
+    surface = {} if drawn["reflectance"] == WHITE else {"reflectance": drawn["reflectance"]}
+    return _wall(frame, start, end, drawn["thickness"]) | surface
 
 
 def _closed(frame: PathFrame, corners: list[Point], thickness: float) -> Entries:

@@ -1,6 +1,7 @@
 """A tick of the distributed governor, in which every message arrives within its round, in one compiled call.
 
-Between two ticks of physics the processor's caches are cold, and every call from Python costs as much as ten rounds.
+Between two ticks of physics the processor's caches are cold, and calls from Python count: docs/performance.md says what
+limits the loop.
 """
 
 from __future__ import annotations

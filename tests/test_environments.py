@@ -10,7 +10,7 @@ import pytest
 
 import pbrg_mj as pbrg
 from pbrg_mj.loop.simulation import Simulation
-from pbrg_mj.loop.tick import ExternalCommand
+from pbrg_mj.loop.tick_data import ExternalCommand
 from pbrg_mj.scenario.schema import operator_reference
 from tests.needs import need_module
 

@@ -14,7 +14,7 @@ from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.governor.velocity_filter.separation import SeparationFilter, separation
 from pbrg_mj.loop.simulation import Simulation
-from pbrg_mj.loop.tick import ControlTick
+from pbrg_mj.loop.tick_data import ControlTick
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.team.graph import network_of_edges
 from pbrg_mj.world.scene.robot import load_robot_model

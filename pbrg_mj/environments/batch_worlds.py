@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from pbrg_mj.environments.episode import TrueState
-from pbrg_mj.loop.tick import ClosedLoop
+from pbrg_mj.loop.closed_loop import ClosedLoop
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.sensing.noise import sensor_noise
 from pbrg_mj.world.plant.batch import PlantBatch

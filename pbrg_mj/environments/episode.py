@@ -11,7 +11,9 @@ from pbrg_mj.environments.observation import Layout
 from pbrg_mj.environments.options import Options
 from pbrg_mj.environments.reward import Step
 from pbrg_mj.errors import PlugInError
-from pbrg_mj.loop.tick import ClosedLoop, ControlTick, ExternalCommand, commanded, initial_state, seen
+from pbrg_mj.loop.closed_loop import ClosedLoop
+from pbrg_mj.loop.tick import commanded, initial_state, seen
+from pbrg_mj.loop.tick_data import ControlTick, ExternalCommand
 from pbrg_mj.scenario.schema import operator_reference, whole_number
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pbrg_mj.environments.options import Options
-from pbrg_mj.loop.tick import SeenTick
+from pbrg_mj.loop.tick_data import SensedTick
 from pbrg_mj.scenario.schema import Scenario, operator_reference
 from pbrg_mj.team.network import Network
 
@@ -47,7 +47,7 @@ class Layout:
         rows = tuple(carry.index(robot) if robot in carry else None for robot in range(network.robots))
         return cls(parts, size, lists, rows)
 
-    def observations(self, scenario: Scenario, network: Network, sight: SeenTick, xi: np.ndarray) -> np.ndarray:
+    def observations(self, scenario: Scenario, network: Network, sight: SensedTick, xi: np.ndarray) -> np.ndarray:
         """Return what every robot knows at a tick, (n, size) float32; xi (n, 2) [m]."""
         n, p = network.robots, sight.p
         made = np.zeros((n, self.size))
@@ -66,7 +66,7 @@ class Layout:
             made[:, self.parts["half_spaces"]] = _half_spaces(sight).reshape(n, -1)
         return np.clip(np.nan_to_num(made), -LIMIT, LIMIT).astype(np.float32)
 
-    def _scans(self, scenario: Scenario, sight: SeenTick) -> np.ndarray:
+    def _scans(self, scenario: Scenario, sight: SensedTick) -> np.ndarray:
         beams = scenario.sensors.beams
         shares = np.ones((len(self.beam_row), beams.count))
         for robot, row in enumerate(self.beam_row):
@@ -76,7 +76,7 @@ class Layout:
         return shares
 
 
-def _half_spaces(sight: SeenTick) -> np.ndarray:
+def _half_spaces(sight: SensedTick) -> np.ndarray:
     """Return normals, rooms and flags (n, H, 4) of the robots' own half-spaces."""
     spaces = sight.half_spaces
     room = spaces.h - np.einsum("ikx,ix->ik", spaces.G, sight.pose.hand_world)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pbrg_mj.loop.tick import ControlTick
+from pbrg_mj.loop.tick_data import ControlTick
 
 CONTACT = 10.0  # [m s]: as much as being 1 m away for 10 s
 

@@ -1,7 +1,9 @@
 """From a scenario to records: the closed loop, tick by tick.
 
 simulation          one run: the closed loop put together, ticks in blocks, records
+closed_loop         what it is made of
 tick                one tick: sense, perceive, govern, control; the plant moves on between ticks
+tick_data           what a tick sees, concludes and hands to the next
 monitor             certificates, wind-up and the centralized optimum of ticks that have passed
 record              everything one tick produced
 batch               many seeds of one scenario at once

@@ -17,7 +17,7 @@ from pbrg_mj.governor.monitor.passivity import Passivity
 from pbrg_mj.governor.monitor.tick_block import TickBlock, stack_ticks
 from pbrg_mj.kernel import clock
 from pbrg_mj.loop.record import TickRecord, Timings
-from pbrg_mj.loop.tick import ControlTick
+from pbrg_mj.loop.tick_data import ControlTick
 from pbrg_mj.team.wind_up import WindUpDetector, WindUpState, wind_up
 from pbrg_mj.world.plant.interface import Truth
 

@@ -17,10 +17,12 @@ from pbrg_mj.governor.plug_in import PlugInGovernor
 from pbrg_mj.governor.problem.interface import Governor
 from pbrg_mj.governor.registry import certificate, governor, reference_solver, velocity_filters
 from pbrg_mj.kernel import clock
+from pbrg_mj.loop.closed_loop import ClosedLoop
 from pbrg_mj.loop.monitor import CompletedTick, Monitor, MonitorState, evaluate
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.loop.resources import check_memory
-from pbrg_mj.loop.tick import ClosedLoop, ControlTick, control_tick, initial_state
+from pbrg_mj.loop.tick import control_tick, initial_state
+from pbrg_mj.loop.tick_data import ControlTick
 from pbrg_mj.perception.estimator import estimator
 from pbrg_mj.plugins import Objects, is_centralized
 from pbrg_mj.scenario.schema import Scenario, whole_number

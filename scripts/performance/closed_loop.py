@@ -20,7 +20,7 @@ from pbrg_mj.api.garbage_collection import settle
 from pbrg_mj.log.write.writer import LogWriter
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.loop.simulation import Simulation
-from pbrg_mj.loop.tick import ControlTick
+from pbrg_mj.loop.tick_data import ControlTick
 from pbrg_mj.scenario.load import Loaded, load_scenario
 from performance.timing import REPEATS
 

@@ -132,6 +132,7 @@ def test_values_are_below_0_where_the_failure_is():
         assert value(well | bad[kind]) < 0, kind
         assert all(value(well | others) > 0 for other, others in bad.items() if other != kind and kind != "stall"), kind
     assert FAILURES["contact"](well) == 0.3
+    assert FAILURES["crossing"](well | {"true_margin_min_m": -3e-8}) > 0  # on the line, but for rounding
     assert FAILURES["certificate"](well | {"own_certificate": None, "certificate_worst_m": 0.1}) == pytest.approx(
         -0.1, abs=1e-5
     )

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Literal
 
+from pbrg_mj.analysis.metrics.outcome import ROUNDING
 from pbrg_mj.studies.run_task import Record
 
 Kind = Literal["contact", "crossing", "certificate", "stall"]
@@ -30,8 +31,8 @@ def contact(record: Record) -> float:
 
 
 def crossing(record: Record) -> float:
-    """Return the least margin of a hand point to an obstacle's line [m]."""
-    return _number(record, "true_margin_min_m")
+    """Return the least margin of a hand point to an obstacle's line, and rounding, as the outcome has it [m]."""
+    return _number(record, "true_margin_min_m") + ROUNDING
 
 
 def certificate(record: Record) -> float:

@@ -67,7 +67,7 @@ def test_what_stands_still_hardly_ever_seems_to_come(preset: str):
         poses = sideways(time, 0.25) - [0.0, 0.4, 0.0]
         poses[:, 2] = rng.uniform(-1, 1) * time
         for known in seen(preset, seed, [scene] * len(time), poses):
-            moving, count = moving + np.count_nonzero(known.closing), count + np.count_nonzero(known.active)
+            moving, count = moving + np.count_nonzero(known.closing_speeds), count + np.count_nonzero(known.active)
     assert count > 500
     assert moving < 0.02 * count
 
@@ -81,6 +81,6 @@ def test_half_spaces_of_what_comes_are_ahead_of_it_by_the_time_to_react():
     assert known.closing is not None
     now, resting = (int(np.argmax(one.G[0, :, 0])) for one in (known, still))
     ahead = made.parameters.reaction * known.closing[0, now]
-    assert still.closing is not None and not still.closing.any()
+    assert still.closing is not None and not still.closing_speeds.any()
     assert known.h[0, now] == pytest.approx(still.h[0, resting] - ahead, abs=0.02)
     assert made.parameters.reaction > period("default") + ROBOT.time_constant

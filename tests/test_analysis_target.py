@@ -1,7 +1,9 @@
+from itertools import combinations
+
 import numpy as np
 import pytest
 
-from pbrg_mj.analysis.metrics.best_formation import best_formation, given_rows, nearest
+from pbrg_mj.analysis.metrics.best_formation import _corners, best_formation, given_rows, nearest
 from pbrg_mj.analysis.metrics.obstacles import distance_to_obstacles, faces, footprints
 from pbrg_mj.scenario.robots import robot_size
 from tests.runs import FORMATION, WALL, scenario, walled
@@ -192,3 +194,17 @@ def test_too_many_ways_are_not_tried():
     found = best(around(boxes=boxes), 20.0, 20.0)
     assert found.point is None
     assert "4096 ways" in found.reason
+
+
+def test_corners_of_many_rows_are_those_of_pair_after_pair_found_in_one_call(monkeypatch):
+    """A world of twenty boxes has up to 4096 choices of faces, each with 190 pairs of rows."""
+    rng, solve, calls = np.random.default_rng(20), np.linalg.solve, []
+    C = rng.normal(size=(20, 2))
+    C[7] = C[3]  # parallel
+    C /= np.linalg.norm(C, axis=1)[:, None]
+    d = rng.uniform(0.1, 2.0, 20)
+    pairs = [list(pair) for pair in combinations(range(20), 2) if pair != (3, 7)]
+    one_by_one = [solve(C[pair], d[pair]) for pair in pairs]
+    monkeypatch.setattr(np.linalg, "solve", lambda *given: calls.append(1) or solve(*given))
+    np.testing.assert_array_equal(_corners(C, d), one_by_one)
+    assert len(calls) == 1

@@ -13,6 +13,10 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.log.read.run import open_run
 from pbrg_mj.plugins import IN_SCENARIOS
 from pbrg_mj.scenario.load import parse_scenario
+from pbrg_mj.studies.bench.suite import read_suite
+from pbrg_mj.studies.document import read_study
+from pbrg_mj.studies.sweep_plan import check_settings, plan
+from pbrg_mj.studies.task import Source
 from scripts.fuzz import kills, logs, scenarios, studies
 from scripts.fuzz.forgeries import forgery
 from scripts.fuzz.mcap import take_apart
@@ -68,6 +72,21 @@ def test_mutants_of_studies_are_their_seeds_and_of_all_commands() -> None:
     assert made == [study_mutant(seed) for seed in range(60)]
     assert {command[0] for one in made for command in one.commands} == {*STUDIES, "draw", "run", "batch"}
     assert len({one.content for one in made}) > 45
+
+
+@pytest.mark.parametrize("command", STUDIES)
+def test_the_files_that_mutants_of_studies_are_made_from_are_valid(command: str, tmp_path: Path) -> None:
+    text, keys = STUDIES[command]
+    (tmp_path / "study.yaml").write_text(text)
+    file = read_study(tmp_path / "study.yaml", keys)
+    if command == "sweep":
+        assert len(plan(file)) == 16 * 2
+    elif command == "bench":
+        assert len(read_suite(file.path).tasks) == 2 * 2 * 2 * 3
+    else:
+        source = Source.of("families/columns", Path())
+        entries = {("set", key): {key: one} for key, one in file.keys.set.items()}
+        check_settings(file, source, 1, entries)
 
 
 @pytest.mark.parametrize("path", DATA, ids=lambda path: path.stem)

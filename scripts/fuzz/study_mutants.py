@@ -29,7 +29,7 @@ scenario: [paper/simulation_near, families/columns]
 seeds: 1-2
 duration: 0.03
 logs: true
-set: {plant: ideal, reference.solver: none}
+set: {reference.solver: none}
 variants: {governor: {paper: {governor.kind: distributed}, mine: {governor.kind: none}}}
 grid: {control.alpha_r: [0.5, 1.5]}
 random: {count: 2, seed: 4, keys: {team.heading_deg: {uniform: [0, 90]}}}
@@ -50,7 +50,7 @@ otherwise: 5.0
 SEARCH = """\
 find: crossing
 duration: 0.03
-set: {plant: ideal}
+set: {reference.solver: none}
 at_once: 3
 shrink: 5
 seed: 2
@@ -62,7 +62,7 @@ scenario: [families/boxes, paper/simulation_near]
 train: 1
 held_out: 2-3
 duration: 0.03
-set: {reference.period: 0.5, plant: ideal}
+set: {reference.period: 0.5}
 governors:
   none: {settings: {governor.kind: none}, tuning: by hand}
   mine: {settings: {governor.kind: certified}, tuning: by hand}

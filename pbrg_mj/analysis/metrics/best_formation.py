@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import combinations, product
+from itertools import product
 from math import prod
 
 import numpy as np
@@ -88,9 +88,12 @@ def _projections(r: np.ndarray, C: np.ndarray, d: np.ndarray) -> np.ndarray:
     return r - (C @ r - d)[:, None] * C
 
 
-def _corners(C: np.ndarray, d: np.ndarray) -> list[np.ndarray]:
-    pairs = (list(pair) for pair in combinations(range(len(d)), 2))
-    return [np.linalg.solve(C[pair], d[pair]) for pair in pairs if abs(np.linalg.det(C[pair])) > PARALLEL]
+def _corners(C: np.ndarray, d: np.ndarray) -> np.ndarray:
+    """Return the points (P, 2) at which two rows meet, all pairs at once: thousands of choices have some 200 each."""
+    i, j = np.triu_indices(len(d), 1)
+    pairs, sides = np.stack([C[i], C[j]], axis=1), np.stack([d[i], d[j]], axis=1)
+    meet = np.abs(np.linalg.det(pairs)) > PARALLEL
+    return np.linalg.solve(pairs[meet], sides[meet][..., None])[..., 0]
 
 
 def _behind(scenario: Scenario, r: np.ndarray, rows: HalfSpaceRows) -> BestFormation:

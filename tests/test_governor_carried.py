@@ -30,7 +30,9 @@ def certified(name: str, *overrides: str) -> Scenario:
 def program_of(scenario: Scenario, cycle_ticks: int = 1, repeats: int = 1) -> CertifiedProgram:
     compiled = governor(scenario)
     model = TeamModel.of_scenario(scenario)
-    return CertifiedProgram(network(scenario), certificate(scenario), model, compiled.limits, cycle_ticks, repeats)
+    return CertifiedProgram(
+        network(scenario), certificate(scenario), model, compiled.limits, compiled.reach, cycle_ticks, repeats
+    )
 
 
 @pytest.mark.parametrize("name", ["obstacles/corner", "team/two_leaders"])

@@ -27,6 +27,7 @@ TEAM, MODEL = network(SCENARIO), TeamModel.of_scenario(SCENARIO)
 GRID, FORMATION = PredictionGrid.of(MODEL), np.array(SCENARIO.team.formation)
 SPEED = SpeedLimit.of(MODEL, GRID, disc_facets(0.5, 8), 0.1)
 SIGHT = SightLimit.of(GRID, np.array([0, 3]), 0.6)
+REACH = 0.3  # [m] some retreats are longer
 
 
 def random_problem(rng: np.random.Generator, certificate: DirectionalBall | PredictiveCertificate) -> tuple:
@@ -52,8 +53,8 @@ def random_problem(rng: np.random.Generator, certificate: DirectionalBall | Pred
 )
 def test_the_compiled_decision_is_the_one_in_numpy_bit_for_bit(certificate, limits) -> None:
     rng, seen = np.random.default_rng(31), set()
-    in_numpy = CertifiedGovernor(limits, 2)
-    compiled = CertifiedGovernor(limits, 2, CompiledDecision.of(certificate, limits))
+    in_numpy = CertifiedGovernor(limits, 2, REACH)
+    compiled = CertifiedGovernor(limits, 2, REACH, CompiledDecision.of(certificate, limits, REACH))
     for _ in range(150):
         problem, held = random_problem(rng, certificate)
         one, one_held = compiled.step(problem, held)
@@ -62,11 +63,14 @@ def test_the_compiled_decision_is_the_one_in_numpy_bit_for_bit(certificate, limi
         np.testing.assert_array_equal(one_held, other_held)
         np.testing.assert_array_equal(one.bytes_sent, other.bytes_sent)
         assert one.status == other.status
+        assert one.status == "ok" or np.linalg.norm(one_held - problem.p.mean(axis=0)) <= REACH * (1 + 1e-12)
         assert one.multipliers.shape == other.multipliers.shape
         values = problem.row_values(held)
         admissible_now = values.max() <= 0.0
         seen.add((one.status, bool(admissible_now), bool(np.allclose(one.m[0], problem.reference))))
     assert {("infeasible", False, False), ("ok", False, False), ("ok", True, False), ("ok", True, True)} <= seen
+    # Rows of a ball are met near the team; those of a prediction bind far references, too.
+    assert ("inadmissible", False, False) in seen or isinstance(certificate, DirectionalBall)
 
 
 def test_the_closed_loop_makes_no_rows_of_the_state_and_who_reads_them_gets_them() -> None:

@@ -11,7 +11,7 @@ from pbrg_mj.governor.certificate.directional_ball import DirectionalBall, inter
 from pbrg_mj.governor.certificate.evaluate import rows_of_model, worst_rows
 from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid
 from pbrg_mj.governor.certificate.predictive import PredictiveCertificate
-from pbrg_mj.governor.certificate.projection import least_violating, nearest_allowed
+from pbrg_mj.governor.certificate.projection import farthest, least_violating, near_allowed, nearest_allowed
 from pbrg_mj.governor.certificate.speed import SpeedLimit, disc_facets, wheel_facets
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.certified.governor import CertifiedGovernor
@@ -156,7 +156,7 @@ def test_holding_stays_admissible_for_ever_against_an_adversary_at_the_reference
     for i in range(n):
         spaces.h[i, 0] += (formation @ spaces.G[i, 0]).max() + 0.5
     p, xi = 0.2 * rng.normal(size=(n, 2)), np.zeros((n, 2))
-    governor, held = CertifiedGovernor((), 2), p.mean(axis=0)
+    governor, held = CertifiedGovernor((), 2, np.inf), p.mean(axis=0)
     reference, worst = np.zeros(2), -np.inf
     for tick in range(6000):
         if tick % 1000 == 0:
@@ -185,10 +185,10 @@ def test_the_certified_point_is_the_centralized_optimum_of_the_same_rows(certifi
         spaces = half_spaces_of(rng, n, 1, np.zeros(2), 6.0)
         rows = certificate.rows_at(spaces, p, 0.05 * rng.normal(size=(n, 2)), held)
         problem = Problem(team, p, np.zeros((n, 2)), rows, 3 * rng.normal(size=2))
-        ours, _ = CertifiedGovernor((), 2).step(problem, held)
+        ours, _ = CertifiedGovernor((), 2, np.inf).step(problem, held)
         theirs, _ = solver.step(problem, held)
-        assert (ours.status == "ok") == (theirs.status == "ok")
-        if theirs.status == "ok":
+        assert (ours.status == "infeasible") == (theirs.status == "infeasible")
+        if ours.status == "ok":
             solved += 1
             np.testing.assert_allclose(ours.m[0], theirs.m[0], atol=1e-5)
     assert 10 < solved < 60
@@ -246,7 +246,7 @@ def test_the_nearest_allowed_point_is_the_quadratic_programs() -> None:
         if not found:
             outside += 1
             assert not theirs.success or (normals @ theirs.x - offsets).max() > 1e-8
-            x, y = least_violating(normals, offsets, 50)
+            x, y = least_violating(normals, offsets, 50, np.inf)
             worst = (normals @ [x, y] - offsets).max()
             assert worst > 0
             push = minimize(
@@ -261,6 +261,30 @@ def test_the_nearest_allowed_point_is_the_quadratic_programs() -> None:
             assert (normals @ [x, y] - offsets).max() <= 1e-9
             np.testing.assert_allclose([x, y], theirs.x, atol=1e-5)
     assert 5 < outside < 150
+
+
+def test_rows_that_all_but_contradict_each_other_send_nobody_far_away() -> None:
+    """Where only far points meet them: the least worst violation near the team, against a cone program."""
+    import cvxpy as cp
+
+    rng, far = np.random.default_rng(61), 0
+    for _ in range(60):
+        angle, turned, reach = rng.uniform(0, 2 * np.pi), rng.uniform(1e-3, 1.0), 10.0 ** rng.uniform(-1, 1)
+        angles = np.array([angle, angle + np.pi - turned])
+        normals, offsets = np.column_stack([np.cos(angles), np.sin(angles)]), rng.uniform(-0.5, 0.1, size=2)
+        found, x, y = nearest_allowed(0.0, 0.0, normals, offsets, 0.0)
+        radius = farthest(offsets, reach)
+        assert radius == min(reach, 10.0 * max(0.0, -offsets.min()))
+        assert near_allowed(normals, offsets, offsets, reach) == (found and np.hypot(x, y) <= radius)
+        if near_allowed(normals, offsets, offsets, reach):
+            continue
+        far += found
+        x, y = least_violating(normals, offsets, 60, radius)
+        z, worst = cp.Variable(2), cp.Variable()
+        cp.Problem(cp.Minimize(worst), [normals @ z <= offsets + worst, cp.norm(z) <= radius]).solve(cp.CLARABEL)
+        assert np.hypot(x, y) <= radius * (1 + 1e-12)
+        assert (normals @ [x, y] - offsets).max() == pytest.approx(worst.value, abs=1e-6)
+    assert far > 10
 
 
 def test_where_all_rows_are_tight_the_held_point_is_found() -> None:

@@ -232,7 +232,7 @@ def test_whatever_is_lost_a_leader_moves_by_everybodys_verdicts_or_not_at_all() 
         response = cycle.response
         expected = cycle.summary.centre
         if cycle.verdicts is not None:
-            expected = held + advance(reference - held, cycle.verdicts)[0]
+            expected = held + advance(reference - held, cycle.verdicts, cycle.summary.centre - held, np.inf)[0]
         np.testing.assert_array_equal(solution.m[4], expected)
         moved += 1
     assert 15 < moved < 50

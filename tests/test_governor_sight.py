@@ -72,7 +72,7 @@ def test_a_wall_that_comes_into_view_asks_for_no_retreat(seed: int) -> None:
     walls = np.column_stack([np.cos(angles), np.sin(angles)])
     certificate, governed = (
         PredictiveCertificate(GRID, FORMATION, 0.0),
-        CertifiedGovernor((SightLimit.of(GRID, np.arange(5), SIGHT),), 2),
+        CertifiedGovernor((SightLimit.of(GRID, np.arange(5), SIGHT),), 2, np.inf),
     )
     p, xi = 0.1 * rng.normal(size=(5, 2)), np.zeros((5, 2))
     held, spaces, worst, seen = p.mean(axis=0), HalfSpaces.empty(5, 4), -np.inf, 0

@@ -11,8 +11,9 @@ import math
 
 import numpy as np
 
-from pbrg_mj.governor.certificate.projection import least_violating, nearest_allowed
+from pbrg_mj.governor.certificate.projection import farthest, least_violating, nearest_allowed
 from pbrg_mj.governor.certificate.share import Spread
+from pbrg_mj.governor.problem.interface import Status
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.kernel import kernel
 
@@ -31,6 +32,23 @@ def nearest_admissible(rows: Rows, spread: Spread, target: np.ndarray) -> tuple[
     active = rows.active
     x, y, found = _nearest((rows.a[active], rows.C[active], rows.d[active]), tuple(spread), target)
     return np.array([x, y]), found
+
+
+def nearest_retreat(rows: Rows, spread: Spread, held: np.ndarray, reach: float) -> tuple[np.ndarray, Status]:
+    """Return the admissible m (2,) [m] nearest to the held one, if there is one near the mean of p.
+
+    Rows that contradict each other leave m to far places alone (`farthest`, and beyond `reach` [m]): then m goes
+    towards what `nearest_admissible` says, so far from the mean of p as that.
+    """
+    mean = np.array(spread.mean)
+    slack = rows.d - rows.a * math.sqrt(spread.square) - rows.C @ mean
+    radius = farthest(slack[rows.active], reach)
+    near, found = nearest_admissible(rows, spread, mean)
+    m, _ = nearest_admissible(rows, spread, held)
+    if found and math.hypot(*(near - mean).tolist()) <= radius:
+        return m, "ok"
+    share = min(1.0, radius / max(math.hypot(*(m - mean).tolist()), CLOSE))
+    return mean + share * (m - mean), "inadmissible" if found else "infeasible"
 
 
 @kernel

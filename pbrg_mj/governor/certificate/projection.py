@@ -14,6 +14,7 @@ from pbrg_mj.kernel import kernel
 
 ROUNDING = 1e-9  # [m] by which a point may violate a half-plane
 PARALLEL = 1e-12  # sine of the angle between edges that do not meet
+CONTRADICTORY = 10.0  # edges that meet at less than 11.5 deg: what they allow is that many violations away, or farther
 
 
 @kernel
@@ -53,8 +54,37 @@ def nearest_allowed(target_x, target_y, normals, offsets, slack):
 
 
 @kernel
-def least_violating(normals, offsets, steps):
-    """Return (x, y), the point nearest to 0 among those that violate the worst half-plane least (by bisection)."""
+def near_allowed(normals, at_held, at_team, reach):
+    """Tell whether half-planes allow the held m, or a point near the team: no farther than `farthest` says.
+
+    `at_held` and `at_team` (k,) [m] are the offsets as seen from the one and from the other.
+    """
+    for k in range(len(at_held)):
+        if at_held[k] < -ROUNDING:
+            found, x, y = nearest_allowed(0.0, 0.0, normals, at_team, 0.0)
+            radius = farthest(at_team, reach)
+            return found and x * x + y * y <= radius * radius
+    return True
+
+
+@kernel
+def farthest(offsets, reach):
+    """Return how far from 0 a point is looked for [m]: `reach` at most, and `CONTRADICTORY` worst violations at 0.
+
+    One edge is met as far away as it is violated, two after that over the sine of half the angle at which they meet.
+    """
+    worst = 0.0
+    for k in range(len(offsets)):
+        worst = max(worst, -offsets[k])
+    return min(reach, CONTRADICTORY * worst)
+
+
+@kernel
+def least_violating(normals, offsets, steps, reach):
+    """Return (x, y), the point nearest to 0 among those that violate the worst half-plane least (by bisection).
+
+    Only points no farther from 0 than `reach` [m] count, which may be infinite.
+    """
     worst = 0.0
     for k in range(len(offsets)):
         worst = max(worst, -offsets[k])
@@ -63,7 +93,7 @@ def least_violating(normals, offsets, steps):
     for _ in range(steps):
         slack = 0.5 * (low + high)
         found, x, y = nearest_allowed(0.0, 0.0, normals, offsets, slack)
-        if found:
+        if found and x * x + y * y <= reach * reach:
             high, best_x, best_y = slack, x, y
         else:
             low = slack

@@ -94,7 +94,8 @@ class LayerGovernor:
         predicted = PredictedTeam(problem.p, problem.xi, heading, held, candidate, memory.forbidden)
         limiting = FREE if allowed else rows if memory.forbidden else None
         reference = only_reference(problem.network, before[leader].reference)
-        m, status = decision(predicted, share, limiting, self.layer.limits, reference)
+        reach = self.layer.reference_range
+        m, status = decision(predicted, share, limiting, self.layer.limits, reference, reach)
         after = self._local(problem, [(_own_rows(rows, i), spread) for i in range(n)])
         solution = Solution(
             m=np.tile(m, (n, 1)),

@@ -17,11 +17,11 @@ import numpy as np
 from pbrg_mj.governor.certificate.advances import AdvanceCertificate
 from pbrg_mj.governor.certificate.prediction_grid import write_error
 from pbrg_mj.governor.certificate.predictive import PredictiveCertificate, write_advances
-from pbrg_mj.governor.certificate.projection import least_violating, nearest_allowed
+from pbrg_mj.governor.certificate.projection import farthest, least_violating, near_allowed, nearest_allowed
 from pbrg_mj.governor.certificate.sight import SightLimit, sight_share
 from pbrg_mj.governor.certificate.speed import SpeedLimit, speed_share
 from pbrg_mj.governor.certified.decide import BISECTIONS, AdvanceLimit
-from pbrg_mj.governor.problem.interface import Problem
+from pbrg_mj.governor.problem.interface import Problem, Status
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.half_spaces import HalfSpaces
 
@@ -29,13 +29,14 @@ NOTHING = np.zeros(0), np.zeros((0, 0, 0)), np.zeros((0, 0)), np.zeros((0, 2)), 
 """`SpeedLimit.rows` that limit nothing."""
 NOWHERE = np.zeros((0, 0, 0)), np.zeros((0, 1)), np.zeros(0, dtype=np.int64), 1.0
 """`SightLimit.rows` that limit nothing."""
+STATUSES: tuple[Status, ...] = ("ok", "inadmissible", "infeasible")
 
 
 class Decision(NamedTuple):
     """What a tick's half-spaces allow."""
 
     m: np.ndarray  # (n, 2) the next reference, the same for all robots [m]
-    admissible: bool  # some reference is
+    status: Status
     intervals: int  # half-spaces that ask for something
 
 
@@ -47,15 +48,16 @@ class CompiledDecision:
     speed: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float, np.ndarray]  # `SpeedLimit.rows`
     sight: tuple[np.ndarray, np.ndarray, np.ndarray, float]  # `SightLimit.rows`
     limited: bool  # whether there are any limits
+    reach: float  # of a retreat [m]
 
     @classmethod
-    def of(cls, certificate: AdvanceCertificate, limits: Sequence[AdvanceLimit]) -> CompiledDecision:
+    def of(cls, certificate: AdvanceCertificate, limits: Sequence[AdvanceLimit], reach: float) -> CompiledDecision:
         """Return the decision by a certificate and limits, one of each kind at most."""
         speed = [one.rows for one in limits if isinstance(one, SpeedLimit)]
         sight = [one.rows for one in limits if isinstance(one, SightLimit)]
         if len(speed) > 1 or len(sight) > 1 or len(speed) + len(sight) < len(limits):
             raise ValueError("other limits than one of speed and one of sight are not compiled")
-        return cls(certificate, (speed or [NOTHING])[0], (sight or [NOWHERE])[0], limited=bool(limits))
+        return cls(certificate, (speed or [NOTHING])[0], (sight or [NOWHERE])[0], bool(limits), reach)
 
     def next_reference(self, problem: Problem, held: np.ndarray) -> Decision:
         """Return what `decide.next_reference` does with the certificate's rows at the held m (2,)."""
@@ -72,14 +74,18 @@ class CompiledDecision:
         rows, m, given = self.certificate, np.empty(p.shape), (p, xi, heading, held, reference)
         if isinstance(rows, PredictiveCertificate):
             arrays = (spaces.G, spaces.h, spaces.active, spaces.binds)
-            return Decision(m, *write_predicted_next(arrays, given, rows.packed, self.limits, m))
+            return _decision(m, write_predicted_next(arrays, given, rows.packed, self.limits, m))
         allowed = rows.advances(spaces, p, xi, held)
-        return Decision(m, *write_next((spaces.G, spaces.active), tuple(allowed), given, self.limits, m))
+        return _decision(m, write_next((spaces.G, spaces.active), tuple(allowed), given, self.limits, m))
 
     @cached_property
     def limits(self) -> tuple[Any, ...]:
-        """What the kernels take: the rows of both limits, and whether there are any."""
-        return self.speed, self.sight, self.limited
+        """What the kernels take: the rows of both limits, whether there are any, and the reach of a retreat."""
+        return self.speed, self.sight, self.limited, self.reach
+
+
+def _decision(m: np.ndarray, told: tuple[int, int]) -> Decision:
+    return Decision(m, STATUSES[told[0]], told[1])
 
 
 @kernel
@@ -98,21 +104,27 @@ def write_predicted_next(half_spaces, state, certificate, limits, m):
 
 @kernel
 def write_next(half_spaces, allowed, state, limits, m):
-    """Write m (n, 2); return whether some reference is admissible, and how many half-spaces ask for something.
+    """Write m (n, 2); return its status by number in `STATUSES`, and how many half-spaces ask for something.
 
     `half_spaces` are G and active of HalfSpaces, `allowed` those of Advances; `state` p, xi (n, 2), headings (n,), the
-    held m and r (2,); `limits` the rows of both limits, and whether there are any.
+    held m and r (2,); `limits` those of CompiledDecision.
     """
     p, xi, heading, held, reference = state
-    speed, sight, limited = limits
+    speed, sight, limited, reach = limits
     G, active = half_spaces
     normals, offsets = np.empty((2 * active.size, 2)), np.empty(2 * active.size)
     count, intervals = _write_half_planes(G, active, allowed, held, normals, offsets)
     normals, offsets = normals[:count], offsets[:count]
     found, x, y = nearest_allowed(reference[0] - held[0], reference[1] - held[1], normals, offsets, 0.0)
-    if not found:
-        x, y = least_violating(normals, offsets, BISECTIONS)
-        x, y = held[0] + x, held[1] + y
+    centre_x, centre_y = _mean(p)
+    shift_x, shift_y, beyond = centre_x - held[0], centre_y - held[1], np.empty(count)  # as seen from the team
+    for k in range(count):
+        beyond[k] = offsets[k] - (normals[k, 0] * shift_x + normals[k, 1] * shift_y)
+    status = 0
+    if not (found and near_allowed(normals, offsets, beyond, reach)):
+        status = 1 if found else 2
+        x, y = least_violating(normals, beyond, BISECTIONS, farthest(beyond, reach))
+        x, y = centre_x + x, centre_y + y
     elif limited:
         _, back_x, back_y = nearest_allowed(0.0, 0.0, normals, offsets, 0.0)  # 0 where the held m is admissible
         error, advance = np.empty((2 * len(p), 2)), np.empty(2)
@@ -126,7 +138,16 @@ def write_next(half_spaces, allowed, state, limits, m):
         x, y = held[0] + x, held[1] + y
     for j in range(len(m)):
         m[j, 0], m[j, 1] = x, y
-    return found, intervals
+    return status, intervals
+
+
+@kernel
+def _mean(p):
+    """Return the mean of p (n, 2), added in order as NumPy does."""
+    x = y = 0.0
+    for j in range(len(p)):
+        x, y = x + p[j, 0], y + p[j, 1]
+    return x / len(p), y / len(p)
 
 
 @kernel

@@ -82,7 +82,7 @@ class CycleGovernor:
             return memory._replace(held=held, known=held, status="ok")
         p, xi = self.model.predicted(p, xi, held, self.cycle_ticks - 1)
         decided = self.decision.decide(memory.judged, (p, xi, heading), held, problem.reference)
-        return memory._replace(held=decided.m[0], known=held, status="ok" if decided.admissible else "infeasible")
+        return memory._replace(held=decided.m[0], known=held, status=decided.status)
 
     def _bytes(self, memory: CycleState, phase: int) -> np.ndarray:
         """Return what every robot sends to all its neighbours in a tick, (n,)."""

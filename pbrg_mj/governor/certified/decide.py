@@ -7,8 +7,8 @@ from typing import Protocol
 
 import numpy as np
 
-from pbrg_mj.governor.certificate.projection import least_violating, nearest_allowed
-from pbrg_mj.governor.problem.interface import Problem
+from pbrg_mj.governor.certificate.projection import farthest, least_violating, near_allowed, nearest_allowed
+from pbrg_mj.governor.problem.interface import Problem, Status
 
 BISECTIONS = 40
 
@@ -24,27 +24,34 @@ class AdvanceLimit(Protocol):
         ...
 
 
-def next_reference(problem: Problem, held: np.ndarray, limits: Sequence[AdvanceLimit]) -> tuple[np.ndarray, bool]:
-    """Return the next m (2,) [m], and whether some reference is admissible. The problem's rows are linear in m.
+def next_reference(
+    problem: Problem, held: np.ndarray, limits: Sequence[AdvanceLimit], reach: float
+) -> tuple[np.ndarray, Status]:
+    """Return the next m (2,) [m], and its status. The problem's rows are linear in m.
 
     Where the held m (2,) is admissible, m goes towards the admissible point nearest to r as far as the limits allow.
-    Where it is not, it first goes to the admissible point nearest to where it is held, whatever the limits say; and
-    where none is admissible, to the nearest of those that violate the worst row least.
+    Where it is not, it first goes to the admissible point nearest to where it is held, whatever the limits say. Where
+    rows contradict each other, so that none is admissible near the mean of p (within `reach` [m], and what `farthest`
+    says), it goes to the point near there that violates the worst row least.
     """
     rows = problem.rows
     normals = rows.C[rows.active]
     offsets = rows.d[rows.active] - (normals[:, 0] * held[0] + normals[:, 1] * held[1])
     aim = problem.reference - held
     found, x, y = nearest_allowed(aim[0], aim[1], normals, offsets, 0.0)
-    if not found:
-        return held + np.array(least_violating(normals, offsets, BISECTIONS)), False
+    centre = problem.p.mean(axis=0)
+    shift = centre - held
+    beyond = offsets - (normals[:, 0] * shift[0] + normals[:, 1] * shift[1])  # as seen from the team
+    if not (found and near_allowed(normals, offsets, beyond, reach)):
+        m = centre + np.array(least_violating(normals, beyond, BISECTIONS, farthest(beyond, reach)))
+        return m, "inadmissible" if found else "infeasible"
     goal = np.array([x, y])
     if not limits or problem.heading is None:
-        return held + goal, True
+        return held + goal, "ok"
     _, x, y = nearest_allowed(0.0, 0.0, normals, offsets, 0.0)  # 0 where the held m is admissible
     retreat = np.array([x, y])
     n = len(problem.p)
     error = np.empty((2 * n, 2))
     error[:n], error[n:] = problem.p - held - retreat, problem.xi
     advance = goal - retreat
-    return held + retreat + min(one.share(error, problem.heading, advance) for one in limits) * advance, True
+    return held + retreat + min(one.share(error, problem.heading, advance) for one in limits) * advance, "ok"

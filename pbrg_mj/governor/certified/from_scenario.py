@@ -39,11 +39,14 @@ def certified(scenario: Scenario, *, at_once: bool = True) -> Governor:
     if settings.optimizer == "flooding":
         if at_once and lines is None and cycle_ticks == 1:
             found = CERTIFICATES[settings.certificate](scenario, team)
-            return CertifiedGovernor(limits, team.diameter, _compiled(scenario, found, limits))
+            return CertifiedGovernor(
+                limits, team.diameter, settings.reference_range, _compiled(scenario, found, limits)
+            )
         decision = _compiled(scenario, verified(scenario, team), limits)
         if at_once and lines is None and decision is not None:
             return CycleGovernor(team, model, decision, settings.rounds, cycle_ticks)
-        program = CertifiedProgram(team, verified(scenario, team), model, limits, cycle_ticks, repeats)
+        reach = settings.reference_range
+        program = CertifiedProgram(team, verified(scenario, team), model, limits, reach, cycle_ticks, repeats)
         return CarriedGovernor(program, settings.rounds, lines)
     optimizer = OPTIMIZERS[settings.optimizer](scenario, team, flow(scenario))
     of_team = EveryRobot(optimizer, team)
@@ -68,4 +71,4 @@ def _compiled(scenario: Scenario, found: Any, limits: tuple[AdvanceLimit, ...]) 
     """Return the compiled decision by a certificate, None where `governor.backend` asks for NumPy."""
     if scenario.governor.backend == "numpy" or not isinstance(found, AdvanceCertificate):
         return None
-    return CompiledDecision.of(found, limits)
+    return CompiledDecision.of(found, limits, scenario.governor.reference_range)

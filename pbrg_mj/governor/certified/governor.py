@@ -23,6 +23,7 @@ class CertifiedGovernor:
 
     limits: tuple[AdvanceLimit, ...]
     diameter: int  # of the graph: rounds until an item has reached everybody
+    reach: float  # of a retreat [m]
     compiled: CompiledDecision | None = None  # of the same limits; None: by the problem's rows, in NumPy
 
     def init(self, problem: Problem) -> np.ndarray:
@@ -30,14 +31,14 @@ class CertifiedGovernor:
         return problem.p.mean(axis=0)
 
     def step(self, problem: Problem, memory: np.ndarray) -> tuple[Solution, np.ndarray]:
-        """Return this tick's reference; `infeasible` where no reference is admissible."""
+        """Return this tick's reference; `inadmissible` where none near the team is, `infeasible` where none at all is."""
         n, decided = problem.network.robots, (self._by_rows if self.compiled is None else self.compiled.next_reference)
-        m, admissible, intervals = decided(problem, memory)
+        m, status, intervals = decided(problem, memory)
         flooded = n * (ITEM.size + STATE.size + ITEM.size + COUNT.size) + intervals * INTERVAL.size  # bytes
         solution = Solution(
             m=m,
             multipliers=np.zeros(problem.rows_shape),
-            status="ok" if admissible else "infeasible",
+            status=status,
             rounds=2 * self.diameter,
             bytes_sent=problem.network.degree * flooded,
             lost=np.zeros(n, dtype=np.int64),
@@ -45,7 +46,7 @@ class CertifiedGovernor:
         return solution, m[0]
 
     def _by_rows(self, problem: Problem, held: np.ndarray) -> Decision:
-        m, admissible = next_reference(problem, held, self.limits)
+        m, status = next_reference(problem, held, self.limits, self.reach)
         there = problem.rows.active.reshape(-1, 2)
         intervals = int(np.count_nonzero(there[:, 0] | there[:, 1]))
-        return Decision(m[None].repeat(problem.network.robots, axis=0), admissible, intervals)
+        return Decision(m[None].repeat(problem.network.robots, axis=0), status, intervals)

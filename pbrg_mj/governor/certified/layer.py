@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pbrg_mj.governor.certificate.nearest import nearest_admissible
+from pbrg_mj.governor.certificate.nearest import nearest_retreat
 from pbrg_mj.governor.certificate.share import Spread, largest_share
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.certified.consensus import Verdict
@@ -81,7 +81,7 @@ class LayerProgram:
     model: TeamModel
     limits: tuple[AdvanceLimit, ...]
     optimizer: Synchronizer
-    reference_range: float  # a leader takes r from no farther than this [m]
+    reference_range: float  # a leader takes r from no farther than this, and retreats no farther [m]
     cycle_ticks: int
     repeats: int  # how often every robot passes on what is new: more than once where messages are lost
 
@@ -196,7 +196,7 @@ class LayerProgram:
         floods = memory.flood.contents(OF_ROWS, memory.facts.robots)
         rows = None if floods is None else unpacked_rows(floods)
         limiting, reference = rows if verdict.forbidden else FREE, only_reference(self.network, memory.local.reference)
-        held, status = decision(predicted, verdict.share, limiting, self.limits, reference)
+        held, status = decision(predicted, verdict.share, limiting, self.limits, reference, self.reference_range)
         return replace(memory, held=held, status=status)
 
 
@@ -206,18 +206,19 @@ def decision(
     rows: Rows | None,
     limits: tuple[AdvanceLimit, ...],
     reference: np.ndarray | None = None,
+    reach: float = math.inf,
 ) -> tuple[np.ndarray, Status]:
     """Return the next m (2,) [m], and how it came about.
 
     `rows` are those of all robots where some robot's forbid the held m, None while they are still to come, and without
     one, `FREE`, where none do. `reference` (2,) is the r of an only leader: where the held m is allowed the optimum
     is no farther from r than it, so a candidate that is farther is an optimizer's that has not converged, and waits.
+    A retreat ends within `reach` [m] of the mean of p.
     """
     if rows is None:
         return predicted.held, "inadmissible"
     if rows.d.size:
-        m, found = nearest_admissible(rows, Spread.of(predicted.p, predicted.xi), predicted.held)
-        return m, "ok" if found else "infeasible"
+        return nearest_retreat(rows, Spread.of(predicted.p, predicted.xi), predicted.held, reach)
     if reference is not None and distance(predicted.candidate, reference) > distance(predicted.held, reference):
         return predicted.held, "ok"
     advance, error = (

@@ -70,6 +70,7 @@ class CertifiedProgram:
     certificate: StateCertificate
     model: TeamModel
     limits: tuple[AdvanceLimit, ...]
+    reach: float  # of a retreat [m]
     cycle_ticks: int  # C
     repeats: int  # how often every robot passes an item on: more than once where messages are lost
 
@@ -145,8 +146,8 @@ class CertifiedProgram:
         if first or not memory.facts.leads or memory.own.reference is None:
             return replace(memory, held=held, status="ok")
         problem = Problem(self.network, p, xi, verdicts, memory.own.reference, heading=team[:, 6].copy())
-        m, admissible = next_reference(problem, held, self.limits)
-        return replace(memory, held=m, status="ok" if admissible else "infeasible")
+        m, status = next_reference(problem, held, self.limits, self.reach)
+        return replace(memory, held=m, status=status)
 
     def _verdicts(self, memory: CertifiedMemory) -> Rows | None:
         """Return the rows of all verdicts (1, R), in the order of owners and slots; None unless all have come."""

@@ -49,7 +49,7 @@ class RolloutGovernor(NamedTuple):
             cycle = run_cycle(self.plan, problem.network.arrays, state, memory.held, walls, memory.response)
         sent, memory = self._bytes(index, cycle), memory._replace(cycle=cycle)
         if index == self.plan.cycle_ticks - 1:
-            memory = _decided(problem, memory, cycle)
+            memory = _decided(problem, memory, cycle, self.plan.reach)
         leads = (problem.network.leader > 0.0)[:, None]
         m = np.where(leads, memory.held, memory.known)
         solution = Solution(
@@ -80,10 +80,10 @@ def _walls(problem: Problem) -> dict[Key, Wall]:
     return {key: wall for robot in owners for key, wall in own_walls(spaces, robot, robot).items()}
 
 
-def _decided(problem: Problem, memory: TeamMemory, cycle: Cycle) -> TeamMemory:
+def _decided(problem: Problem, memory: TeamMemory, cycle: Cycle, reach: float) -> TeamMemory:
     if cycle.verdicts is None:
         centre = cycle.summary.centre
         return memory._replace(held=centre, known=centre, response=cycle.response, status="ok")
-    moved, admissible = advance(problem.reference - memory.held, cycle.verdicts)
-    status: Status = "ok" if admissible else "infeasible"
+    team = cycle.summary.centre - memory.held
+    moved, status = advance(problem.reference - memory.held, cycle.verdicts, team, reach)
     return memory._replace(held=memory.held + moved, known=memory.held, status=status)

@@ -45,6 +45,7 @@ class RolloutPlan:
     cycle_ticks: int  # C
     latency: int = 0  # rounds of the network by which messages may be late
     repeats: int = 1  # how often every message is sent
+    reach: float = math.inf  # of a retreat [m]
 
     @classmethod
     def of(cls, scenario: Scenario, network: Network, margin: float, channel: Channel | None) -> RolloutPlan:
@@ -84,6 +85,7 @@ class RolloutPlan:
             cycle_ticks=cycle_ticks,
             latency=latency,
             repeats=repeats,
+            reach=scenario.governor.reference_range,
         )
 
     @property

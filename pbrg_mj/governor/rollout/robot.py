@@ -213,5 +213,5 @@ class RolloutProgram:
             return replace(memory, held=summary.centre, status="ok")
         if not memory.facts.leads or r is None:
             return replace(memory, held=summary.held, status="ok")
-        moved, admissible = advance(r - memory.held, memory.verdicts)
-        return replace(memory, held=memory.held + moved, status="ok" if admissible else "infeasible")
+        moved, status = advance(r - memory.held, memory.verdicts, summary.centre - memory.held, self.plan.reach)
+        return replace(memory, held=memory.held + moved, status=status)

@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pbrg_mj.governor.certificate.projection import least_violating, nearest_allowed
+from pbrg_mj.governor.certificate.projection import farthest, least_violating, near_allowed, nearest_allowed
+from pbrg_mj.governor.problem.interface import Status
 from pbrg_mj.governor.rollout.messages import Key, Verdict, Wall
 from pbrg_mj.governor.rollout.plan import RolloutPlan
 from pbrg_mj.governor.rollout.prediction import narrow_by_tails, narrow_intervals, write_states
@@ -100,10 +101,13 @@ class Rollout:
             narrow_by_tails(held, tuple(self.walls), self.team, (*tails, self.norm), (self.low, self.high))
 
 
-def advance(aim: np.ndarray, verdicts: Mapping[Key, Verdict]) -> tuple[np.ndarray, bool]:
-    """Return the advance of m nearest to `aim` (2,) [m] that all verdicts allow, and whether there is one.
+def advance(
+    aim: np.ndarray, verdicts: Mapping[Key, Verdict], team: np.ndarray, reach: float
+) -> tuple[np.ndarray, Status]:
+    """Return the advance of m nearest to `aim` (2,) [m] that all verdicts allow, and its status.
 
-    Where there is none, the least of those that violate the worst verdict least.
+    Where there is none, or none near the `team` (2,) [m], which is where it is as seen from m (within `reach` [m], and
+    what `farthest` says), it is the one nearest to the team of those that violate the worst verdict least.
     """
     both = [
         side
@@ -115,6 +119,8 @@ def advance(aim: np.ndarray, verdicts: Mapping[Key, Verdict]) -> tuple[np.ndarra
     rows = np.array(both).reshape(-1, 3)
     normals, offsets = np.ascontiguousarray(rows[:, :2]), np.ascontiguousarray(rows[:, 2])
     found, x, y = nearest_allowed(aim[0], aim[1], normals, offsets, 0.0)
-    if not found:
-        x, y = least_violating(normals, offsets, BISECTIONS)
-    return np.array([x, y]), found
+    beyond = offsets - normals @ team
+    if found and near_allowed(normals, offsets, beyond, reach):
+        return np.array([x, y]), "ok"
+    m = team + np.array(least_violating(normals, beyond, BISECTIONS, farthest(beyond, reach)))
+    return m, "inadmissible" if found else "infeasible"

@@ -59,6 +59,6 @@ def _write_nearest(half_spaces, q, velocity, gain, margin, driven):
         if not found:
             for k in range(rows):
                 offsets[k] -= normals[k, 0] * ux + normals[k, 1] * uy
-            x, y = least_violating(normals[:rows], offsets[:rows], BISECTIONS)
+            x, y = least_violating(normals[:rows], offsets[:rows], BISECTIONS, np.inf)
             x, y = ux + x, uy + y
         driven[j, 0], driven[j, 1] = x, y

@@ -279,6 +279,7 @@ def test_names_carry_units():
         "reason",
     }
     bare |= {"binding", "violation_robot", "violation_kind", "wall_contacts", "moving_contacts", "robot_contacts"}
+    bare |= {"moving_contacts_avoidable"}
     bare |= {"ended", "own_certificate", "reference_ticks", "rounds_per_tick", "real_time_factor"}
     units = ("_m", "_m2", "_s", "_ms", "_bytes", "_share")
     for name in RunMetrics.__dataclass_fields__:

@@ -107,5 +107,5 @@ def _in_formation(rows, mean, square, target):
             count += 1
     found, x, y = nearest_allowed(0.0, 0.0, normals[:count], offsets[:count], 0.0)
     if not found or not cones:
-        x, y = least_violating(normals[:count], offsets[:count], BISECTIONS)
+        x, y = least_violating(normals[:count], offsets[:count], BISECTIONS, np.inf)
     return x + target[0], y + target[1]

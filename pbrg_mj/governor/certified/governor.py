@@ -31,7 +31,7 @@ class CertifiedGovernor:
         return problem.p.mean(axis=0)
 
     def step(self, problem: Problem, memory: np.ndarray) -> tuple[Solution, np.ndarray]:
-        """Return this tick's reference; `inadmissible` where none near the team is, `infeasible` where none at all is."""
+        """Return this tick's reference; `inadmissible` or `infeasible` where no m near the team, or none, is."""
         n, decided = problem.network.robots, (self._by_rows if self.compiled is None else self.compiled.next_reference)
         m, status, intervals = decided(problem, memory)
         flooded = n * (ITEM.size + STATE.size + ITEM.size + COUNT.size) + intervals * INTERVAL.size  # bytes

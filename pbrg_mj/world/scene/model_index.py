@@ -71,13 +71,16 @@ def index_model(model: mujoco.MjModel, scenario: Scenario, robot: RobotModel) ->
 
 
 def motor_inputs(ctrl: np.ndarray, motor: np.ndarray) -> np.ndarray:
-    """Return the motors' inputs (..., n, 2) as a view of MuJoCo's inputs (..., 2n); `motor` is that of `ModelIndex`.
+    """Return the motors' inputs (..., n, 2) as a view of MuJoCo's inputs (..., n k); `motor` is that of `ModelIndex`.
 
-    Raises ValueError if motors stand in another order, or if there are other inputs.
+    Raises ValueError unless each robot has k inputs side by side, robot by robot, its two motors next to each other.
     """
-    if not np.array_equal(motor.ravel(), np.arange(ctrl.shape[-1])):
+    n, first = len(motor), int(motor[0, 0])
+    of_robot = ctrl.reshape(*ctrl.shape[:-1], n, -1)
+    each = np.arange(ctrl.shape[-1]).reshape(n, -1)
+    if not np.array_equal(motor, each[:, first : first + 2]):
         raise ValueError("the model's inputs are not its motors, robot by robot")
-    return ctrl.reshape(*ctrl.shape[:-1], *motor.shape)
+    return of_robot[..., first : first + 2]
 
 
 def _states(model: mujoco.MjModel, joints: np.ndarray) -> np.ndarray:

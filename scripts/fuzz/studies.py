@@ -100,4 +100,7 @@ def _main(command: Sequence[str]) -> int:
         return replace(made[-1], digest=task.digest)
 
     backends.run_task = cut
-    return main(command)
+    try:
+        return main(command)
+    finally:  # the process may go on with other things
+        backends.run_task = run_task

@@ -146,9 +146,9 @@ class Runner:
         if result.versions != packages():
             changed = sorted(name for name, version in packages().items() if result.versions.get(name) != version)
             raise PbrgError(f"a worker has another {', '.join(changed)} than this machine; its runs are not taken")
-        name, content = names.get(result.digest), result.log
-        if name is not None and content is not None:  # before the line that says it is there
-            write_atomically(self.folder / LOGS / name, lambda path: _write(path, content))
+        if result.log is not None:  # before the line that says it is there
+            content = result.log
+            write_atomically(self.folder / LOGS / names[result.digest], lambda path: _write(path, content))
         self._journal.add(result)
 
 

@@ -11,7 +11,7 @@ import pytest
 import pbrg_mj as pbrg
 from pbrg_mj.analysis.metrics.avoidance import MovingContactTotals, with_avoidance
 from pbrg_mj.analysis.metrics.outcome import outcome
-from pbrg_mj.analysis.metrics.reachable import STEP, in_sight, reaches_safety, top_speed
+from pbrg_mj.analysis.metrics.reachable import STEP, can_escape, is_visible, top_speed
 from pbrg_mj.analysis.metrics.run_metrics import metrics
 from tests.runs import run, scenario
 
@@ -38,12 +38,12 @@ def test_who_escapes_a_faster_box_is_told_by_the_closed_form(speed, ahead):
     widest = own * ahead / math.sqrt(speed**2 - own**2)
     for half_width, escapes in ((widest - BODY, True), (1.5 * widest + BODY, False)):
         plan = coming(speed, half_width, ahead)
-        assert reaches_safety(plan, plan.world.moving_boxes[0], TIMES, HAND) is escapes
+        assert can_escape(plan, plan.world.moving_boxes[0], TIMES, HAND) is escapes
 
 
 def test_nobody_is_caught_by_a_slower_box_in_the_open():
     plan = coming(0.9 * top_speed(coming(1.0, 0.1, 1.0)), 0.7, 0.3)
-    assert reaches_safety(plan, plan.world.moving_boxes[0], TIMES, HAND)
+    assert can_escape(plan, plan.world.moving_boxes[0], TIMES, HAND)
 
 
 def walls_of_a_blind_alley(width: float, depth: float) -> list[dict[str, list[float]]]:
@@ -54,16 +54,16 @@ def walls_of_a_blind_alley(width: float, depth: float) -> list[dict[str, list[fl
 def test_no_motion_avoids_a_slow_box_that_fills_a_blind_alley():
     for half_width, escapes in ((0.2, False), (0.05, True)):
         plan = coming(0.1, half_width, 0.3, walls=walls_of_a_blind_alley(0.5, 0.2))
-        assert reaches_safety(plan, plan.world.moving_boxes[0], STEP * np.arange(81), HAND) is escapes
+        assert can_escape(plan, plan.world.moving_boxes[0], STEP * np.arange(81), HAND) is escapes
 
 
 def test_a_box_behind_a_wall_is_out_of_sight():
     wall = {"from": [0.5, -0.6], "to": [0.5, 0.6]}
     for walls, seen in (([], True), ([wall], False), ([{**wall, "to": [0.5, 0.0]}], True)):
         plan = coming(0.1, 0.2, 1.0, walls=walls)
-        assert in_sight(plan, plan.world.moving_boxes[0], 0.0, HAND) is seen
+        assert is_visible(plan, plan.world.moving_boxes[0], 0.0, HAND) is seen
     plan = coming(0.1, 0.2, 5.0)
-    assert not in_sight(plan, plan.world.moving_boxes[0], 0.0, HAND)
+    assert not is_visible(plan, plan.world.moving_boxes[0], 0.0, HAND)
 
 
 def touched(plan, at: int, place: tuple[float, float]):

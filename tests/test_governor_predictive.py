@@ -11,7 +11,7 @@ from pbrg_mj.governor.certificate.directional_ball import DirectionalBall, inter
 from pbrg_mj.governor.certificate.evaluate import rows_of_model, worst_rows
 from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid
 from pbrg_mj.governor.certificate.predictive import PredictiveCertificate
-from pbrg_mj.governor.certificate.projection import farthest, least_violating, near_allowed, nearest_allowed
+from pbrg_mj.governor.certificate.projection import least_violating, near_allowed, nearest_allowed, search_radius
 from pbrg_mj.governor.certificate.speed import SpeedLimit, disc_facets, wheel_facets
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.certified.governor import CertifiedGovernor
@@ -246,7 +246,7 @@ def test_the_nearest_allowed_point_is_the_quadratic_programs() -> None:
         if not found:
             outside += 1
             assert not theirs.success or (normals @ theirs.x - offsets).max() > 1e-8
-            x, y = least_violating(normals, offsets, 50, np.inf)
+            x, y = least_violating(normals, offsets, np.inf)
             worst = (normals @ [x, y] - offsets).max()
             assert worst > 0
             push = minimize(
@@ -273,13 +273,13 @@ def test_rows_that_all_but_contradict_each_other_send_nobody_far_away() -> None:
         angles = np.array([angle, angle + np.pi - turned])
         normals, offsets = np.column_stack([np.cos(angles), np.sin(angles)]), rng.uniform(-0.5, 0.1, size=2)
         found, x, y = nearest_allowed(0.0, 0.0, normals, offsets, 0.0)
-        radius = farthest(offsets, reach)
+        radius = search_radius(offsets, reach)
         assert radius == min(reach, 10.0 * max(0.0, -offsets.min()))
         assert near_allowed(normals, offsets, offsets, reach) == (found and np.hypot(x, y) <= radius)
         if near_allowed(normals, offsets, offsets, reach):
             continue
         far += found
-        x, y = least_violating(normals, offsets, 60, radius)
+        x, y = least_violating(normals, offsets, radius)
         z, worst = cp.Variable(2), cp.Variable()
         cp.Problem(cp.Minimize(worst), [normals @ z <= offsets + worst, cp.norm(z) <= radius]).solve(cp.CLARABEL)
         assert np.hypot(x, y) <= radius * (1 + 1e-12)

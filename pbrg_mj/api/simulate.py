@@ -112,7 +112,7 @@ def record(
 def robots_apart(scenario: Scenario, listen: str | None = None) -> AbstractContextManager[RobotProcesses]:
     """Give a scenario's robots in processes of their own, which end with the context.
 
-    `listen`, an address `HOST:PORT` of this machine: start none, and wait there for those of `be_robot`. Raises
+    `listen`, an address `HOST:PORT` of this machine: start none, and wait there for those of `run_robot`. Raises
     InputError for a governor that robots do not run themselves, or an address that cannot be taken.
     """
     from pbrg_mj.transport.address import Address
@@ -121,7 +121,7 @@ def robots_apart(scenario: Scenario, listen: str | None = None) -> AbstractConte
     return robot_processes(scenario.settings, scenario.yaml, Address.of(listen) if listen else None)
 
 
-def be_robot(scenario: Scenario, robot: int, world: str) -> None:
+def run_robot(scenario: Scenario, robot: int, world: str) -> None:
     """Run the program of one robot, counted from 1, until the world at the address `HOST:PORT` ends the run.
 
     Raises InputError for a robot that is not there or a governor that robots do not run themselves, PbrgError when no

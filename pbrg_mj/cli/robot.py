@@ -23,7 +23,7 @@ def robot(
     Scenario, seed, duration and overrides are those of the run. Exit code 1 when no world answers or it is gone.
     """
     without_drawing()
-    from pbrg_mj.api.simulate import be_robot
+    from pbrg_mj.api.simulate import run_robot
 
-    be_robot(pbrg.load(scenario, overrides or (), seed=seed, duration=duration), number, connect)
+    run_robot(pbrg.load(scenario, overrides or (), seed=seed, duration=duration), number, connect)
     return 0

@@ -17,7 +17,7 @@ from pbrg_mj.governor.problem.near_reference import write_near_references
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.governor.registry import certificate, governor
 from pbrg_mj.kernel import kernel
-from pbrg_mj.loop.batch_team import BatchTeam, TeamStates, move, write_places
+from pbrg_mj.loop.batch_team import BatchTeam, TeamStates, control_world, write_places
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.schema import Scenario
 
@@ -154,7 +154,7 @@ def _step_distributed(worlds, states, half_spaces, estimates, rows, operator, go
         diverged[w] = not check_limits(after[0], after[2], beyond, gains[2])[0]
         if not diverged[w]:
             m[w] = after[0][:, :2]
-        move(w, states, (q, p), half_spaces, team)
+        control_world(w, states, (q, p), half_spaces, team)
 
 
 @kernel
@@ -169,4 +169,4 @@ def _step_certified(worlds, states, half_spaces, held, r, decision, team):
         spaces, state = (G[w], h[w], active[w], binds[w]), (p, xi[w], pose[w][:, 2], held[w], r)
         write_predicted_next(spaces, state, certificate, limits, m[w])
         held[w, 0], held[w, 1] = m[w, 0, 0], m[w, 0, 1]
-        move(w, states, (q, p), half_spaces, team)
+        control_world(w, states, (q, p), half_spaces, team)

@@ -123,7 +123,7 @@ def write_places(pose, displacement, team, q, p):
 
 
 @kernel
-def move(w, states, places, half_spaces, team):
+def control_world(w, states, places, half_spaces, team):
     """Do in world w what `tick` does between governor and physics.
 
     `states` are `TeamStates.arrays`; `places` q and p of this world; `half_spaces` G, h, active, binds,

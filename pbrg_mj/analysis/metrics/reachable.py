@@ -34,14 +34,16 @@ def avoidable(scenario: Scenario, box: MovingBox, samples: tuple[np.ndarray, np.
     `samples` are times (S,) [s] and the robot's true hand points (S, 2) [m].
     """
     time, hand = samples
-    seen = next((k for k in range(len(time)) if time[k] < contact and in_sight(scenario, box, time[k], hand[k])), None)
+    seen = next(
+        (k for k in range(len(time)) if time[k] < contact and is_visible(scenario, box, time[k], hand[k])), None
+    )
     if seen is None:
         return False
     start = max(seen - 1, 0)  # between the two samples it came into sight
-    return reaches_safety(scenario, box, time[start:], hand[start])
+    return can_escape(scenario, box, time[start:], hand[start])
 
 
-def in_sight(scenario: Scenario, box: MovingBox, time: float, hand: np.ndarray) -> bool:
+def is_visible(scenario: Scenario, box: MovingBox, time: float, hand: np.ndarray) -> bool:
     """Return whether some point of a box's outline is within range of a hand point (2,) [m], and nothing between them.
 
     Robots do not count as in the way, nor gaps between beams.
@@ -62,7 +64,7 @@ def in_sight(scenario: Scenario, box: MovingBox, time: float, hand: np.ndarray) 
     return not blocked.all()
 
 
-def reaches_safety(scenario: Scenario, box: MovingBox, time: np.ndarray, hand: np.ndarray) -> bool:
+def can_escape(scenario: Scenario, box: MovingBox, time: np.ndarray, hand: np.ndarray) -> bool:
     """Return whether the reachable set of a robot whose hand point (2,) is there at time[0] is not empty at the end."""
     size, count = robot_size(scenario.robot), math.ceil(REACH / CELL)
     axis = CELL * np.arange(-count, count + 1)

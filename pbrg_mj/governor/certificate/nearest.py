@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from pbrg_mj.governor.certificate.projection import farthest, least_violating, nearest_allowed
+from pbrg_mj.governor.certificate.projection import least_violating, nearest_allowed, search_radius
 from pbrg_mj.governor.certificate.share import Spread
 from pbrg_mj.governor.problem.interface import Status
 from pbrg_mj.governor.problem.rows import Rows
@@ -19,7 +19,6 @@ from pbrg_mj.kernel import kernel
 
 TANGENTS = 64  # most, of all rows together
 CLOSE = 1e-9  # [m] by which a row may be violated at the point found
-BISECTIONS = 40
 
 
 def nearest_admissible(rows: Rows, spread: Spread, target: np.ndarray) -> tuple[np.ndarray, bool]:
@@ -37,12 +36,12 @@ def nearest_admissible(rows: Rows, spread: Spread, target: np.ndarray) -> tuple[
 def nearest_retreat(rows: Rows, spread: Spread, held: np.ndarray, reach: float) -> tuple[np.ndarray, Status]:
     """Return the admissible m (2,) [m] nearest to the held one, if there is one near the mean of p.
 
-    Rows that contradict each other leave m to far places alone (`farthest`, and beyond `reach` [m]): then m goes
+    Rows that contradict each other leave m to far places alone (`search_radius`, and beyond `reach` [m]): then m goes
     towards what `nearest_admissible` says, so far from the mean of p as that.
     """
     mean = np.array(spread.mean)
     slack = rows.d - rows.a * math.sqrt(spread.square) - rows.C @ mean
-    radius = farthest(slack[rows.active], reach)
+    radius = search_radius(slack[rows.active], reach)
     near, found = nearest_admissible(rows, spread, mean)
     m, _ = nearest_admissible(rows, spread, held)
     if found and math.hypot(*(near - mean).tolist()) <= radius:
@@ -107,5 +106,5 @@ def _in_formation(rows, mean, square, target):
             count += 1
     found, x, y = nearest_allowed(0.0, 0.0, normals[:count], offsets[:count], 0.0)
     if not found or not cones:
-        x, y = least_violating(normals[:count], offsets[:count], BISECTIONS, np.inf)
+        x, y = least_violating(normals[:count], offsets[:count], np.inf)
     return x + target[0], y + target[1]

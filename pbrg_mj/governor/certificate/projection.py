@@ -14,6 +14,7 @@ from pbrg_mj.kernel import kernel
 
 ROUNDING = 1e-9  # [m] by which a point may violate a half-plane
 PARALLEL = 1e-12  # sine of the angle between edges that do not meet
+BISECTIONS = 40  # of the least violation of what no point keeps: to 1e-12 of where they begin
 CONTRADICTORY = 10.0  # edges that meet at less than 11.5 deg: what they allow is that many violations away, or farther
 
 
@@ -55,20 +56,20 @@ def nearest_allowed(target_x, target_y, normals, offsets, slack):
 
 @kernel
 def near_allowed(normals, at_held, at_team, reach):
-    """Tell whether half-planes allow the held m, or a point near the team: no farther than `farthest` says.
+    """Tell whether half-planes allow the held m, or a point near the team: no farther than `search_radius` says.
 
     `at_held` and `at_team` (k,) [m] are the offsets as seen from the one and from the other.
     """
     for k in range(len(at_held)):
         if at_held[k] < -ROUNDING:
             found, x, y = nearest_allowed(0.0, 0.0, normals, at_team, 0.0)
-            radius = farthest(at_team, reach)
+            radius = search_radius(at_team, reach)
             return found and x * x + y * y <= radius * radius
     return True
 
 
 @kernel
-def farthest(offsets, reach):
+def search_radius(offsets, reach):
     """Return how far from 0 a point is looked for [m]: `reach` at most, and `CONTRADICTORY` worst violations at 0.
 
     One edge is met as far away as it is violated, two after that over the sine of half the angle at which they meet.
@@ -80,7 +81,7 @@ def farthest(offsets, reach):
 
 
 @kernel
-def least_violating(normals, offsets, steps, reach):
+def least_violating(normals, offsets, reach):
     """Return (x, y), the point nearest to 0 among those that violate the worst half-plane least (by bisection).
 
     Only points no farther from 0 than `reach` [m] count, which may be infinite.
@@ -90,7 +91,7 @@ def least_violating(normals, offsets, steps, reach):
         worst = max(worst, -offsets[k])
     low, high = 0.0, worst
     best_x, best_y = 0.0, 0.0
-    for _ in range(steps):
+    for _ in range(BISECTIONS):
         slack = 0.5 * (low + high)
         found, x, y = nearest_allowed(0.0, 0.0, normals, offsets, slack)
         if found and x * x + y * y <= reach * reach:

@@ -17,10 +17,10 @@ import numpy as np
 from pbrg_mj.governor.certificate.advances import AdvanceCertificate
 from pbrg_mj.governor.certificate.prediction_grid import write_error
 from pbrg_mj.governor.certificate.predictive import PredictiveCertificate, write_advances
-from pbrg_mj.governor.certificate.projection import farthest, least_violating, near_allowed, nearest_allowed
+from pbrg_mj.governor.certificate.projection import least_violating, near_allowed, nearest_allowed, search_radius
 from pbrg_mj.governor.certificate.sight import SightLimit, sight_share
 from pbrg_mj.governor.certificate.speed import SpeedLimit, speed_share
-from pbrg_mj.governor.certified.decide import BISECTIONS, AdvanceLimit
+from pbrg_mj.governor.certified.decide import AdvanceLimit
 from pbrg_mj.governor.problem.interface import Problem, Status
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.half_spaces import HalfSpaces
@@ -123,7 +123,7 @@ def write_next(half_spaces, allowed, state, limits, m):
     status = 0
     if not (found and near_allowed(normals, offsets, beyond, reach)):
         status = 1 if found else 2
-        x, y = least_violating(normals, beyond, BISECTIONS, farthest(beyond, reach))
+        x, y = least_violating(normals, beyond, search_radius(beyond, reach))
         x, y = centre_x + x, centre_y + y
     elif limited:
         _, back_x, back_y = nearest_allowed(0.0, 0.0, normals, offsets, 0.0)  # 0 where the held m is admissible

@@ -7,10 +7,8 @@ from typing import Protocol
 
 import numpy as np
 
-from pbrg_mj.governor.certificate.projection import farthest, least_violating, near_allowed, nearest_allowed
+from pbrg_mj.governor.certificate.projection import least_violating, near_allowed, nearest_allowed, search_radius
 from pbrg_mj.governor.problem.interface import Problem, Status
-
-BISECTIONS = 40
 
 
 class AdvanceLimit(Protocol):
@@ -31,8 +29,8 @@ def next_reference(
 
     Where the held m (2,) is admissible, m goes towards the admissible point nearest to r as far as the limits allow.
     Where it is not, it first goes to the admissible point nearest to where it is held, whatever the limits say. Where
-    rows contradict each other, so that none is admissible near the mean of p (within `reach` [m], and what `farthest`
-    says), it goes to the point near there that violates the worst row least.
+    rows contradict each other, so that none is admissible near the mean of p (within `reach` [m], and what
+    `search_radius` says), it goes to the point near there that violates the worst row least.
     """
     rows = problem.rows
     normals = rows.C[rows.active]
@@ -43,7 +41,7 @@ def next_reference(
     shift = centre - held
     beyond = offsets - (normals[:, 0] * shift[0] + normals[:, 1] * shift[1])  # as seen from the team
     if not (found and near_allowed(normals, offsets, beyond, reach)):
-        m = centre + np.array(least_violating(normals, beyond, BISECTIONS, farthest(beyond, reach)))
+        m = centre + np.array(least_violating(normals, beyond, search_radius(beyond, reach)))
         return m, "inadmissible" if found else "infeasible"
     goal = np.array([x, y])
     if not limits or problem.heading is None:

@@ -6,7 +6,7 @@
 - `equations`: one round in plain NumPy, as the paper writes it; `rounds`: the same compiled, `descent` a part of it
 - `link_states`: what robots keep of the messages that come
 - `network_equations`: rounds over a channel in plain NumPy; `network_rounds`, `waves`: the same compiled
-- `one_call`: a tick in which every message arrives, in one compiled call
+- `compiled_tick`: a tick in which every message arrives, in one compiled call
 - `governor`: a tick's rounds, and what each robot takes from them
 - `from_scenario`: the governor with a scenario's gains
 """

@@ -10,10 +10,10 @@ import numpy as np
 
 from pbrg_mj.governor.distributed import equations, network_equations, network_rounds
 from pbrg_mj.governor.distributed import rounds as compiled
+from pbrg_mj.governor.distributed.compiled_tick import EstimateChecks, run_tick
 from pbrg_mj.governor.distributed.estimates import Estimates, Flow
 from pbrg_mj.governor.distributed.infeasibility import some_row_is_infeasible
 from pbrg_mj.governor.distributed.link_states import LinkStates
-from pbrg_mj.governor.distributed.one_call import Findings, run_tick
 from pbrg_mj.governor.problem.interface import Problem, Solution, Status
 from pbrg_mj.team.channel import Channel
 
@@ -78,14 +78,14 @@ class DistributedGovernor:
 
     def _tick(
         self, problem: Problem, memory: DistributedMemory, rounds: int
-    ) -> tuple[Estimates, LinkStates | None, np.ndarray, Findings]:
+    ) -> tuple[Estimates, LinkStates | None, np.ndarray, EstimateChecks]:
         """Return what `run` does, and what the estimates say of themselves."""
         if self.backend == "compiled" and (self.channel is None or memory.links is None):
             estimates, found = run_tick(problem, memory.estimates, self.flow, rounds, self.diverged_beyond)
             return estimates, None, _all_sent(problem, rounds), found
         estimates, links, sent = self.run(problem, memory, rounds)
         suspected = some_row_is_infeasible(estimates.z, *problem.rows)
-        return estimates, links, sent, Findings(*self.check(estimates), suspected)
+        return estimates, links, sent, EstimateChecks(*self.check(estimates), suspected)
 
     def run(
         self, problem: Problem, memory: DistributedMemory, rounds: int
@@ -122,7 +122,7 @@ def _all_sent(problem: Problem, rounds: int) -> np.ndarray:
     return problem.network.degree * (rounds * _message_bytes(problem))
 
 
-def _status(found: Findings, links: LinkStates | None) -> Status:
+def _status(found: EstimateChecks, links: LinkStates | None) -> Status:
     if not found.bounded:
         return "diverged"
     if links is not None and links.holding.any():

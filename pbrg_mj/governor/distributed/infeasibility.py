@@ -37,13 +37,21 @@ def some_row_is_infeasible(z, a, C, d, active, along):
 
 
 @kernel
+def _mean(z, i):
+    """Return the mean of z_p of robot i's estimates."""
+    n = len(z)
+    x = y = 0.0
+    for c in range(2, 2 + 2 * n, 2):
+        x += z[i, c] / n
+        y += z[i, c + 1] / n
+    return x, y
+
+
+@kernel
 def _spread(z, i):
     """Return s and the mean of z_p of robot i's estimates."""
-    n = len(z)
-    mean_x = mean_y = square = 0.0
-    for c in range(2, 2 + 2 * n, 2):
-        mean_x += z[i, c] / n
-        mean_y += z[i, c + 1] / n
+    n, square = len(z), 0.0
+    mean_x, mean_y = _mean(z, i)
     for c in range(2, 2 + 2 * n, 2):
         square += (z[i, c] - mean_x) ** 2 + (z[i, c + 1] - mean_y) ** 2
     for c in range(2 + 2 * n, 2 + 4 * n):
@@ -54,11 +62,8 @@ def _spread(z, i):
 @kernel
 def _spread_along(z, i, G_x, G_y):
     """Return s along G, and the mean of z_p, of robot i's estimates."""
-    n = len(z)
-    mean_x = mean_y = square = 0.0
-    for c in range(2, 2 + 2 * n, 2):
-        mean_x += z[i, c] / n
-        mean_y += z[i, c + 1] / n
+    n, square = len(z), 0.0
+    mean_x, mean_y = _mean(z, i)
     for c in range(2, 2 + 2 * n, 2):
         square += (G_x * (z[i, c] - mean_x) + G_y * (z[i, c + 1] - mean_y)) ** 2
     for c in range(2 + 2 * n, 2 + 4 * n, 2):

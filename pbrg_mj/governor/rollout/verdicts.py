@@ -7,13 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pbrg_mj.governor.certificate.projection import farthest, least_violating, near_allowed, nearest_allowed
+from pbrg_mj.governor.certificate.projection import least_violating, near_allowed, nearest_allowed, search_radius
 from pbrg_mj.governor.problem.interface import Status
 from pbrg_mj.governor.rollout.messages import Key, Verdict, Wall
 from pbrg_mj.governor.rollout.plan import RolloutPlan
 from pbrg_mj.governor.rollout.prediction import narrow_by_tails, narrow_intervals, write_states
-
-BISECTIONS = 40
 
 
 class Walls(NamedTuple):
@@ -107,7 +105,7 @@ def advance(
     """Return the advance of m nearest to `aim` (2,) [m] that all verdicts allow, and its status.
 
     Where there is none, or none near the `team` (2,) [m], which is where it is as seen from m (within `reach` [m], and
-    what `farthest` says), it is the one nearest to the team of those that violate the worst verdict least.
+    what `search_radius` says), it is the one nearest to the team of those that violate the worst verdict least.
     """
     both = [
         side
@@ -122,5 +120,5 @@ def advance(
     beyond = offsets - normals @ team
     if found and near_allowed(normals, offsets, beyond, reach):
         return np.array([x, y]), "ok"
-    m = team + np.array(least_violating(normals, beyond, BISECTIONS, farthest(beyond, reach)))
+    m = team + np.array(least_violating(normals, beyond, search_radius(beyond, reach)))
     return m, "inadmissible" if found else "infeasible"

@@ -22,8 +22,6 @@ from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.governor.velocity_filter.interface import known_half_spaces
 from pbrg_mj.kernel import kernel
 
-BISECTIONS = 40
-
 
 @dataclass(frozen=True)
 class BarrierFilter:
@@ -59,6 +57,6 @@ def _write_nearest(half_spaces, q, velocity, gain, margin, driven):
         if not found:
             for k in range(rows):
                 offsets[k] -= normals[k, 0] * ux + normals[k, 1] * uy
-            x, y = least_violating(normals[:rows], offsets[:rows], BISECTIONS, np.inf)
+            x, y = least_violating(normals[:rows], offsets[:rows], np.inf)
             x, y = ux + x, uy + y
         driven[j, 0], driven[j, 1] = x, y

@@ -18,7 +18,7 @@ from pbrg_mj.governor.problem.near_reference import write_near_references
 from pbrg_mj.kernel import kernel
 
 
-class Findings(NamedTuple):
+class EstimateChecks(NamedTuple):
     """What estimates say of themselves."""
 
     bounded: bool  # they are finite, and z is within the limit
@@ -28,18 +28,18 @@ class Findings(NamedTuple):
 
 def run_tick(
     problem: Problem, estimates: Estimates, flow: Flow, rounds: int, limit: float
-) -> tuple[Estimates, Findings]:
+) -> tuple[Estimates, EstimateChecks]:
     """Return the estimates after so many rounds, and what they say of themselves; z is allowed up to `limit` [m]."""
     z, lam, nu = estimates.z.shape, estimates.lam.shape, estimates.nu.shape
     after = (np.empty(z), np.empty(z), np.zeros(lam), np.empty(nu))
     states = (problem.p, problem.xi, problem.reference, problem.reference_range)
     given = tuple(estimates), problem.network.arrays, states, tuple(problem.rows), tuple(flow)
-    return Estimates(*after), Findings(*write_tick(*given, rounds, limit, after))
+    return Estimates(*after), EstimateChecks(*write_tick(*given, rounds, limit, after))
 
 
 @kernel
 def write_tick(estimates, graph, states, rows, flow, rounds, limit, after):
-    """Write the estimates after so many rounds, and return `Findings`; arguments are those of `write_rounds`.
+    """Write the estimates after so many rounds, and return `EstimateChecks`; arguments are those of `write_rounds`.
 
     But for `states`: p, xi (n, 2), the operator's r (2,) and how far away it may pull.
     """

@@ -255,6 +255,21 @@ def test_the_plan_shows_what_stands_and_moves_near_the_team_and_not_what_is_far(
     assert bottom < -0.75
 
 
+def test_the_line_that_hand_points_keep_from_has_one_name_in_the_legend():
+    from pbrg_mj.analysis.figures.trajectories import trajectories
+
+    line = {"robot": 1, "normal": (1.0, 0.0), "offset": 2.0}
+    for given in ((line,), (line, {**line, "normal": (0.0, 1.0)}), ()):
+        plan = scenario(estimator={"source": "given", "given": given})
+        axes = drawn(trajectories, run(plan))
+        dashed = [one for one in axes.lines if one.get_label() == "line for hand points"]
+        assert [one.get_linestyle() for one in dashed] == ["--"] * bool(given)
+        legend = axes.get_legend()
+        assert legend is not None
+        names = [text.get_text() for text in legend.get_texts()]
+        assert names.count("line for hand points") == bool(given) and "r" in names
+
+
 @pytest.mark.parametrize("largest", [1e-2, np.inf])
 def test_neither_rounding_nor_divergence_sets_the_scale_of_consensus(largest):
     from pbrg_mj.analysis.figures.time_histories import consensus

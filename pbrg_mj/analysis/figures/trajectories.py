@@ -38,9 +38,9 @@ def trajectories(axes: Axes, run: Run) -> None:
     _floor(axes, run)
     for corners in outlines(footprints(run.scenario)):
         axes.fill(*corners.T, facecolor="0.8", edgecolor="0.4", linewidth=0.6)
-    lines = final_target(run).rows
-    for G, h in zip(lines.G, lines.h, strict=True):
-        axes.axline(tuple(h * G), slope=_slope(G), color="black", linewidth=0.9, linestyle=(0, (8, 2)))
+    lines, style = final_target(run).rows, {"color": "black", "linewidth": 0.9, "linestyle": (0, (8, 2))}
+    for k, (G, h) in enumerate(zip(lines.G, lines.h, strict=True)):
+        axes.axline(tuple(h * G), slope=_slope(G), label=None if k else "line for hand points", **style)
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
     legend_above(axes)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 
 import pytest
 
@@ -12,6 +13,7 @@ need_module("optuna")
 
 import pbrg_mj as pbrg  # noqa: E402
 from pbrg_mj.cli.main import main  # noqa: E402
+from pbrg_mj.errors import Stopped  # noqa: E402
 from pbrg_mj.scenario.parse.document import read_document  # noqa: E402
 from pbrg_mj.studies.failures import FAILURES  # noqa: E402
 from pbrg_mj.studies.run_task import Result, packages  # noqa: E402
@@ -57,7 +59,7 @@ def test_a_planted_crossing_is_found_shrunk_and_ready_to_run(files, tmp_path, ca
     assert 0 <= found.settings.timing.duration - run.metrics.violation_time_s + 1e-9 <= 0.15
     before = (tmp_path / "out" / "records.parquet").read_bytes()
     assert main(arguments) == 1  # again: the same, and no run is made twice
-    assert "1 robots" in capsys.readouterr().out
+    assert " with 1 robot, after " in capsys.readouterr().out
     assert (tmp_path / "out" / "records.parquet").read_bytes() == before
 
 
@@ -91,6 +93,40 @@ def test_the_first_run_that_ends_a_search_ends_it_whatever_comes_first(order, as
             results = runner.run(tasks, ends=lambda record: record["value"] == 1)
         assert [record["value"] for record, _ in results] == [0, 0, 1]
         assert backend.given == ([] if again else asked_for)
+
+
+class RunsUntil:
+    """Instant runs of a backend, until one raises; the last one before `failing` others crosses the line."""
+
+    def __init__(self, monkeypatch, runs, error, failing=10**9):
+        self.left, self.error, self.failing = runs, error, failing
+        monkeypatch.setattr("pbrg_mj.studies.backends.run_task", self.run)
+
+    def run(self, task, keep_logs):
+        if self.left == 0:
+            raise self.error
+        self.left, self.failing = self.left - 1, self.failing - 1
+        record = {"status": "ok", "true_margin_min_m": 1.0 if self.failing else -1.0, "asked_s": 6.0}
+        return Result(task.digest, record | {"violation_time_s": 1.0}, {}, packages())
+
+
+@pytest.mark.parametrize(
+    ("error", "code"), [(KeyboardInterrupt(), 130), (Stopped(signal=signal.SIGTERM), 143), (Stopped(), 130)]
+)
+def test_an_interrupted_search_tells_all_that_is_finished_and_repeats_none_of_it(
+    files, error, code, tmp_path, monkeypatch, capsys
+):
+    team, search, out = files
+    (tmp_path / "search.yaml").write_text("find: crossing\nkeys: {control.alpha_r: {uniform: [0.5, 2]}}\n")
+    arguments = ["falsify", team, "--search", search, "-o", out, "--budget", "30", "--jobs", "1"]
+    for runs, over in ((6, "6 of 30 runs"), (0, "6 of 30 runs"), (5, "11 of 30 runs")):
+        RunsUntil(monkeypatch, runs, error)
+        assert main(arguments) == code
+        assert capsys.readouterr().err == f"interrupted; {out} has {over}; the same command goes on from there\n"
+    RunsUntil(monkeypatch, 4, error, failing=2)  # the 13th is the failure, two are to make it shorter
+    assert main(arguments) == code
+    assert f"{out} has 15 runs; " in capsys.readouterr().err
+    assert sorted(one.name for one in (tmp_path / "out").iterdir()) == ["runs.jsonl", "search.yaml"]
 
 
 @pytest.mark.slow

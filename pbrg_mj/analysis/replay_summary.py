@@ -8,6 +8,7 @@ from typing import Any
 
 from pbrg_mj.analysis.events import Event, events
 from pbrg_mj.analysis.metrics.outcome import Outcome, outcome
+from pbrg_mj.counts import counted
 from pbrg_mj.log.read.run import Run
 
 
@@ -31,10 +32,10 @@ class ReplaySummary:
     def lines(self) -> list[str]:
         """Return it as text: a line on the run, one per event, one on how it ended."""
         ended = self.outcome.word + (f" ({self.outcome.reason})" if self.outcome.reason else "")
-        span = f"{self.ticks} ticks, {self.end:g} of {self.duration:g} s: {self.ended}"
+        span = f"{counted(self.ticks, 'tick')}, {self.end:g} of {self.duration:g} s: {self.ended}"
         solves = f"; reference {_counts(self.reference_statuses)}" if self.reference_statuses else ""
         return [
-            f"{self.scenario}: {self.robots} robots, seed {self.seed}; {span}",
+            f"{self.scenario}: {counted(self.robots, 'robot')}, seed {self.seed}; {span}",
             *(f"{event.time:10.3f} s  {event.text}" for event in self.events),
             f"governor {_counts(self.statuses)}{solves}",
             f"outcome {ended}",

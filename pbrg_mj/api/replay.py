@@ -11,6 +11,7 @@ from typing import Any
 
 from pbrg_mj.analysis.output_file import by_suffix, write_atomically
 from pbrg_mj.api.run import LOG, Run
+from pbrg_mj.counts import counted
 from pbrg_mj.errors import InputError
 from pbrg_mj.governor.centralized.optimum import CentralizedSolver
 from pbrg_mj.governor.messaging.program import RobotProgram
@@ -57,7 +58,8 @@ class Verification:
     def lines(self) -> list[str]:
         """Return it as text."""
         found = self.found
-        span = f"{found.ticks} ticks, {found.messages} messages, up to {found.end:g} of {found.duration:g} s"
+        held = f"{counted(found.ticks, 'tick')}, {counted(found.messages, 'message')}"
+        span = f"{held}, up to {found.end:g} of {found.duration:g} s"
         if found.first is None:
             short = "" if found.complete else f"; the log ends there: {found.ended}"
             return [f"identical: {span}; every channel but /timing, bit for bit{short}"]
@@ -115,7 +117,7 @@ class Repair:
     def lines(self) -> list[str]:
         """Return it as text."""
         lost = f", {self.lost} left out" if self.lost else ""
-        lines = [f"{self.path}: {self.kept_ticks} ticks in {self.chunks} chunks{lost}"]
+        lines = [f"{self.path}: {counted(self.kept_ticks, 'tick')} in {counted(self.chunks, 'chunk')}{lost}"]
         if self.ticks[0][0] > 0:
             lines.append("its first ticks are lost: MCAP viewers open it, the other commands need tick 0")
         elif len(self.ticks) > 1:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from pbrg_mj.analysis.output_file import write_text_atomically
+from pbrg_mj.counts import counted
 from pbrg_mj.errors import InputError
 from pbrg_mj.loop.network_warnings import network_warnings
 from pbrg_mj.loop.resources import resource_warnings
@@ -71,7 +72,7 @@ class Scenario:
     def __repr__(self) -> str:
         """Name the scenario."""
         one = self.settings
-        return f"<Scenario {self.name}: {one.robots} robots, {one.plant} plant, {one.timing.duration:g} s>"
+        return f"<Scenario {self.name}: {counted(one.robots, 'robot')}, {one.plant} plant, {one.timing.duration:g} s>"
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ import pbrg_mj as pbrg
 from pbrg_mj.cli.arguments import ScenarioName, without_drawing
 from pbrg_mj.cli.console import emit, emit_json
 from pbrg_mj.cli.study import Json, Study, StudyFolder, with_study_options
+from pbrg_mj.counts import counted
 
 
 @with_study_options
@@ -31,8 +32,9 @@ def falsify(
     if json:
         emit_json(made.as_dict())
     elif made.found is None:
-        emit(f"no {made.kind} in {made.runs} runs; the nearest one by {made.nearest:.3g}")
+        emit(f"no {made.kind} in {counted(made.runs, 'run')}; the nearest one by {made.nearest:.3g}")
     else:
-        emit(f"{made.kind} found in {made.runs} runs; {made.path} shows it in {made.found['asked_s']:g} s with "
-             f"{made.found['robots']} robots, after {made.shrinking} runs to make it shorter")  # fmt: skip
+        shows = f"{made.path} shows it in {made.found['asked_s']:g} s with {counted(made.found['robots'], 'robot')}"
+        shorter = f"after {counted(made.shrinking, 'run')} to make it shorter"
+        emit(f"{made.kind} found in {counted(made.runs, 'run')}; {shows}, {shorter}")
     return 0 if made.found is None else 1

@@ -12,6 +12,7 @@ import pbrg_mj as pbrg
 from pbrg_mj.api.text import plain
 from pbrg_mj.cli.arguments import BundledName, FamilyName, Force, Overrides, ScenarioNames
 from pbrg_mj.cli.console import emit, emit_json, note
+from pbrg_mj.counts import counted
 from pbrg_mj.errors import InputError
 
 
@@ -85,7 +86,7 @@ def validate(files: ScenarioNames) -> int:
             wrong += 1
         else:
             one = scenario.settings
-            emit(f"{plain(file)}: ok, {one.robots} robots, {one.plant} plant, {one.timing.duration:g} s")
+            emit(f"{plain(file)}: ok, {counted(one.robots, 'robot')}, {one.plant} plant, {one.timing.duration:g} s")
             for line in scenario.warnings():
                 note(f"warning: {plain(file)}: {line}")
     return 2 if wrong else 0

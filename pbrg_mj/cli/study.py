@@ -14,6 +14,7 @@ import typer
 import pbrg_mj as pbrg
 from pbrg_mj.cli.arguments import Force
 from pbrg_mj.cli.console import note
+from pbrg_mj.counts import counted
 
 StudyFolder = Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="The folder to fill, or go on with.")]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
@@ -82,7 +83,7 @@ def _bar() -> Iterator[Callable[[int, int, int], None]]:
         task = bar.add_task("starting", total=None)
 
         def show(done: int, total: int, failed: int) -> None:
-            told = f"{done} of {total} runs" + (f", {failed} failed" if failed else "")
+            told = f"{done} of {counted(total, 'run')}" + (f", {failed} failed" if failed else "")
             bar.update(task, total=total, completed=done, description=told)
 
         yield show

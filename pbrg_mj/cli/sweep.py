@@ -11,6 +11,7 @@ import pbrg_mj as pbrg
 from pbrg_mj.cli.arguments import without_drawing
 from pbrg_mj.cli.console import emit, emit_json
 from pbrg_mj.cli.study import Json, Study, StudyFolder, with_study_options
+from pbrg_mj.counts import counted
 
 
 @with_study_options
@@ -30,5 +31,5 @@ def sweep(
         emit_json({**made.summary(), "records": str(made.path)})
         return 0
     outcomes = ", ".join(f"{count} {word}" for word, count in made.summary()["outcomes"].items())
-    emit(f"{made.path}: {len(made)} runs, {made.failed} failed{': ' if outcomes else ''}{outcomes}")
+    emit(f"{made.path}: {counted(len(made), 'run')}, {made.failed} failed{': ' if outcomes else ''}{outcomes}")
     return 0

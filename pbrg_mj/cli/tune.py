@@ -11,6 +11,7 @@ import pbrg_mj as pbrg
 from pbrg_mj.cli.arguments import without_drawing
 from pbrg_mj.cli.console import emit, emit_json
 from pbrg_mj.cli.study import Json, Study, StudyFolder, with_study_options
+from pbrg_mj.counts import counted
 
 
 @with_study_options
@@ -28,7 +29,7 @@ def tune(
         return 0
     best, given = made.best, made.trace[0]["value"]
     keys = ", ".join(f"{key}={value}" for key, value in best["keys"].items()) or "as given"
-    emit(f"best of {len(made.trace)} trials: {best['value']:.4g} with {keys}; as given: {given:.4g}")
+    emit(f"best of {counted(len(made.trace), 'trial')}: {best['value']:.4g} with {keys}; as given: {given:.4g}")
     if made.held_out:
         emit(f"on other seeds: {made.held_out['best']:.4g}; as given: {made.held_out['as_given']:.4g}")
     return 0

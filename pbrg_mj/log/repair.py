@@ -14,6 +14,7 @@ from google.protobuf.message import DecodeError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, DataEnd, Footer, Metadata, Schema
 
+from pbrg_mj.counts import counted
 from pbrg_mj.errors import InputError
 from pbrg_mj.log.read.header import Embedded, open_mcap
 from pbrg_mj.log.read.mcap_records import (
@@ -161,7 +162,7 @@ class _Copy:
         self.reached = max((message.log_time for _, message in known), default=self.reached)
         self.found.chunks += 1
         if len(known) < len(messages):
-            self.found.damage.append(f"{len(messages) - len(known)} messages belong to no channel")
+            self.found.damage.append(f"{counted(len(messages) - len(known), 'message')} of no channel")
 
     def _ticks(self, found: list[bytes]) -> list[int]:
         """Return the ticks' indices. Before the first one, all that is embedded must be there and go together."""

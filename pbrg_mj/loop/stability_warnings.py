@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from pbrg_mj.counts import counted
 from pbrg_mj.governor.distributed.from_scenario import round_step
 from pbrg_mj.governor.problem.ball import BallCertificate
 from pbrg_mj.governor.stability.delay_margin import MAX_ROBOTS, DelayedRounds, delay_margin
@@ -31,14 +32,14 @@ def _pre_stabiliser(scenario: Scenario) -> Iterator[str]:
     longest = 0 if messages is None else int(messages.channel.longest.max(initial=0))
     if longest == 0:
         return
-    tick, late = scenario.timing.tick, f"p and xi arrive up to {longest} ticks late"
+    tick, late = scenario.timing.tick, f"p and xi arrive up to {counted(longest, 'tick')} late"
     try:
         margin = delay_margin_ticks(team, scenario.control, tick, longest)
     except ValueError:
         yield f"{late}; whether the pre-stabiliser bears it is not computed for so many robots and ticks"
         return
     if margin is not None:
-        at_all = f"up to {margin} ticks, {margin * tick:.2g} s" if margin >= 0 else "at no delay"
+        at_all = f"up to {counted(margin, 'tick')}, {margin * tick:.2g} s" if margin >= 0 else "at no delay"
         yield f"{late}, at which the pre-stabiliser (eq. 2) is unstable on this graph; stable {at_all}"
     elif scenario.governor.kind in CERTIFIED:
         yield f"{late}; the certificate predicts a team that hears them at once, so it promises nothing here"
@@ -74,7 +75,7 @@ def _delay(scenario: Scenario, gradients: np.ndarray) -> Iterator[str]:
         longest = int(links.longest.max())
         others = "" if np.all(links.longest == longest) else ", the others in proportion"
         yield (
-            f"messages {longest} rounds late, {longest * step:.3g} s, may be too late for alpha = "
+            f"messages {counted(longest, 'round')} late, {longest * step:.3g} s, may be too late for alpha = "
             f"{scenario.governor.alpha:g} on this graph: the plain exchange's linear modes are stable up to {margin} "
             f"rounds, {margin * step:.2g} s{others}. `network.exchange: scattering` bears any delay"
         )

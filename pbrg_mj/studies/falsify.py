@@ -20,7 +20,7 @@ from pbrg_mj.studies.failures import FAILURES, Kind
 from pbrg_mj.studies.optimizer import Optimizer, check_bounded
 from pbrg_mj.studies.records import rows, write_records
 from pbrg_mj.studies.run_task import Record
-from pbrg_mj.studies.runner import Runner, RunOptions, Watch, unwatched
+from pbrg_mj.studies.runner import Part, Runner, RunOptions
 from pbrg_mj.studies.shrink import shrunk
 from pbrg_mj.studies.sweep_plan import Entries, Seed, Values, always_set, check_settings
 from pbrg_mj.studies.task import Source, Task
@@ -91,9 +91,8 @@ def falsify(
     source = Source.of(str(scenario), Path())
     optimizer = _checked(read, source)
     about = f"# {source.name}, {budget} runs\n".encode()
-    watch = options.pop("watch", unwatched)  # which is told of the whole search
     with Runner.of(folder, (FILE, about + read.content), **options) as runner:
-        return _search(runner, read.keys, source, optimizer, budget, watch)
+        return _search(runner, read.keys, source, optimizer, budget)
 
 
 def _checked(file: StudyFile[SearchKeys], source: Source) -> Optimizer:
@@ -106,9 +105,7 @@ def _checked(file: StudyFile[SearchKeys], source: Source) -> Optimizer:
     return Optimizer(keys.keys, keys.seed)
 
 
-def _search(
-    runner: Runner, keys: SearchKeys, source: Source, optimizer: Optimizer, budget: int, watch: Watch
-) -> Falsification:
+def _search(runner: Runner, keys: SearchKeys, source: Source, optimizer: Optimizer, budget: int) -> Falsification:
     value, always = FAILURES[keys.find], always_set(keys)
     made: list[tuple[Task, tuple[Record, Record]]] = []
     nearest, failing = math.inf, False
@@ -119,12 +116,8 @@ def _search(
     while not failing and (left := budget - len(made)):
         asked = optimizer.ask(min(left, keys.at_once))
         tasks = [_task(source, always | point, len(made) + k) for k, (_, point) in enumerate(asked)]
-        before: int = len(made)
-        results = runner.run(
-            tasks,
-            watch=lambda done, _, failed, before=before: watch(before + done, budget, failed),
-            ends=lambda record: nearness(record) < 0,
-        )
+        failed = sum(record["status"] != "ok" for _, (record, _) in made)
+        results = runner.run(tasks, part=Part(len(made), budget, failed), ends=lambda record: nearness(record) < 0)
         made += zip(tasks, results, strict=False)  # none after the first failure
         values = [nearness(record) for record, _ in results]
         optimizer.tell([(trial, one) for (trial, _), one in zip(asked, values, strict=False)])
@@ -150,7 +143,7 @@ def _runs(runner: Runner, name: str, made: list[tuple[Task, tuple[Record, Record
 
     def run(text: str, seed: int) -> Record:
         task = Task(Source(name, text, FOUND, FOUND), {}, seed, {"trial": len(made)})
-        result = runner.run([task], watch=unwatched)[0]
+        result = runner.run([task], part=Part(len(made)))[0]
         made.append((task, result))
         return result[0]
 

@@ -6,9 +6,12 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, closing
 from itertools import takewhile
 from pathlib import Path
-from typing import Self, TypedDict
+from signal import SIGINT
+from types import TracebackType
+from typing import NamedTuple, Self, TypedDict
 
 from pbrg_mj.analysis.output_file import write_atomically
+from pbrg_mj.counts import counted
 from pbrg_mj.errors import InputError, Interrupted, PbrgError, Stopped
 from pbrg_mj.studies.backends import Backend
 from pbrg_mj.studies.journal import FILE, Journal
@@ -24,6 +27,14 @@ Watch = Callable[[int, int, int], object]
 
 def unwatched(done: int, total: int, failed: int) -> None:
     """Do nothing: what a study without a progress bar calls."""
+
+
+class Part(NamedTuple):
+    """Where some runs stand among all those of a study."""
+
+    before: int = 0  # runs that are over
+    total: int | None = None  # runs of the study, at most; None where nobody knows, and nobody watches
+    failed: int = 0  # of those before
 
 
 class RunOptions(TypedDict, total=False):
@@ -54,6 +65,7 @@ class Runner:
         """
         backend.check()
         self.folder, self._backend, self._watch = folder, backend, watch
+        self._over, self._total = 0, None  # of the study, as far as is known
         _prepare(folder, *source, force=force)
         self._journal = Journal(folder, packages())
         self._open = ExitStack()
@@ -78,44 +90,42 @@ class Runner:
         self._open.enter_context(self._journal)
         return self
 
-    def __exit__(self, *_: object) -> None:
-        """Unlock the folder."""
+    def __exit__(self, _kind: object, error: BaseException | None, _trace: TracebackType | None) -> None:
+        """Unlock the folder. Raises Interrupted, which says what is in it, for Ctrl-C and the like."""
         self._open.close()
+        if isinstance(error, KeyboardInterrupt):
+            signal = error.signal if isinstance(error, Stopped) else SIGINT
+            raise Interrupted(self._so_far(), signal) from None
 
     def run(
-        self, tasks: Sequence[Task], logs: Sequence[str] = (), watch: Watch | None = None, ends: Ends | None = None
+        self, tasks: Sequence[Task], logs: Sequence[str] = (), part: Part | None = None, ends: Ends | None = None
     ) -> list[tuple[Record, Record]]:
         """Return each task's record and timings; write its log under that name into `logs/`, if names are given.
 
-        `watch` is called in place of the runner's own. The first task, in the order of `tasks`, whose record `ends` the
-        study is the last one returned: what is under way then is ended, whichever runs came first.
+        They are all runs of the study unless they are a `part`. The first task, in the order of `tasks`, whose record
+        `ends` the study is the last one returned: what is under way then is ended, whichever runs came first.
 
-        Raises Interrupted on Ctrl-C, after which the same call goes on where it ended.
+        What ends this from outside leaves what is finished; the same call goes on from there.
         """
-        watch = watch or self._watch
         names = dict(zip((task.digest for task in tasks), logs, strict=True)) if logs else {}
         left = {task.digest: task for task in tasks if not self._is_done(task, names)}
         if names:
             (self.folder / LOGS).mkdir(exist_ok=True)
         everything = len({task.digest for task in tasks})
         there = (self._journal[one][0] for one in {task.digest for task in tasks} - left.keys())
+        part = part or Part(total=everything)
         failed = sum(record["status"] != "ok" for record in there)
+        self._tell(part, everything - len(left), failed)
         if self._is_over(tasks, left, ends):
             return self._results(tasks, ends)
-        try:
-            with closing(self._backend.run(list(left.values()), bool(names))) as results:
-                watch(everything - len(left), everything, failed)
-                for result in results:
-                    self._keep(result, names)
-                    del left[result.digest]
-                    failed += result.record["status"] != "ok"
-                    watch(everything - len(left), everything, failed)
-                    if self._is_over(tasks, left, ends):
-                        break
-        except Stopped as stopped:
-            raise Interrupted(self._so_far(everything - len(left), everything), stopped.signal) from None
-        except KeyboardInterrupt:
-            raise Interrupted(self._so_far(everything - len(left), everything)) from None
+        with closing(self._backend.run(list(left.values()), bool(names))) as results:
+            for result in results:
+                self._keep(result, names)
+                del left[result.digest]
+                failed += result.record["status"] != "ok"
+                self._tell(part, everything - len(left), failed)
+                if self._is_over(tasks, left, ends):
+                    break
         return self._results(tasks, ends)
 
     def _is_over(self, tasks: Sequence[Task], left: Mapping[str, Task], ends: Ends | None) -> bool:
@@ -133,8 +143,14 @@ class Runner:
                 break
         return results
 
-    def _so_far(self, done: int, total: int) -> str:
-        return f"{done} of {total} runs are in {self.folder}; the same command goes on from there"
+    def _tell(self, part: Part, over: int, failed: int) -> None:
+        self._over, self._total = part.before + over, part.total
+        if self._total is not None:
+            self._watch(self._over, self._total, part.failed + failed)
+
+    def _so_far(self) -> str:
+        over = counted(self._over, "run") if self._total is None else f"{self._over} of {counted(self._total, 'run')}"
+        return f"{self.folder} has {over}; the same command goes on from there"
 
     def _is_done(self, task: Task, names: dict[str, str]) -> bool:
         if task.digest not in self._journal:

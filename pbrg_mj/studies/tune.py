@@ -19,7 +19,7 @@ from pbrg_mj.studies.document import StudyFile, read_study
 from pbrg_mj.studies.optimizer import Optimizer, check_bounded
 from pbrg_mj.studies.records import rows, write_records
 from pbrg_mj.studies.run_task import Record, column_types
-from pbrg_mj.studies.runner import Runner, RunOptions, Watch, unwatched
+from pbrg_mj.studies.runner import Part, Runner, RunOptions
 from pbrg_mj.studies.sweep_plan import Entries, Seed, Values, always_set, check_settings, seed_list, sources
 from pbrg_mj.studies.task import Task
 
@@ -78,9 +78,8 @@ def tune(
     """
     read = read_study(file, TuneKeys)
     search = _Search(read)
-    watch = options.pop("watch", unwatched)  # which is told of the whole search
     with Runner.of(folder, (FILE, read.content), **options) as runner:
-        return search.run(runner, watch)
+        return search.run(runner)
 
 
 class _Search:
@@ -107,12 +106,12 @@ class _Search:
         self.trace: list[Record] = []
         self.made: list[tuple[Task, tuple[Record, Record]]] = []
 
-    def run(self, runner: Runner, watch: Watch) -> Tuning:
+    def run(self, runner: Runner) -> Tuning:
         """Search, and write what was found."""
-        self._try(runner, watch, [{}])
+        self._try(runner, [{}])
         while left := self.keys.budget - len(self.trace):
             asked = self.optimizer.ask(min(left, self.keys.at_once))
-            values = self._try(runner, watch, [point for _, point in asked])
+            values = self._try(runner, [point for _, point in asked])
             self.optimizer.tell([(trial, value) for (trial, _), value in zip(asked, values, strict=True)])
         best = min(self.trace, key=lambda trial: trial["value"])
         held_out = None
@@ -123,13 +122,12 @@ class _Search:
         self._write(found)
         return found
 
-    def _try(self, runner: Runner, watch: Watch, points: Sequence[Values]) -> list[float]:
+    def _try(self, runner: Runner, points: Sequence[Values]) -> list[float]:
         runs = len(self.sources) * len(self.seeds)
-        before, total = len(self.trace) * runs, self.keys.budget * runs
+        total = self.keys.budget * runs
         failed = sum(result[0]["status"] != "ok" for _, result in self.made)
-        shifted: Watch = lambda done, _total, more: watch(before + done, total, failed + more)  # noqa: E731
         tasks = [self._tasks(len(self.trace) + k, point, self.seeds) for k, point in enumerate(points)]
-        results = iter(runner.run([task for part in tasks for task in part], watch=shifted))
+        results = iter(runner.run([task for part in tasks for task in part], part=Part(len(self.made), total, failed)))
         values = []
         for point, part in zip(points, tasks, strict=True):
             found = [(task, next(results)) for task in part]
@@ -140,7 +138,7 @@ class _Search:
 
     def _value(self, runner: Runner, settings: Values, seeds: Sequence[int]) -> float:
         tasks = self._tasks("held out", settings, seeds)
-        results = runner.run(tasks)
+        results = runner.run(tasks, part=Part(len(self.made)))
         self.made += zip(tasks, results, strict=True)
         return self._mean([record for record, _ in results])
 

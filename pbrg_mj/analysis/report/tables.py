@@ -8,6 +8,7 @@ from html import escape
 from pbrg_mj.analysis.metrics.table import LAYOUT, WRAPPED, cell, shown, text
 from pbrg_mj.analysis.report.report_run import ReportRun
 from pbrg_mj.analysis.text import plain
+from pbrg_mj.counts import counted
 
 CARD = (
     ("simulated", "duration_s", "s"),
@@ -63,7 +64,8 @@ def _card(number: int, one: ReportRun) -> str:
     binding = f'<p class="binding">Binds at the end:</p><ul class="binding">{binds}</ul>' if binds else ""
     style = one.numbers.outcome.replace(" ", "-")
     notice = f'<p class="notice">Damaged log: {_text(one.numbers.damage)}</p>' if one.numbers.damage else ""
-    identity = f"{one.numbers.plant}, {shown(data, 'governor')}, {one.numbers.robots} robots, seed {one.numbers.seed}"
+    robots = counted(one.numbers.robots, "robot")
+    identity = f"{one.numbers.plant}, {shown(data, 'governor')}, {robots}, seed {one.numbers.seed}"
     held = f"{one.numbers.duration_s:g} of {one.numbers.asked_s:g} s: {one.numbers.ended}"
     return (
         f'<article class="card"><h2><span class="number">{number}</span>{_text(one.numbers.scenario)}</h2>'

@@ -10,6 +10,7 @@ from typing import BinaryIO
 
 from mcap.records import Attachment, Metadata
 
+from pbrg_mj.counts import counted
 from pbrg_mj.errors import InputError
 from pbrg_mj.log.read.mcap_records import MAGIC
 from pbrg_mj.log.schema import channels
@@ -90,7 +91,7 @@ class Embedded:
             raise InputError("the log holds no scenario", file=self.path)
         scenario = parse_scenario(scenario_yaml, file=f"{self.path}:{channels.SCENARIO_ATTACHMENT}")
         if scenario.robots != dims["n"]:
-            counts = f"{dims['n']} robots, its scenario has {scenario.robots}"
+            counts = f"{counted(dims['n'], 'robot')}, its scenario has {scenario.robots}"
             raise InputError(f"the log contradicts itself: {counts}", file=self.path)
         return LogHeader(
             name=self.metadata[channels.RUN_METADATA].get("name", ""),

@@ -9,6 +9,7 @@ from html import escape
 from pathlib import Path
 
 from pbrg_mj.api.logs import open as open_log
+from pbrg_mj.counts import counted
 from pbrg_mj.studies.bench.pictures import picture
 from pbrg_mj.studies.bench.suite import Suite
 from pbrg_mj.studies.bench.table import BenchRun, Row
@@ -35,7 +36,7 @@ def page(suite: Suite, rows: Sequence[Row], folder: Path, versions: Mapping[str,
     parts = [
         f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>',
         f'<meta http-equiv="Content-Security-Policy" content="{escape(policy)}"><style>{STYLE}</style></head><body>',
-        f"<h1>{title}</h1><p>{len(suite.tasks)} runs. {made}</p>",
+        f"<h1>{title}</h1><p>{counted(len(suite.tasks), 'run')}. {made}</p>",
         *(_table(rows, group) for group in NAMES),
         _timings(rows),
         "<h2>Tunings</h2><ul>",

@@ -10,6 +10,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from pbrg_mj.analysis.output_file import write_atomically
+from pbrg_mj.counts import counted
 from pbrg_mj.errors import InputError, PbrgError
 from pbrg_mj.log.read.ticks import read_header
 from pbrg_mj.studies.bench.bench import FILES, TABLE
@@ -31,7 +32,7 @@ class Release:
 
     def __str__(self) -> str:
         """Return a line."""
-        return f"{self.path}: {self.files} files, SHA-256 {self.sha256}"
+        return f"{self.path}: {counted(self.files, 'file')}, SHA-256 {self.sha256}"
 
 
 def release_bench(folder: str | Path) -> Release:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from pbrg_mj.analysis.metrics.rates import Rate
+from pbrg_mj.counts import counted
 from pbrg_mj.studies.bench.statistics import Difference, Quartiles
 from pbrg_mj.studies.bench.suite import Suite
 from pbrg_mj.studies.bench.table import CERTIFICATES, BenchRun, Row
@@ -99,7 +100,7 @@ def as_text(rows: Sequence[Row]) -> str:
 
 def as_markdown(suite: Suite, rows: Sequence[Row]) -> str:
     """Return the table in Markdown, the same at every repetition; margins lead to the logs that made them."""
-    parts = [f"{suite.title}: {len(suite.tasks)} runs.\n"]
+    parts = [f"{suite.title}: {counted(len(suite.tasks), 'run')}.\n"]
     for group, title in NAMES.items():
         lines = [_line(list(COLUMNS)), "|" + "---|" * len(COLUMNS)]
         lines += [

@@ -18,6 +18,7 @@ from pbrg_mj.scenario.checks.world import body_centres
 from pbrg_mj.scenario.load import load_scenario
 from pbrg_mj.scenario.robots import robot_size
 from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.world.scene.footprints import footprints_of
 
 FILE = Path(__file__).resolve().parents[1] / "docs" / "img" / "worlds.png"
 SEEDS = (1, 2, 3)
@@ -28,8 +29,11 @@ HALF = 4.6  # of the view [m]
 def draw(axes: Axes, scenario: Scenario) -> None:
     """Draw obstacles, robots at the start, and the formation around the reference."""
     r, radius = np.array(scenario.operator.reference), robot_size(scenario.robot).body_radius
-    for corners in outlines(footprints(scenario)):
-        axes.add_patch(Polygon(corners, facecolor="#9e5c47"))
+    rises = footprints_of([rise.as_wall() for rise in scenario.world.rises])
+    panes = footprints_of([wall for wall in scenario.world.obstacles if wall.glass])
+    for around, color in ((rises, "#d9d2c0"), (footprints(scenario), "#9e5c47"), (panes, "#9cd3e6")):
+        for corners in outlines(around):
+            axes.add_patch(Polygon(corners, facecolor=color, edgecolor=color))
     moving = moving_footprints(scenario)
     for corners in outlines(moving):
         axes.add_patch(Polygon(corners, facecolor="none", edgecolor="#cc8529"))

@@ -105,6 +105,32 @@ def test_a_notched_prism_has_two_or_three_arms_apart(key, said):
         world(FAMILY.replace("  keys:", MORE), 6, f"draw.notched.0.{key}")
 
 
+SLOPES = """\
+  doorways: [{distance: 1.5, width: 1.2, angle_deg: 0, pane: 0.02}]
+  ramps: [{along: 2.5, across: 0.5, length: 0.8, width: 2.0, slope_deg: 3.0, angle_deg: 90}]
+  keys:"""
+
+
+def test_panes_fill_doorways_and_ramps_lead_up_and_down():
+    given = FAMILY.replace("  keys:", SLOPES)
+    drawn = world(given, 6, "draw.reference.direction_deg=0").scenario.world
+    _, left, right, pane = drawn.walls
+    assert (pane.start, pane.end) == (left.end, right.start) and math.dist(pane.start, pane.end) == pytest.approx(1.2)
+    assert (pane.glass, pane.thickness) == (True, 0.02) and not (left.glass or right.glass)
+    up, down = drawn.ramps
+    assert (up.start, up.end, down.start, down.end) == ((2.5, -0.3), (2.5, 0.5), (2.5, 1.3), (2.5, 0.5))
+    assert up.height == down.height == pytest.approx(0.8 * math.tan(math.radians(3.0)), abs=1e-5) and up.width == 2.0
+    assert not any(wall.glass for wall in world(given, 6, "draw.doorways.0.pane=0").scenario.world.walls)
+
+
+def test_a_ramp_keeps_off_robots_and_has_a_slope():
+    given = FAMILY.replace("  keys:", SLOPES)
+    with pytest.raises(InputError, match=r"one.yaml:12: draw\.ramps\.0: has slopes of 45 deg; allowed: more than 0"):
+        world(given, 6, "draw.ramps.0.slope_deg=45")
+    with pytest.raises(InputError, match=r"draw\.ramps\.0: finds no place in 1000 draws that keeps 0\.3 m"):
+        world(given, 6, "draw.ramps.0.along=0.5")
+
+
 def test_overrides_win_over_what_is_drawn_and_leave_the_world_as_it_is():
     drawn, changed = world(seed=4).scenario, world(FAMILY, 4, "sensors.beams.preset=robotarium").scenario
     assert changed.sensors.beams.preset == "robotarium"

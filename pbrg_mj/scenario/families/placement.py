@@ -14,11 +14,12 @@ from pbrg_mj.scenario.families.distributions import random_of, value, values
 from pbrg_mj.scenario.families.frame import PathFrame
 from pbrg_mj.scenario.families.schema import Draw, Repeated
 from pbrg_mj.scenario.families.shapes import SHAPES, Entries
-from pbrg_mj.scenario.schema import Box, Column, Prism, Threshold, Wall
+from pbrg_mj.scenario.schema import Box, Column, Prism, Ramp, Threshold, Wall
 from pbrg_mj.scenario.schema.base import MOST_OBSTACLES
 
 MOST_DRAWS = 1000  # of one obstacle
 LOOSE = ("boxes", "columns", "prisms", "notched")  # kinds that keep off the formation around the reference, too
+RISES: dict[str, type[Ramp | Threshold]] = {"ramps": Ramp, "thresholds": Threshold}
 
 
 def placed(
@@ -71,8 +72,8 @@ def _distances_to(name: str, entry: dict[str, Any], points: np.ndarray) -> np.nd
             return distances_to_prism(Prism.model_validate(entry), points)
         if name == "moving_boxes":
             entry = {"center": entry["waypoints"][0]["center"], "size": entry["size"]}
-        if name == "thresholds":
-            return distances_to_wall(Threshold.model_validate(entry).as_wall(), points)
+        if name in RISES:
+            return distances_to_wall(RISES[name].model_validate(entry).as_wall(), points)
         wall = Wall.model_validate(entry) if name == "walls" else Box.model_validate(entry).as_wall()
         return distances_to_wall(wall, points)
     except ValidationError:

@@ -83,6 +83,7 @@ class DoorwayDraw(WallDraw):
 
     width: Drawn = Field(description="of the opening [m]")
     length: Drawn = Field(default=3.0, description="of the wall on either side [m]")
+    pane: Drawn = Field(default=0.0, description="thickness of a pane of glass in the opening; 0: none [m]")
 
 
 class CorridorDraw(Repeated):
@@ -171,6 +172,14 @@ class ThresholdDraw(Scattered):
     height: Drawn = Field(description="above the floor [m]")
 
 
+class RampDraw(Scattered):
+    """Two wedges back to back: a way up along `angle_deg`, and down again."""
+
+    length: Drawn = Field(description="of each of the two slopes, on the floor [m]")
+    width: Drawn = Field(description="across the slopes [m]")
+    slope_deg: Drawn = Field(description="of both [deg]")
+
+
 class MovingBoxDraw(Repeated):
     """Boxes along the world's axes that move once, straight on, whatever stands in their way."""
 
@@ -210,6 +219,7 @@ class Draw(Section):
     prisms: tuple[PrismDraw, ...] = _entries("convex prisms")
     notched: tuple[NotchedDraw, ...] = _entries("prisms like an L or a U")
     thresholds: tuple[ThresholdDraw, ...] = _entries("low bars on the floor")
+    ramps: tuple[RampDraw, ...] = _entries("ways up and down")
     moving_boxes: tuple[MovingBoxDraw, ...] = _entries("boxes that move")
     keys: dict[str, Drawn] = Field(
         default={}, description="any other key of the scenario by its dotted name, such as `sensors.beams.preset`"

@@ -20,6 +20,8 @@ Point = tuple[float, float]
 Entries = list[dict[str, Any]]
 Shape = Callable[[Mapping[str, Any], PathFrame, np.random.Generator], Entries]
 FEWEST_SIDES, MOST_SIDES = 3, 24
+STEEPEST = 45.0  # slope of a ramp [deg]
+DECIMALS = 5  # of a ramp's height [m]
 
 
 def walls(drawn: Mapping[str, Any], frame: PathFrame, random: np.random.Generator) -> Entries:
@@ -29,10 +31,14 @@ def walls(drawn: Mapping[str, Any], frame: PathFrame, random: np.random.Generato
 
 
 def doorways(drawn: Mapping[str, Any], frame: PathFrame, random: np.random.Generator) -> Entries:
-    """Return the walls on both sides of an opening, in one line."""
+    """Return the walls on both sides of an opening, in one line, and the pane in it, if there is one."""
     half, shift, length = drawn["width"] / 2, drawn["shift"], drawn["length"]
     sides = (shift - half - length, shift - half), (shift + half, shift + half + length)
-    return [_across(drawn, frame, *side) for side in sides]
+    beside = [_across(drawn, frame, *side) for side in sides]
+    if not drawn["pane"]:
+        return beside
+    pane = _across(drawn, frame, shift - half, shift + half)
+    return [*beside, pane | {"thickness": drawn["pane"], "glass": True}]
 
 
 def corridors(drawn: Mapping[str, Any], frame: PathFrame, random: np.random.Generator) -> Entries:
@@ -101,6 +107,17 @@ def thresholds(drawn: Mapping[str, Any], frame: PathFrame, random: np.random.Gen
     return [{**ends, "width": drawn["width"], "height": drawn["height"]}]
 
 
+def ramps(drawn: Mapping[str, Any], frame: PathFrame, random: np.random.Generator) -> Entries:
+    """Return two wedges whose upper edges meet."""
+    if not 0 < drawn["slope_deg"] < STEEPEST:
+        raise InputError(f"has slopes of {drawn['slope_deg']:g} deg; allowed: more than 0, less than {STEEPEST:g}")
+    height = round(drawn["length"] * math.tan(math.radians(drawn["slope_deg"])), DECIMALS)
+    x, y = _turned(drawn["length"], 0.0, math.radians(drawn["angle_deg"]))
+    feet = [frame.to_world(drawn["along"] + sign * x, drawn["across"] + sign * y) for sign in (-1, 1)]
+    top = frame.to_world(drawn["along"], drawn["across"])
+    return [{"from": foot, "to": top, "width": drawn["width"], "height": height} for foot in feet]
+
+
 def moving_boxes(drawn: Mapping[str, Any], frame: PathFrame, random: np.random.Generator) -> Entries:
     """Return one moving box."""
     if drawn["speed"] <= 0:
@@ -124,6 +141,7 @@ SHAPES: dict[str, tuple[Shape, str]] = {
     "prisms": (prisms, "prisms"),
     "notched": (notched, "prisms"),
     "thresholds": (thresholds, "thresholds"),
+    "ramps": (ramps, "ramps"),
     "moving_boxes": (moving_boxes, "moving_boxes"),
 }
 

@@ -14,7 +14,6 @@ import math
 from itertools import pairwise
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt
 
 from pbrg_mj.scenario.robots import robot_size
 from pbrg_mj.scenario.schema import MovingBox, Scenario
@@ -66,6 +65,8 @@ def is_visible(scenario: Scenario, box: MovingBox, time: float, hand: np.ndarray
 
 def can_escape(scenario: Scenario, box: MovingBox, time: np.ndarray, hand: np.ndarray) -> bool:
     """Return whether the reachable set of a robot whose hand point (2,) is there at time[0] is not empty at the end."""
+    from scipy.ndimage import distance_transform_edt  # half a second that metrics of most runs do without
+
     size, count = robot_size(scenario.robot), math.ceil(REACH / CELL)
     axis = CELL * np.arange(-count, count + 1)
     x, y = np.meshgrid(hand[0] + axis, hand[1] + axis, indexing="ij")

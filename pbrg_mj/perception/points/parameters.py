@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import norm, poisson
+from scipy.special import ndtr, ndtri, pdtrc  # scipy.stats has the same, but takes a second to import
 
 from pbrg_mj.perception.points.face import ROOM
 from pbrg_mj.perception.scan.self_occlusion import blocked_beams
@@ -100,7 +100,7 @@ def confirmations(beams: Beams, recent: int) -> int:
     std = math.hypot(beams.noise_std, beams.noise_ratio * middle)
     share = min(6.0 * math.sqrt(2.0) * std / (beams.range_max - beams.range_min), 1.0) * 3.0 / beams.count
     needed = 1
-    while outliers * poisson.sf(needed - 1, outliers * share * recent) > FALSE_ECHOES and needed < recent:
+    while outliers * pdtrc(needed - 1, outliers * share * recent) > FALSE_ECHOES and needed < recent:
         needed += 1
     return needed
 
@@ -110,5 +110,5 @@ def range_sigmas(sigmas: float) -> np.ndarray:
 
     As seldom as one echo lies `sigmas` of them behind: (1 - Phi(s))^N = 1 - Phi(sigmas), and no less than 0.
     """
-    tail = norm.sf(sigmas)
-    return np.maximum(norm.isf(tail ** (1.0 / np.arange(1, MOST_ECHOES + 1))), 0.0)
+    tail = ndtr(-sigmas)
+    return np.maximum(-ndtri(tail ** (1.0 / np.arange(1, MOST_ECHOES + 1))), 0.0)

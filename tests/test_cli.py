@@ -218,6 +218,15 @@ def test_help_waits_for_nothing_heavy():
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, cwd=ROOT)
 
 
+def test_a_run_imports_nothing_slow_that_it_does_not_use():
+    code = (
+        "import sys, pbrg_mj.api.simulate; "
+        "slow = {'scipy.stats', 'scipy.ndimage', 'scipy.optimize', 'scipy.spatial', 'cvxpy', 'matplotlib', 'rich'}; "
+        "assert not slow & set(sys.modules), slow & set(sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, cwd=ROOT)
+
+
 def test_version(capsys):
     assert main(["--version"]) == 0
     assert capsys.readouterr().out.startswith("pbrg ")

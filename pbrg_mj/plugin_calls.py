@@ -25,12 +25,12 @@ KINDS = {np.dtype(float): "fiu", np.dtype(np.int64): "fiu", np.dtype(bool): "biu
 LARGEST_COUNT = 2**53  # doubles and JSON hold it exactly
 
 
-class _TimeUp(BaseException):
+class _TimeLimitExceeded(BaseException):
     """No Exception: a part's own `except Exception` must not take it for one of its own."""
 
 
 @contextmanager
-def blaming(noun: str, name: str, where: str, limit: float | None = None) -> Iterator[None]:
+def plug_in_errors(noun: str, name: str, where: str, limit: float | None = None) -> Iterator[None]:
     """Turn whatever a part raises, `sys.exit` included, into a PlugInError that names it.
 
     `limit` is the wall-clock time it may take [s]; None is no limit. Python code of the main thread is interrupted;
@@ -42,7 +42,7 @@ def blaming(noun: str, name: str, where: str, limit: float | None = None) -> Ite
             yield
     except (PlugInError, KeyboardInterrupt):
         raise
-    except _TimeUp:
+    except _TimeLimitExceeded:
         message = f"{name}: the {noun} took more than {limit:g} s in {where}, the limit of {LIMIT_KEY}"
         raise PlugInError(message) from None
     except BaseException as error:
@@ -51,40 +51,42 @@ def blaming(noun: str, name: str, where: str, limit: float | None = None) -> Ite
         raise PlugInError(f"{name}: the {noun} raised {type(error).__name__} in {where}: {_text(error)}") from error
 
 
-def blamed_call(noun: str, name: str, where: str, function: Callable[..., Any], *arguments: Any) -> Any:
-    """Call a function of a part as `blaming` does, but for a limit: that is shared by many calls inside `blaming`."""
+def call_plug_in(noun: str, name: str, where: str, function: Callable[..., Any], *arguments: Any) -> Any:
+    """Call a function of a part with its errors turned likewise, without a limit of its own."""
     try:
         return function(*arguments)
-    except (PlugInError, KeyboardInterrupt, _TimeUp):
+    except (PlugInError, KeyboardInterrupt, _TimeLimitExceeded):
         raise
     except BaseException as error:
         raise PlugInError(f"{name}: the {noun} raised {type(error).__name__} in {where}: {_text(error)}") from error
 
 
-def sealed(value: Any) -> Any:
+def read_only_copy(value: Any) -> Any:
     """Return a copy whose arrays are read-only, of an array or of data classes and named tuples of them."""
     if isinstance(value, np.ndarray):
         copy = value.copy()
         copy.flags.writeable = False
         return copy
     if isinstance(value, tuple) and hasattr(value, "_fields"):
-        return type(value)(*map(sealed, value))
+        return type(value)(*map(read_only_copy, value))
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return dataclasses.replace(value, **{f.name: sealed(getattr(value, f.name)) for f in dataclasses.fields(value)})
+        return dataclasses.replace(
+            value, **{f.name: read_only_copy(getattr(value, f.name)) for f in dataclasses.fields(value)}
+        )
     return value
 
 
-class Sealer:
-    """Seals values that stay the same object for many ticks, such as a network, once."""
+class ReadOnlyCopies:
+    """Read-only copies of values that stay the same object for many ticks, such as a network: each is made once."""
 
     def __init__(self) -> None:
         self._last: dict[str, tuple[Any, Any]] = {}
 
     def __call__(self, name: str, value: Any) -> Any:
-        """Return the sealed value; `name` tells one value from another."""
+        """Return the value's read-only copy; `name` tells one value from another."""
         last = self._last.get(name)
         if last is None or last[0] is not value:
-            last = self._last[name] = (value, sealed(value))
+            last = self._last[name] = (value, read_only_copy(value))
         return last[1]
 
 
@@ -140,12 +142,12 @@ def _refuse(whose: str, what: str, array: np.ndarray, allowed: str) -> NoReturn:
 
 @contextmanager
 def _limited(limit: float) -> Iterator[None]:
-    """Raise _TimeUp in the code inside once it has taken longer than `limit` [s], or when it is done at last."""
+    """Raise _TimeLimitExceeded in the code inside once it takes longer than `limit` [s], at the latest at its end."""
     began = clock()
     with _interrupted_after(limit) if _can_interrupt() else nullcontext():
         yield
     if clock() - began > limit:
-        raise _TimeUp
+        raise _TimeLimitExceeded
 
 
 def _can_interrupt() -> bool:
@@ -159,7 +161,7 @@ def _interrupted_after(limit: float) -> Iterator[None]:
 
     def ring(_signal: int, _frame: object) -> None:
         if running:
-            raise _TimeUp
+            raise _TimeLimitExceeded
 
     handler = signal.signal(signal.SIGALRM, ring)
     others = signal.setitimer(signal.ITIMER_REAL, limit, AGAIN)

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from pydantic import ValidationError
 
 from pbrg_mj.errors import InputError, PlugInError
-from pbrg_mj.plugin_calls import blaming, sealed
+from pbrg_mj.plugin_calls import plug_in_errors, read_only_copy
 from pbrg_mj.plugin_options import option_keys, options_model, parameters, unknown_options, validated
 
 OBJECT = "object:"
@@ -164,7 +164,7 @@ def find(kind: Kind, name: str) -> Callable[..., Any]:
         )
     if name not in offered:
         raise InputError(unknown(kind, name, offered), key=kind.key or None)
-    with blaming(kind.noun, name, "import"):
+    with plug_in_errors(kind.noun, name, "import"):
         return offered[name].load()
 
 
@@ -191,7 +191,7 @@ def make(
     kind: Kind, name: str, build: Callable[..., Any], first: Any, options: Mapping[str, Any], **context: Any
 ) -> Any:
     """Return what a build function makes of its first argument, of options and of what else it has parameters for."""
-    arguments = {key: sealed(value) for key, value in context.items() if key in parameters(build)}
+    arguments = {key: read_only_copy(value) for key, value in context.items() if key in parameters(build)}
     model = options_model(build)
     if model is not None:
         for key in unknown_options(model, options):
@@ -203,7 +203,7 @@ def make(
             raise InputError(f"is {item['input']!r}: {item['msg']}", key=_option(kind, *item["loc"])) from None
     elif options:
         raise InputError(f"{kind.noun} {name!r} takes no options", key=kind.options or None)
-    with blaming(kind.noun, name, "build" if kind.methods else "its function"):
+    with plug_in_errors(kind.noun, name, "build" if kind.methods else "its function"):
         part = build(first, **arguments)
     if _missing(kind, part):
         raise PlugInError(f"{name}: the {kind.noun} has no method {' or '.join(_missing(kind, part))}: {part!r}")

@@ -40,7 +40,7 @@ from pbrg_mj.log.write.mcap_writer import McapWriter
 from pbrg_mj.log.write.messages import dims_of
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.loop.simulation import Simulation
-from pbrg_mj.scenario.load import Loaded
+from pbrg_mj.scenario.load import LoadedScenario
 
 REPEATS = 9
 ACCIDENTS = 300
@@ -89,7 +89,7 @@ WRITERS = {
 }
 
 
-def logged_run(loaded: Loaded, path: Path) -> float:
+def logged_run(loaded: LoadedScenario, path: Path) -> float:
     """Return the log's time over that of the rest of a tick."""
     simulation, writing = Simulation.build(loaded.scenario), 0.0
     records = simulation.records()
@@ -104,7 +104,7 @@ def logged_run(loaded: Loaded, path: Path) -> float:
     return writing / (whole - writing)
 
 
-def writers(loaded: Loaded, folder: Path) -> None:
+def writers(loaded: LoadedScenario, folder: Path) -> None:
     shares: dict[str, list[float]] = {name: [] for name in WRITERS}
     for _ in range(REPEATS):
         for name, make in WRITERS.items():

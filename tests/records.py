@@ -11,7 +11,7 @@ from pbrg_mj.governor.problem.ball import ball_rows
 from pbrg_mj.governor.problem.interface import Problem, Solution
 from pbrg_mj.loop.record import TickRecord, Timings
 from pbrg_mj.perception.half_spaces import HalfSpaces
-from pbrg_mj.scenario.load import Loaded, parse_scenario
+from pbrg_mj.scenario.load import LoadedScenario, parse_scenario
 from pbrg_mj.sensing.readings import Readings
 from pbrg_mj.team.network import Network
 from pbrg_mj.world.plant.interface import Truth
@@ -37,10 +37,10 @@ log: {timings: TIMINGS}
 """
 
 
-def loaded(*, timings: bool) -> Loaded:
+def loaded(*, timings: bool) -> LoadedScenario:
     """Return a scenario of three robots, two of them with beams."""
     text = SCENARIO_YAML.replace("TIMINGS", str(timings).lower())
-    return Loaded(scenario=parse_scenario(text, file="three.yaml"), name="three", yaml_text=text)
+    return LoadedScenario(scenario=parse_scenario(text, file="three.yaml"), name="three", yaml_text=text)
 
 
 def records(ticks: int, *, robots: int = 3, slots: int = 2, seed: int = 1) -> list[TickRecord]:

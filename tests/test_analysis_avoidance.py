@@ -91,8 +91,8 @@ def test_a_run_in_parts_is_judged_like_the_whole():
     whole.add(made.ticks)
     for first in range(0, 21, 4):
         parts.add(made.ticks.rows(first, first + 4))
-    assert whole.judged() == parts.judged() != []
-    assert with_avoidance(outcome(made), parts.judged()) == outcome(made)
+    assert whole.first_contacts() == parts.judged() != []
+    assert with_avoidance(outcome(made), parts.first_contacts()) == outcome(made)
 
 
 def test_worlds_of_a_batch_are_told_apart():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pbrg_mj.analysis.metrics import samples as module
-from pbrg_mj.analysis.metrics.index_join import IndexJoin, NotKeptError
+from pbrg_mj.analysis.metrics.index_join import IndexJoin, MissingRowError
 from pbrg_mj.analysis.metrics.run_metrics import metrics
 from pbrg_mj.analysis.metrics.samples import Samples
 from pbrg_mj.analysis.metrics.settling import Settling
@@ -56,7 +56,7 @@ def test_rows_find_their_partners_whatever_comes_first():
         else:
             joined.second({"index": seconds.pop(0)})
     assert found == partners.tolist()
-    with pytest.raises(NotKeptError):
+    with pytest.raises(MissingRowError):
         IndexJoin.second(joined, {"index": np.array([7])})
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from pbrg_mj.api.interrupt import interruptible
 from pbrg_mj.cli import progress as room
-from pbrg_mj.cli.progress import SoFar, compiling_noted, progress
+from pbrg_mj.cli.progress import RunningSummary, compiling_noted, progress
 from pbrg_mj.kernel.stopwatch import report
 from tests.records import records
 
@@ -30,7 +30,7 @@ def record(margin=1.0, contact=False, status="ok", time=3.0):
 
 
 def test_the_worst_so_far_is_told():
-    so_far = SoFar()
+    so_far = RunningSummary()
     so_far.add(record(margin=0.5))
     assert so_far.text() == "no violation, margin 0.500 m"
     so_far.add(record(status="infeasible"))
@@ -44,14 +44,14 @@ def test_the_worst_so_far_is_told():
 
 @pytest.mark.parametrize(("field", "what"), [("moving_contact", "a moving box"), ("robot_contact", "another robot")])
 def test_the_first_contact_of_any_kind_is_told(field, what):
-    so_far, seen = SoFar(), record()
+    so_far, seen = RunningSummary(), record()
     so_far.add(seen._replace(truth=seen.truth._replace(**{field: np.array([False, True, False])})))
     so_far.add(record(contact=True))
     assert so_far.text().startswith(f"a robot touched {what} at 3.0 s")
 
 
 def test_without_walls_there_is_no_margin_to_tell():
-    so_far = SoFar()
+    so_far = RunningSummary()
     so_far.add(record(margin=np.inf))
     assert so_far.text() == "no violation"
 

@@ -16,7 +16,7 @@ from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.certified.compiled import CompiledDecision
 from pbrg_mj.governor.certified.governor import CertifiedGovernor
 from pbrg_mj.governor.problem.interface import Problem
-from pbrg_mj.governor.problem.made_when_read import RowsToMake
+from pbrg_mj.governor.problem.lazy_rows import LazyRows
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.load import load_scenario
@@ -80,7 +80,7 @@ def test_the_closed_loop_makes_no_rows_of_the_state_and_who_reads_them_gets_them
     certificate = PredictiveCertificate.of(scenario, 0.01)
     for tick in ticks:
         problem = tick.problem
-        assert isinstance(vars(problem)["rows"], RowsToMake)
+        assert isinstance(vars(problem)["rows"], LazyRows)
         assert problem.rows_shape == tick.solution.multipliers.shape
         expected = certificate.rows_at(tick.half_spaces, problem.p, problem.xi, held)
         for ours, theirs in zip(problem.rows, expected, strict=True):

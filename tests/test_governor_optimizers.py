@@ -7,7 +7,7 @@ import pytest
 
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.certificate.ball import BallAtState
-from pbrg_mj.governor.certificate.share import Spread
+from pbrg_mj.governor.certificate.scalar_reference_governor import Spread
 from pbrg_mj.governor.messaging.program import OwnData, RobotFacts
 from pbrg_mj.governor.optimizers.admm import Admm
 from pbrg_mj.governor.optimizers.flow_in_m import FlowInM

@@ -306,7 +306,7 @@ def test_the_share_is_the_largest_that_the_wheels_can_follow(facets: np.ndarray)
     for _ in range(30):
         error = 0.15 * rng.normal(size=(2 * n, 2))
         heading, advance = rng.uniform(-np.pi, np.pi, size=n), rng.normal(size=2)
-        share = limit.share(error, heading, advance)
+        kappa = limit.kappa(error, heading, advance)
         headings = turned(limit, error, heading)
 
         def use(kappa: float, error=error, headings=headings, advance=advance) -> np.ndarray:
@@ -317,10 +317,10 @@ def test_the_share_is_the_largest_that_the_wheels_can_follow(facets: np.ndarray)
             body = np.stack([c * u[..., 0] + s * u[..., 1], c * u[..., 1] - s * u[..., 0]], axis=-1)
             return body @ facets.T
 
-        before, at, beyond = use(0.0), use(share), use(share + 1e-4)
+        before, at, beyond = use(0.0), use(kappa), use(kappa + 1e-4)
         allowed = np.maximum(before, 1.0) + 1e-9
         assert (at <= allowed).all()
-        if share < 1.0:
+        if kappa < 1.0:
             partial += 1
             assert (beyond > np.maximum(before, 1.0)).any()
     assert partial > 10
@@ -334,13 +334,13 @@ def test_an_advance_changes_velocities_by_no_more_than_motors_take_up() -> None:
     for _ in range(30):
         error, heading = np.zeros((2 * n, 2)), rng.uniform(-np.pi, np.pi, size=n)
         advance = 0.08 * rng.normal(size=2)
-        share = limit.share(error, heading, advance)
+        kappa = limit.kappa(error, heading, advance)
         moved = error.copy()
-        moved[:n] -= share * advance
+        moved[:n] -= kappa * advance
         u, c, s = model.rate @ moved, np.cos(heading), np.sin(heading)
         used = np.column_stack([c * u[:, 0] + s * u[:, 1], c * u[:, 1] - s * u[:, 0]]) @ facets.T
         assert used.max() <= 0.1 + 1e-12
-        if share < 1.0:
+        if kappa < 1.0:
             cut += 1
             assert used.max() == pytest.approx(0.1)
     assert 5 < cut < 30

@@ -48,10 +48,10 @@ def test_the_share_is_the_largest_that_keeps_every_way_within_sight() -> None:
         p, xi = 0.1 * rng.normal(size=(5, 2)), 0.1 * rng.normal(size=(5, 2))
         xi -= xi.mean(axis=0)
         held, advance = p.mean(axis=0), 3.0 * rng.normal(size=2)
-        share = limit.share(np.vstack([p - held, xi]), np.zeros(5), advance)
-        way = farthest(p, xi, held + share * advance)
+        kappa = limit.kappa(np.vstack([p - held, xi]), np.zeros(5), advance)
+        way = farthest(p, xi, held + kappa * advance)
         assert way <= SIGHT + 2e-3  # between grid points a millimetre per metre of the error
-        if share < 1.0:
+        if kappa < 1.0:
             cut += 1
             assert way == pytest.approx(SIGHT, abs=5e-3)
     assert cut >= 6
@@ -60,8 +60,8 @@ def test_the_share_is_the_largest_that_keeps_every_way_within_sight() -> None:
 def test_a_way_that_is_too_long_already_may_not_grow() -> None:
     limit, error = SightLimit.of(GRID, BEAMS, SIGHT), np.zeros((10, 2))
     error[:5, 0] = -2.0  # all robots are 2 m short of the held m
-    assert limit.share(error, np.zeros(5), np.array([1.0, 0.0])) == 0.0
-    assert limit.share(error, np.zeros(5), np.array([-0.5, 0.0])) == 1.0
+    assert limit.kappa(error, np.zeros(5), np.array([1.0, 0.0])) == 0.0
+    assert limit.kappa(error, np.zeros(5), np.array([-0.5, 0.0])) == 1.0
 
 
 @pytest.mark.parametrize("seed", [22, 23])

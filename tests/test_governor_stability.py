@@ -15,7 +15,7 @@ from pbrg_mj.governor.distributed.rounds import run_rounds
 from pbrg_mj.governor.monitor.equilibrium import equilibrium
 from pbrg_mj.governor.problem.ball import input_rows
 from pbrg_mj.governor.problem.rows import rho, stacked
-from pbrg_mj.governor.stability.linear_step import linear_step_limit, robots_abreast, steepest_gradients
+from pbrg_mj.governor.stability.linear_step import linear_step_limit, most_robots_on_hull_edge, steepest_gradients
 from tests.linear_rounds import longest_step, modes_at
 from tests.problems import FORMATION, GRAPHS, START, graph, problem
 
@@ -132,18 +132,18 @@ def test_the_steepest_gradient_bounds_that_of_all_rows_together():
             rows = static.rows if rows_of_inputs is None else stacked(static.rows, inputs)
             m, xi = rng.normal(size=2), rng.normal(size=(5, 2))
             slope = (5 * m - static.p.sum(axis=0)) / rho(m, static.p, xi)
-            binding = rows.active.copy()  # of the ball rows those that bind at once: robots robots_abreast
+            binding = rows.active.copy()  # of the ball rows those that bind at once: robots of one hull edge
             binding[:, :15] &= rows.d[:, :15] <= np.where(binding, rows.d, np.inf)[:, :15].min() + 1e-9
             gradients = (rows.a[..., None] * slope + rows.C) * binding[..., None]
             assert np.all(np.linalg.norm(gradients, axis=(1, 2)) <= bound + 1e-9)
 
 
 def test_robots_abreast_are_counted_on_the_hulls_edges():
-    assert robots_abreast(FORMATION) == 3  # robots 1, 5, 4 on the diagonal; so do 2, 3, 4 at the bottom
-    assert robots_abreast(np.zeros((1, 2))) == 1
-    assert robots_abreast(np.array([[0.0, 0.0], [1.0, 0.0]])) == 2
-    assert robots_abreast(np.array([[np.cos(a), np.sin(a)] for a in np.arange(7)])) == 2
+    assert most_robots_on_hull_edge(FORMATION) == 3  # robots 1, 5, 4 on the diagonal; so do 2, 3, 4 at the bottom
+    assert most_robots_on_hull_edge(np.zeros((1, 2))) == 1
+    assert most_robots_on_hull_edge(np.array([[0.0, 0.0], [1.0, 0.0]])) == 2
+    assert most_robots_on_hull_edge(np.array([[np.cos(a), np.sin(a)] for a in np.arange(7)])) == 2
     grid = np.array([[x, y] for x in range(4) for y in range(3)], dtype=float)
-    assert robots_abreast(grid) == 4
+    assert most_robots_on_hull_edge(grid) == 4
     inside = np.vstack([grid[[0, 2, 9, 11]], [[1.0, 1.0], [2.0, 1.0]]])
-    assert robots_abreast(inside) == 2
+    assert most_robots_on_hull_edge(inside) == 2

@@ -10,7 +10,7 @@ from scipy.stats import norm
 from pbrg_mj.errors import InputError
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.perception.points.estimator import PointEstimator
-from pbrg_mj.perception.points.hull import gap_to_hull
+from pbrg_mj.perception.points.hull import distance_to_hull
 from pbrg_mj.perception.points.parameters import range_sigmas
 from pbrg_mj.scenario.load import load_text
 from tests.perceiving import box, rows
@@ -169,7 +169,7 @@ def test_the_gap_to_a_hull_is_that_of_an_optimizer():
         P = rng.normal(size=(count, 2))
         P[:, 0] += rng.uniform(0.0, 3.0)
         way = rng.normal(size=4)
-        gap, x, y = gap_to_hull(P[:, 0].copy(), P[:, 1].copy(), count, tuple(way))
+        gap, x, y = distance_to_hull(P[:, 0].copy(), P[:, 1].copy(), count, tuple(way))
 
         def squared(w, P=P, way=way):
             t = w[-1]

@@ -23,7 +23,7 @@ from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.monitor.passivity import Passivity
 from pbrg_mj.governor.problem.ball import ball_rows
 from pbrg_mj.perception.half_spaces import HalfSpaces
-from pbrg_mj.plugin_calls import blaming, copied, sealed
+from pbrg_mj.plugin_calls import copied, plug_in_errors, read_only_copy
 from scripts.fuzz.sandbox import run_apart
 
 
@@ -184,7 +184,7 @@ def test_what_is_forced_open_changes_nothing_but_a_copy():
 
 
 def test_numpy_is_as_it_was_after_a_call():
-    with blaming("governor", "mine", "step"):
+    with plug_in_errors("governor", "mine", "step"):
         np.seterr(all="raise")
     assert np.geterr()["under"] == "ignore"
 
@@ -223,7 +223,7 @@ def test_in_another_thread_it_is_ended_when_it_comes_back():
 
     def run():
         try:
-            with blaming("governor", "mine", "step", 0.01):
+            with plug_in_errors("governor", "mine", "step", 0.01):
                 time.sleep(0.05)
         except PlugInError as error:
             found.append(str(error))
@@ -237,7 +237,7 @@ def test_in_another_thread_it_is_ended_when_it_comes_back():
 def test_the_limit_leaves_timers_and_handlers_as_they_were():
     signal = pytest.importorskip("signal")
     before = signal.getsignal(signal.SIGALRM)
-    with blaming("governor", "mine", "step", 5.0):
+    with plug_in_errors("governor", "mine", "step", 5.0):
         pass
     assert signal.getsignal(signal.SIGALRM) is before
     assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
@@ -480,6 +480,6 @@ def test_the_scenario_a_part_is_built_from_is_a_copy(leaving, monkeypatch):
 
 def test_sealed_copies_are_deep_and_whole_floats_are_counts():
     rows = ball_rows(HalfSpaces.empty(2, 1), np.zeros((2, 2)))
-    assert not any(array.flags.writeable for array in sealed(rows))
+    assert not any(array.flags.writeable for array in read_only_copy(rows))
     assert all(array.flags.writeable for array in rows)
     assert copied("a", "b", np.array([1.0, 2.0]), (2,), np.int64).tolist() == [1, 2]

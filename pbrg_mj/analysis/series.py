@@ -149,5 +149,6 @@ def _timing_series(run: Run) -> list[Series]:
 def _from_columns(columns: LoggedSeries, layout: Table) -> list[Series]:
     """Return series that take their values from a log's columns, each read when it is asked for and not kept."""
     return [
-        Series(name, unit, columns.index, lambda of=of: of(columns.unread()), axes) for name, unit, of, axes in layout
+        Series(name, unit, columns.index, lambda of=of: of(columns.without_cache()), axes)
+        for name, unit, of, axes in layout
     ]

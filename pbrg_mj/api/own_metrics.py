@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from pbrg_mj.errors import PlugInError
-from pbrg_mj.plugin_calls import blaming
+from pbrg_mj.plugin_calls import plug_in_errors
 from pbrg_mj.plugins import METRIC, find, make
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ def evaluate_metric(run: Run, metric: Metric, options: Mapping[str, Any]) -> dic
     for key, number in values.items():
         if not isinstance(key, str) or not isinstance(number, numbers.Real):
             raise PlugInError(f"{name}: the metric returned {key!r}: {number!r}; allowed: a number, or numbers by name")
-    with blaming("metric", name, "its numbers"):
+    with plug_in_errors("metric", name, "its numbers"):
         numbers_of = {str(key): float(number) for key, number in values.items()}
     return {key: number if math.isfinite(number) else None for key, number in numbers_of.items()}
 

@@ -22,12 +22,12 @@ from pbrg_mj.log.write.log_file import check_writable
 Watch = Callable[[Scenario], AbstractContextManager[Sink]]
 
 
-def _nobody(scenario: Scenario) -> AbstractContextManager[Sink]:
+def _no_sink(scenario: Scenario) -> AbstractContextManager[Sink]:
     return nullcontext(lambda record: None)
 
 
 def reproduce(
-    folder: str | Path, *, duration: float | None = None, force: bool = False, watch: Watch = _nobody
+    folder: str | Path, *, duration: float | None = None, force: bool = False, watch: Watch = _no_sink
 ) -> Comparison:
     """Make the paper's four runs and their figures (PDF and PNG), numbers.md and numbers.json in `folder`.
 

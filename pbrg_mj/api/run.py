@@ -28,7 +28,7 @@ from pbrg_mj.api.own_metrics import Metric, evaluate_metric
 from pbrg_mj.api.scenario import Scenario
 from pbrg_mj.log.read.run import Run as Recorded
 from pbrg_mj.log.write.log_file import check_writable
-from pbrg_mj.scenario.load import Loaded
+from pbrg_mj.scenario.load import LoadedScenario
 
 if TYPE_CHECKING:
     import xarray
@@ -79,7 +79,7 @@ class Run:
     def scenario(self) -> Scenario:
         """The scenario as run; it can be run again."""
         one = self._recorded
-        return Scenario(Loaded(one.scenario, one.name, one.scenario_yaml))
+        return Scenario(LoadedScenario(one.scenario, one.name, one.scenario_yaml))
 
     @property
     def versions(self) -> dict[str, str]:

@@ -18,7 +18,7 @@ from pbrg_mj.loop.stability_warnings import stability_warnings
 from pbrg_mj.plugins import is_centralized
 from pbrg_mj.scenario.bundled import bundled_families, bundled_scenarios
 from pbrg_mj.scenario.families.json_schema import family_json_schema
-from pbrg_mj.scenario.load import Loaded, load_scenario, load_text
+from pbrg_mj.scenario.load import LoadedScenario, load_scenario, load_text
 from pbrg_mj.scenario.parse.document import write_document
 from pbrg_mj.scenario.schema import Scenario as Settings
 from pbrg_mj.scenario.schema.json_schema import json_schema
@@ -30,7 +30,7 @@ Overrides = Mapping[str, Any] | Sequence[str]
 class Scenario:
     """One run, completely described: what `load` returns and `run` takes."""
 
-    loaded: Loaded
+    loaded: LoadedScenario
 
     @property
     def name(self) -> str:

@@ -37,6 +37,6 @@ Force = Annotated[bool, typer.Option("--force", help="Overwrite what exists.")]
 Log = Annotated[Path, typer.Argument(metavar="LOG", help="The log to read.")]
 
 
-def without_drawing() -> None:
+def ignore_mujoco_gl() -> None:
     """Forget MUJOCO_GL: where it names a library that is missing, MuJoCo would not even start, and nothing draws."""
     os.environ.pop("MUJOCO_GL", None)

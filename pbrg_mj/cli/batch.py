@@ -10,7 +10,7 @@ import typer
 
 import pbrg_mj as pbrg
 from pbrg_mj.api.seeds import seeds_of
-from pbrg_mj.cli.arguments import Duration, Force, Overrides, ScenarioName, without_drawing
+from pbrg_mj.cli.arguments import Duration, Force, Overrides, ScenarioName, ignore_mujoco_gl
 from pbrg_mj.cli.console import emit, emit_json
 from pbrg_mj.cli.progress import compiling_noted
 
@@ -28,7 +28,7 @@ def batch(
     json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
 ) -> int:
     """Run seeds of a scenario, or worlds of a family, without logs. Exit code 1 when one was violated or diverged."""
-    without_drawing()
+    ignore_mujoco_gl()
     loaded = pbrg.load(scenario, overrides or (), duration=duration)
     with compiling_noted():
         made = pbrg.batch(loaded, seeds_of(seeds), path=output, force=force, threads=threads or os.cpu_count())

@@ -8,9 +8,9 @@ from typing import Annotated
 import typer
 
 import pbrg_mj as pbrg
-from pbrg_mj.cli.arguments import without_drawing
+from pbrg_mj.cli.arguments import ignore_mujoco_gl
 from pbrg_mj.cli.console import emit, note
-from pbrg_mj.cli.study import Study, counting, with_study_options
+from pbrg_mj.cli.study import Study, study_progress, with_study_options
 from pbrg_mj.errors import InputError
 
 
@@ -35,7 +35,7 @@ def bench(
     The same command goes on after a kill. Exit code 1 when --verify finds that logs or table are not what they say, or
     not those that were released.
     """
-    without_drawing()
+    ignore_mujoco_gl()
     for option, folder, act in (("--verify", verify, _verify), ("--release", release, _release)):
         if folder is not None:
             if suite is not None or quick or None not in (verify, release):
@@ -48,7 +48,7 @@ def bench(
 
 
 def _verify(folder: Path) -> int:
-    with counting() as watch:
+    with study_progress() as watch:
         found = pbrg.verify_bench(folder, watch=watch)
     emit(found.bench.table())
     worlds = f"the worlds of the suite {found.suite}" if found.suite else "worlds of its own suite"

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 import pbrg_mj as pbrg
-from pbrg_mj.cli.arguments import ScenarioName, without_drawing
+from pbrg_mj.cli.arguments import ScenarioName, ignore_mujoco_gl
 from pbrg_mj.cli.console import emit, emit_json
 from pbrg_mj.cli.study import Json, Study, StudyFolder, with_study_options
 from pbrg_mj.counts import counted
@@ -27,7 +27,7 @@ def falsify(
 
     The same command goes on after a kill. Exit code 1 when a failure was found.
     """
-    without_drawing()
+    ignore_mujoco_gl()
     made = study(pbrg.falsify, scenario, search, output, budget=budget)
     if json:
         emit_json(made.as_dict())

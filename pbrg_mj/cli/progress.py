@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 REFRESH = 0.1  # [s] wall clock between updates
 
 
-class SoFar:
+class RunningSummary:
     """A running summary of the records seen."""
 
     def __init__(self) -> None:
@@ -77,7 +77,7 @@ def progress(duration: float, wanted: bool) -> Iterator[Callable[[TickRecord], N
     columns = (BarColumn(bar_width=20), TextColumn("{task.description}", markup=False))
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("starting", total=duration)
-        so_far, began, shown, compiled = SoFar(), None, 0.0, 0
+        so_far, began, shown, compiled = RunningSummary(), None, 0.0, 0
 
         def compiling(kernel: str | None) -> None:
             nonlocal compiled

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 import pbrg_mj as pbrg
-from pbrg_mj.cli.arguments import Log, without_drawing
+from pbrg_mj.cli.arguments import Log, ignore_mujoco_gl
 from pbrg_mj.cli.console import emit, emit_json
 from pbrg_mj.cli.progress import progress
 from pbrg_mj.errors import InputError
@@ -46,7 +46,7 @@ def _replay(log: Path, *, json: bool) -> int:
 
 
 def _verify(log: Path, tolerance: float, *, json: bool) -> int:
-    without_drawing()
+    ignore_mujoco_gl()
     from pbrg_mj.api.replay import logged_duration
 
     with progress(logged_duration(log), not json) as shown:

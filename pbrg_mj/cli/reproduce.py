@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import pbrg_mj as pbrg
-from pbrg_mj.cli.arguments import Force, without_drawing
+from pbrg_mj.cli.arguments import Force, ignore_mujoco_gl
 from pbrg_mj.cli.console import emit, emit_json, note
 from pbrg_mj.cli.progress import progress
 
@@ -30,7 +30,7 @@ def reproduce(
 
     The same files at every repetition: wall-clock times are left out. Exit code 1 when a run was violated or diverged.
     """
-    without_drawing()
+    ignore_mujoco_gl()
     from pbrg_mj.api.reproduce import RUNS
 
     numbers = count(1)

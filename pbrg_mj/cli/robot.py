@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 import pbrg_mj as pbrg
-from pbrg_mj.cli.arguments import Duration, Overrides, ScenarioName, without_drawing
+from pbrg_mj.cli.arguments import Duration, Overrides, ScenarioName, ignore_mujoco_gl
 
 
 def robot(
@@ -22,7 +22,7 @@ def robot(
 
     Scenario, seed, duration and overrides are those of the run. Exit code 1 when no world answers or it is gone.
     """
-    without_drawing()
+    ignore_mujoco_gl()
     from pbrg_mj.api.simulate import run_robot
 
     run_robot(pbrg.load(scenario, overrides or (), seed=seed, duration=duration), number, connect)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import pbrg_mj as pbrg
-from pbrg_mj.cli.arguments import Duration, Force, Overrides, ScenarioName, without_drawing
+from pbrg_mj.cli.arguments import Duration, Force, Overrides, ScenarioName, ignore_mujoco_gl
 from pbrg_mj.cli.console import emit, emit_json, note
 from pbrg_mj.cli.progress import progress
 from pbrg_mj.cli.real_time import pacer
@@ -42,7 +42,7 @@ def run(
     pace: Annotated[float | None, typer.Option(help="Simulated seconds per second at most; 1: real time.")] = None,
 ) -> int:
     """Run a scenario headlessly and write its log. Exit code 1 when it was violated or diverged."""
-    without_drawing()
+    ignore_mujoco_gl()
     from pbrg_mj.api.profile import Profile
     from pbrg_mj.api.simulate import log_path, record, robots_apart
 

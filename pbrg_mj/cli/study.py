@@ -40,7 +40,7 @@ def with_study_options(command: Callable[..., int]) -> Callable[..., int]:
         options = _options(**{name: given.pop(name) for name in shared})
 
         def study(function: Callable[..., Any], *arguments: Any, **more: Any) -> Any:
-            with counting() as watch:
+            with study_progress() as watch:
                 return function(*arguments, **more, **options, watch=watch)
 
         return command(**given, study=study)
@@ -54,7 +54,7 @@ def with_study_options(command: Callable[..., int]) -> Callable[..., int]:
 
 
 @contextmanager
-def counting() -> Iterator[Callable[[int, int, int], None]]:
+def study_progress() -> Iterator[Callable[[int, int, int], None]]:
     """Give a function to call with the numbers of runs over, of all and of failed ones.
 
     An interruption is told, and is the command's exit code.

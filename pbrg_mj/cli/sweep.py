@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 import pbrg_mj as pbrg
-from pbrg_mj.cli.arguments import without_drawing
+from pbrg_mj.cli.arguments import ignore_mujoco_gl
 from pbrg_mj.cli.console import emit, emit_json
 from pbrg_mj.cli.study import Json, Study, StudyFolder, with_study_options
 from pbrg_mj.counts import counted
@@ -25,7 +25,7 @@ def sweep(
 
     A run that fails is a row of the table.
     """
-    without_drawing()
+    ignore_mujoco_gl()
     made = study(pbrg.sweep, file, output)
     if json:
         emit_json({**made.summary(), "records": str(made.path)})

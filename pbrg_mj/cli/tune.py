@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 import pbrg_mj as pbrg
-from pbrg_mj.cli.arguments import without_drawing
+from pbrg_mj.cli.arguments import ignore_mujoco_gl
 from pbrg_mj.cli.console import emit, emit_json
 from pbrg_mj.cli.study import Json, Study, StudyFolder, with_study_options
 from pbrg_mj.counts import counted
@@ -22,7 +22,7 @@ def tune(
     json: Json = False,
 ) -> int:
     """Search the values of keys that are best on training seeds. The same command goes on after a kill."""
-    without_drawing()
+    ignore_mujoco_gl()
     made = study(pbrg.tune, file, output)
     if json:
         emit_json(made.as_dict())

@@ -12,7 +12,7 @@ from pbrg_mj.environments.options import Options
 from pbrg_mj.environments.reward import Step
 from pbrg_mj.errors import PlugInError
 from pbrg_mj.loop.closed_loop import ClosedLoop
-from pbrg_mj.loop.tick import commanded, initial_state, seen
+from pbrg_mj.loop.tick import govern_and_command, initial_state, sense_and_perceive
 from pbrg_mj.loop.tick_data import ControlTick, ExternalCommand
 from pbrg_mj.scenario.schema import operator_reference, whole_number
 
@@ -40,7 +40,7 @@ class Episode:
         self._ticks = options.ticks(scenario)
         state = initial_state(loop)
         self._state = state._replace(displacement=None) if options.actions == "velocities" else state
-        self._sensed = seen(loop, self._state, 0)
+        self._sensed = sense_and_perceive(loop, self._state, 0)
         self._external, self._last, self._began = ExternalCommand(), None, 0
         self._true_states: list[TrueState] = []
 
@@ -80,13 +80,13 @@ class Episode:
 
     def command(self) -> np.ndarray:
         """Return what the motors get in this tick, (n, 2)."""
-        self._state, self._last = commanded(self._loop, self._state, self._sensed, self._external)
+        self._state, self._last = govern_and_command(self._loop, self._state, self._sensed, self._external)
         return self._last.command
 
     def record(self, truth: TrueState) -> None:
         """Take note of the state a tick later, and look."""
         self._true_states.append(truth)
-        self._sensed = seen(self._loop, self._state, self._sensed.index + 1)
+        self._sensed = sense_and_perceive(self._loop, self._state, self._sensed.index + 1)
 
     def step(self) -> Step:
         """Return what came of the last action."""

@@ -19,7 +19,7 @@ from pbrg_mj.governor.plug_in_program import plug_in_program
 from pbrg_mj.governor.problem.ball import ball_rows
 from pbrg_mj.governor.problem.interface import Governor, Problem, Solution
 from pbrg_mj.perception.half_spaces import HalfSpaces
-from pbrg_mj.plugin_calls import blaming
+from pbrg_mj.plugin_calls import plug_in_errors
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.graph import network
 
@@ -86,7 +86,7 @@ def check_governor(
     name = made().name  # what keeps it from being built is no check
     whats = OF_ROBOT_PROGRAMS if program else OF_GOVERNORS
     failures: dict[str, list[str]] = {key: [] for key in whats}
-    for title, problems in _courses(scenario):
+    for title, problems in _problem_sequences(scenario):
         try:
             _follow(title, made, problems, failures)
             if program:
@@ -104,19 +104,19 @@ def _maker(build: Any, scenario: Scenario, options: Mapping[str, Any]) -> tuple[
     given = not callable(build)
     name = type(build).__name__ if given else getattr(build, "__name__", type(build).__name__)
 
-    def made_program() -> PlugInGovernor:
+    def make_program() -> PlugInGovernor:
         def make(facts: RobotFacts) -> Any:
             return build if given else plugins.make(plugins.ROBOT_PROGRAM, name, build, facts, options)
 
         return PlugInGovernor(CarriedGovernor.of(scenario, plug_in_program(scenario, name, make)), name)
 
-    def made_governor() -> PlugInGovernor:
+    def make_governor() -> PlugInGovernor:
         building = (lambda scenario: copy.deepcopy(build)) if given else build
         part = plugins.make(plugins.GOVERNOR, name, building, scenario, options, network=network(scenario))
         return PlugInGovernor(part, name, scenario.timing.plug_in_limit)
 
     program = not plugins.is_centralized(name, build) if given else _first_parameter(build) == "facts"
-    return (made_program if program else made_governor), program
+    return (make_program if program else make_governor), program
 
 
 def _first_parameter(build: Any) -> str:
@@ -135,7 +135,7 @@ def _follow(
             memory, twin = _init(one, problem), _init(other, copy.deepcopy(problem))
             if not same(problem, kept):
                 failures["writes"].append(f"{at}: init wrote into the problem")
-        with blaming("governor", one.name, "a copy of its memory"):
+        with plug_in_errors("governor", one.name, "a copy of its memory"):
             before = copy.deepcopy(memory)
         found, after = _step(one, problem, memory)
         given = {"problem": (problem, kept), "memory": (memory, before)}
@@ -153,19 +153,19 @@ def _follow(
 
 def _init(governor: PlugInGovernor, problem: Problem) -> Any:
     """Return the first memory; the problem may be written into, to see whether it is."""
-    with blaming("governor", governor.name, "init", governor.limit):
+    with plug_in_errors("governor", governor.name, "init", governor.limit):
         return governor.inner.init(problem)
 
 
 def _step(governor: PlugInGovernor, problem: Problem, memory: Any) -> tuple[Solution, Any]:
     """Return the checked answer; the problem may be written into, to see whether it is."""
     unwritten = copy.deepcopy(problem)
-    with blaming("governor", governor.name, "step", governor.limit):
+    with plug_in_errors("governor", governor.name, "step", governor.limit):
         answer = governor.inner.step(problem, memory)
     return governor.checked(unwritten, answer)
 
 
-def _courses(scenario: Scenario) -> Iterator[tuple[str, list[Problem]]]:
+def _problem_sequences(scenario: Scenario) -> Iterator[tuple[str, list[Problem]]]:
     """Yield problems in a row, under a title: without rows, with a wall ahead, with nothing admissible, and random."""
     graph, formation = network(scenario), np.array(scenario.team.formation, dtype=float)
     n, start = graph.robots, np.array(scenario.team.start, dtype=float) - formation

@@ -113,7 +113,7 @@ class PaperProgram:
             new = self._read(sender, content, memory)
             if new.age <= came.get(sender, memory.heard[sender]).age:
                 came[sender] = new
-        kept = {k: came.get(k) or self._unheard(k, memory) for k in memory.facts.neighbours}
+        kept = {k: came.get(k) or self._without_message(k, memory) for k in memory.facts.neighbours}
         hops = self._count_hops(kept, memory)
         estimate = memory.estimate if hops < memory.facts.robots else self._stepped(kept, memory)
         aged = {k: one._replace(age=one.age + 1) for k, one in kept.items()}
@@ -151,7 +151,7 @@ class PaperProgram:
         longest = self._delay(neighbour, memory) + self.channel.jitter
         return one.age - longest - self.channel.silent_after
 
-    def _unheard(self, neighbour: int, memory: PaperMemory) -> NeighbourState:
+    def _without_message(self, neighbour: int, memory: PaperMemory) -> NeighbourState:
         """Return what is kept of a neighbour from which nothing new has come; it counts as lost after a while."""
         one = memory.heard[neighbour]
         return one._replace(up=one.up and self._overdue(neighbour, one, memory) < 0)

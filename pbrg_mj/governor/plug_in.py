@@ -17,7 +17,7 @@ from pbrg_mj.governor.centralized.optimum import CentralizedSolver, Optimum, Opt
 from pbrg_mj.governor.problem.interface import Certificate, Governor, Problem, Solution, Status
 from pbrg_mj.governor.problem.rows import ALL_MOTION, Rows
 from pbrg_mj.perception.half_spaces import HalfSpaces
-from pbrg_mj.plugin_calls import Sealer, blaming, chosen, copied, sealed, where_active, within
+from pbrg_mj.plugin_calls import ReadOnlyCopies, chosen, copied, plug_in_errors, read_only_copy, where_active, within
 
 FARTHEST = 1e9  # [m] of a reference, and of what stands in rows
 LARGEST_MULTIPLIER = 1e12  # [m]
@@ -32,12 +32,12 @@ class PlugInGovernor:
     inner: Governor
     name: str = "object"
     limit: float | None = None  # of a call [s]
-    seal: Sealer = field(default_factory=Sealer, repr=False, compare=False)
+    read_only_copies: ReadOnlyCopies = field(default_factory=ReadOnlyCopies, repr=False, compare=False)
 
     def init(self, problem: Problem) -> Any:
         """Return the governor's first memory. Raises PlugInError when it fails."""
-        with blaming("governor", self.name, "init", self.limit):
-            return self.inner.init(self.sealed_problem(problem))
+        with plug_in_errors("governor", self.name, "init", self.limit):
+            return self.inner.init(self.read_only_problem(problem))
 
     def step(self, problem: Problem, memory: Any) -> tuple[Solution, Any]:
         """Return a copy of its answer, and its memory as it is.
@@ -46,8 +46,8 @@ class PlugInGovernor:
 
         Raises PlugInError when it fails or takes too long, and for an answer that `checked_solution` refuses.
         """
-        given = self.sealed_problem(problem)
-        with blaming("governor", self.name, "step", self.limit):
+        given = self.read_only_problem(problem)
+        with plug_in_errors("governor", self.name, "step", self.limit):
             answer = self.inner.step(given, memory)
         solution, memory = self.checked(problem, answer)
         return replace(solution, rounds=0, bytes_sent=np.zeros_like(solution.bytes_sent)), memory
@@ -57,14 +57,14 @@ class PlugInGovernor:
         whose = f"{self.name}: the governor"
         if not (isinstance(answer, tuple) and len(answer) == 2):
             raise PlugInError(f"{whose}'s step returned {type(answer).__name__}, not solution and memory")
-        with blaming("governor", self.name, "its answer"):
+        with plug_in_errors("governor", self.name, "its answer"):
             return checked_solution(whose, problem, answer[0]), answer[1]
 
-    def sealed_problem(self, problem: Problem) -> Problem:
+    def read_only_problem(self, problem: Problem) -> Problem:
         """Return a copy of the problem that cannot be written into."""
-        given = {name: sealed(getattr(problem, name)) for name in ("p", "xi", "reference", "heading")}
-        team, rows = self.seal("network", problem.network), self.seal("rows", problem.rows)
-        half_spaces = self.seal("half_spaces", problem.half_spaces)
+        given = {name: read_only_copy(getattr(problem, name)) for name in ("p", "xi", "reference", "heading")}
+        team, rows = self.read_only_copies("network", problem.network), self.read_only_copies("rows", problem.rows)
+        half_spaces = self.read_only_copies("half_spaces", problem.half_spaces)
         return replace(problem, network=team, rows=rows, half_spaces=half_spaces, **given)
 
 
@@ -105,12 +105,12 @@ class PlugInCertificate:
         Raises PlugInError when it fails, for other shapes than those of its first rows, for numbers that are not finite
         for negative weights a, and for directions that are not unit vectors.
         """
-        whose, given = f"{self.name}: the certificate", sealed(half_spaces)
-        with blaming("certificate", self.name, "rows", self.limit):
+        whose, given = f"{self.name}: the certificate", read_only_copy(half_spaces)
+        with plug_in_errors("certificate", self.name, "rows", self.limit):
             rows = self.inner.rows(given)
         if not isinstance(rows, Rows):
             raise PlugInError(f"{whose}'s rows are {type(rows).__name__}, not Rows")
-        with blaming("certificate", self.name, "its answer"):
+        with plug_in_errors("certificate", self.name, "its answer"):
             width = np.shape(rows.d)[-1] if np.ndim(rows.d) else 0
         self.widths[:] = self.widths or [width]
         shape = (len(half_spaces.h), self.widths[0])
@@ -148,8 +148,8 @@ class PlugInSolver:
 
     def solve(self, problem: Problem) -> Optimum:
         """Return a copy of its optimum. Raises PlugInError when it fails, for other shapes and an unknown status."""
-        whose, given = f"{self.name}: the reference solver", sealed(problem)
-        with blaming("reference solver", self.name, "solve", self.limit):
+        whose, given = f"{self.name}: the reference solver", read_only_copy(problem)
+        with plug_in_errors("reference solver", self.name, "solve", self.limit):
             found = self.inner.solve(given)
         if not isinstance(found, Optimum):
             raise PlugInError(f"{whose}'s solve returned {type(found).__name__}, not Optimum")

@@ -15,7 +15,7 @@ from pbrg_mj.governor.messaging.carrier import CarriedGovernor, CarriedMemory
 from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer, RobotFacts, RobotProgram, TeamConstants
 from pbrg_mj.governor.plug_in import FARTHEST, LARGEST_MULTIPLIER
 from pbrg_mj.governor.problem.interface import Problem, Solution, Status
-from pbrg_mj.plugin_calls import blamed_call, blaming, chosen, copied, sealed, within
+from pbrg_mj.plugin_calls import call_plug_in, chosen, copied, plug_in_errors, read_only_copy, within
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.graph import network
 
@@ -37,17 +37,17 @@ class PlugInProgram:
 
     def start(self, facts: RobotFacts, own: OwnData) -> PlugInMemory:
         """Return a robot's first memory. Raises PlugInError when its program fails; so do all of the others."""
-        inner = self._call("start", facts, sealed(facts), sealed(own))
+        inner = self._call("start", facts, read_only_copy(facts), read_only_copy(own))
         return PlugInMemory(facts, own.rows.d.shape[1] if own.rows is not None else 0, inner)
 
     def begin(self, own: OwnData, memory: PlugInMemory) -> PlugInMemory:
         """Return the memory when a tick begins."""
-        return memory._replace(inner=self._call("begin", memory.facts, sealed(own), memory.inner))
+        return memory._replace(inner=self._call("begin", memory.facts, read_only_copy(own), memory.inner))
 
     def send(self, memory: PlugInMemory) -> tuple[Mapping[int, bytes], PlugInMemory]:
         """Return this round's messages, which must be bytes for neighbours, and the memory."""
         outbox, inner = self._pair("send", memory)
-        whose = self._whose(memory)
+        whose = self._label(memory)
         if not isinstance(outbox, Mapping):
             raise PlugInError(f"{whose} sent {type(outbox).__name__}; allowed: a mapping from neighbours to bytes")
         for receiver, content in outbox.items():
@@ -64,11 +64,11 @@ class PlugInProgram:
     def finish(self, memory: PlugInMemory) -> tuple[RobotAnswer, PlugInMemory]:
         """Return a copy of what the robot applies, and the memory."""
         answer, inner = self._pair("finish", memory)
-        checked = blamed_call("robot program", self.name, "its answer", self._checked, answer, memory)
+        checked = call_plug_in("robot program", self.name, "its answer", self._checked, answer, memory)
         return checked, memory._replace(inner=inner)
 
     def _checked(self, answer: Any, memory: PlugInMemory) -> RobotAnswer:
-        whose = self._whose(memory)
+        whose = self._label(memory)
         if not isinstance(answer, RobotAnswer):
             raise PlugInError(f"{whose}'s finish returned {type(answer).__name__} and memory, not RobotAnswer")
         m = copied(whose, "m", answer.m, (2,))
@@ -86,14 +86,14 @@ class PlugInProgram:
     def _pair(self, method: str, memory: PlugInMemory) -> tuple[Any, Any]:
         answer = self._call(method, memory.facts, memory.inner)
         if not (isinstance(answer, tuple) and len(answer) == 2):
-            raise PlugInError(f"{self._whose(memory)}'s {method} returned {type(answer).__name__}, not two values")
+            raise PlugInError(f"{self._label(memory)}'s {method} returned {type(answer).__name__}, not two values")
         return answer
 
     def _call(self, method: str, facts: RobotFacts, *arguments: Any) -> Any:
         function = getattr(self.programs[facts.robot], method)
-        return blamed_call("robot program", self.name, f"{method} of robot {facts.robot + 1}", function, *arguments)
+        return call_plug_in("robot program", self.name, f"{method} of robot {facts.robot + 1}", function, *arguments)
 
-    def _whose(self, memory: PlugInMemory) -> str:
+    def _label(self, memory: PlugInMemory) -> str:
         return f"{self.name}: the program of robot {memory.facts.robot + 1}"
 
 
@@ -104,8 +104,8 @@ def plug_in_program(scenario: Scenario, name: str, make: Callable[[RobotFacts], 
     """
     team, programs = network(scenario), []
     for robot in range(team.robots):
-        program = make(sealed(RobotFacts.of(team, robot, TeamConstants.of(scenario, team))))
-        with blaming("robot program", name, "a copy of it"):
+        program = make(read_only_copy(RobotFacts.of(team, robot, TeamConstants.of(scenario, team))))
+        with plug_in_errors("robot program", name, "a copy of it"):
             programs.append(copy.deepcopy(program))
     return PlugInProgram(tuple(programs), name)
 
@@ -120,12 +120,12 @@ class PlugInRobots:
 
     def init(self, problem: Problem) -> CarriedMemory:
         """Return the first memories. Raises PlugInError when a program fails."""
-        with blaming("robot program", self.name, "its start", self.limit):
+        with plug_in_errors("robot program", self.name, "its start", self.limit):
             return self.inner.init(problem)
 
     def step(self, problem: Problem, memory: CarriedMemory) -> tuple[Solution, CarriedMemory]:
         """Run a tick's rounds. Raises PlugInError when a program fails or they take too long."""
-        with blaming("robot program", self.name, "a tick of all robots", self.limit):
+        with plug_in_errors("robot program", self.name, "a tick of all robots", self.limit):
             return self.inner.step(problem, memory)
 
 

@@ -66,7 +66,7 @@ class LiveServer:
         """Start to listen."""
         options: dict[str, Any] = {"origins": ORIGINS, "subprotocols": PROTOCOLS, "compression": None, "logger": QUIET}
         try:
-            self._server: Server = serve(self._look_on, HOST, self._port, **options)
+            self._server: Server = serve(self._serve_viewer, HOST, self._port, **options)
         except OSError as error:
             raise InputError(f"cannot listen on {HOST}:{self._port}: {error.strerror}") from error
         self._thread = threading.Thread(target=self._server.serve_forever, daemon=True)
@@ -100,7 +100,7 @@ class LiveServer:
                 for viewer in self._viewers:
                     viewer.put(number, data)
             for viewer in self._viewers:
-                viewer.say(pack("<BQ", 2, messages[0].log_time))
+                viewer.enqueue(pack("<BQ", 2, messages[0].log_time))
 
     def _advertise(self, types: dict[str, Any]) -> None:
         """Number the channels, in the order of their topics' types, and tell those who are there."""
@@ -108,15 +108,15 @@ class LiveServer:
         offers = [_offer(number, topic, types[topic]) for topic, number in self._numbers.items()]
         self._offer = json.dumps({"op": "advertise", "channels": offers})
         for viewer in self._viewers:
-            viewer.say(self._offer)
+            viewer.enqueue(self._offer)
 
-    def _look_on(self, connection: ServerConnection) -> None:
+    def _serve_viewer(self, connection: ServerConnection) -> None:
         """Take in what one viewer asks for, until it leaves."""
         viewer = _Viewer(connection)
         with self._lock:
-            viewer.say(json.dumps({"op": "serverInfo", "name": "pbrg", "capabilities": ["time"]}))
+            viewer.enqueue(json.dumps({"op": "serverInfo", "name": "pbrg", "capabilities": ["time"]}))
             if self._offer:
-                viewer.say(self._offer)
+                viewer.enqueue(self._offer)
             self._viewers.add(viewer)
         try:
             for asked in connection:
@@ -153,9 +153,9 @@ class _Viewer:
     def put(self, number: int, data: bytes) -> None:
         """Send a channel's message if it is subscribed to."""
         if number in self.subscribed:
-            self.say(pack("<BI", 1, self.subscribed[number]) + data)
+            self.enqueue(pack("<BI", 1, self.subscribed[number]) + data)
 
-    def say(self, data: str | bytes) -> None:
+    def enqueue(self, data: str | bytes) -> None:
         """Send text or bytes when their turn comes."""
         with self._news:
             self._waiting.append(data)

@@ -12,7 +12,7 @@ from typing import Any, cast
 import numpy as np
 
 from pbrg_mj.governor.problem.interface import Certificate, Problem, StateCertificate
-from pbrg_mj.governor.problem.made_when_read import RowsToMake
+from pbrg_mj.governor.problem.lazy_rows import LazyRows
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.governor.velocity_filter.separation import separation
 from pbrg_mj.kernel import clock
@@ -34,10 +34,10 @@ def initial_state(loop: ClosedLoop) -> LoopState:
 
 def control_tick(loop: ClosedLoop, state: LoopState, index: int) -> tuple[LoopState, ControlTick]:
     """Do all of a tick but the physics; return the next state and what was done."""
-    return commanded(loop, state, seen(loop, state, index))
+    return govern_and_command(loop, state, sense_and_perceive(loop, state, index))
 
 
-def seen(loop: ClosedLoop, state: LoopState, index: int) -> SensedTick:
+def sense_and_perceive(loop: ClosedLoop, state: LoopState, index: int) -> SensedTick:
     """Do the first half of a tick: sense and perceive."""
     time = index * loop.tick
     began = clock()
@@ -59,50 +59,50 @@ def seen(loop: ClosedLoop, state: LoopState, index: int) -> SensedTick:
     return SensedTick(index, time, readings, estimator, half_spaces, pose, p, (began, sensed, perceived))
 
 
-def commanded(
+def govern_and_command(
     loop: ClosedLoop,
     state: LoopState,
-    sight: SensedTick,
-    demand: ExternalCommand = ExternalCommand(),  # noqa: B008 - a tuple
+    sensed: SensedTick,
+    external: ExternalCommand = ExternalCommand(),  # noqa: B008 - a tuple
 ) -> tuple[LoopState, ControlTick]:
     """Do the second half: govern, control and command; return the next state and what was done."""
-    problem = _problem(loop, state, sight, demand.reference)
+    problem = _problem(loop, state, sensed, external.reference)
     memory = loop.governor.init(problem) if state.governor is None else state.governor
     solution, memory = loop.governor.step(problem, memory)
     governed = clock()
 
-    velocity, moved = _controlled(loop, state, sight, (problem, solution.m), demand.velocity)
-    command = loop.drive.command(velocity, sight.readings.body_pose)
+    velocity, moved = _controlled(loop, state, sensed, (problem, solution.m), external.velocity)
+    command = loop.drive.command(velocity, sensed.readings.body_pose)
     tick = ControlTick(
-        index=sight.index,
-        time=sight.time,
-        readings=sight.readings,
-        hand_world=sight.pose.hand_world,
-        half_spaces=sight.half_spaces,
+        index=sensed.index,
+        time=sensed.time,
+        readings=sensed.readings,
+        hand_world=sensed.pose.hand_world,
+        half_spaces=sensed.half_spaces,
         problem=problem,
         solution=solution,
         memory=memory,
         displacement=state.displacement,
         velocity=velocity,
         command=command,
-        timestamps=(*sight.timestamps, governed, clock()),
+        timestamps=(*sensed.timestamps, governed, clock()),
     )
     rows = problem.rows_given
-    kept = (sight.estimator, sight.half_spaces, rows, sight.pose, memory, solution.m, *moved)
-    return LoopState(sight.readings, *kept), tick
+    kept = (sensed.estimator, sensed.half_spaces, rows, sensed.pose, memory, solution.m, *moved)
+    return LoopState(sensed.readings, *kept), tick
 
 
-def _problem(loop: ClosedLoop, state: LoopState, sight: SensedTick, asked: np.ndarray | None) -> Problem:
+def _problem(loop: ClosedLoop, state: LoopState, sensed: SensedTick, asked: np.ndarray | None) -> Problem:
     """Return the governor's problem; r is the operator's, or what is asked from outside."""
-    rows: Any = _rows(loop, state, sight.half_spaces, sight.p)
+    rows: Any = _rows(loop, state, sensed.half_spaces, sensed.p)
     return Problem(
         network=loop.network,
-        p=sight.p,
+        p=sensed.p,
         xi=state.xi,
         rows=rows,
-        reference=loop.reference(sight.time) if asked is None else asked,
-        half_spaces=sight.half_spaces,
-        heading=sight.pose.heading,
+        reference=loop.reference(sensed.time) if asked is None else asked,
+        half_spaces=sensed.half_spaces,
+        heading=sensed.pose.heading,
         reference_range=loop.reference_range,
     )
 
@@ -110,7 +110,7 @@ def _problem(loop: ClosedLoop, state: LoopState, sight: SensedTick, asked: np.nd
 def _controlled(
     loop: ClosedLoop,
     state: LoopState,
-    sight: SensedTick,
+    sensed: SensedTick,
     governed: tuple[Problem, np.ndarray],
     asked: np.ndarray | None,
 ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray | None, ExchangeMemory | None]]:
@@ -124,7 +124,7 @@ def _controlled(
         velocity = asked
     driven, displacement = velocity, state.displacement
     for one in loop.velocity_filters:
-        driven = one.filtered(problem, sight.pose.hand_world, m, driven)
+        driven = one.filtered(problem, sensed.pose.hand_world, m, driven)
     if displacement is not None:
         displacement = displacement + loop.tick * (driven - velocity)
     return driven, (state.xi + loop.tick * xi_rate, displacement, exchange)
@@ -141,12 +141,12 @@ def _pre_stabilise(
     return *loop.exchange.rates(control, (p, xi), m, heard), heard
 
 
-def _rows(loop: ClosedLoop, state: LoopState, half_spaces: HalfSpaces, p: np.ndarray) -> Rows | RowsToMake:
+def _rows(loop: ClosedLoop, state: LoopState, half_spaces: HalfSpaces, p: np.ndarray) -> Rows | LazyRows:
     """Return the certificate's rows: of the state, for who asks, or those of before while the half-spaces stay."""
     if loop.of_the_state is not None:
         owners, slots = half_spaces.h.shape
         made = partial(_rows_of_the_state, loop, half_spaces, (p, state.xi, state.m))
-        return RowsToMake(made, (owners, 2 * slots))
+        return LazyRows(made, (owners, 2 * slots))
     if state.rows is None or half_spaces is not state.half_spaces:
         return cast(Certificate, loop.certificate).rows(half_spaces)
     return state.rows

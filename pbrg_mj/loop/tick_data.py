@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pbrg_mj.governor.problem.interface import Problem, Solution
-from pbrg_mj.governor.problem.made_when_read import RowsToMake
+from pbrg_mj.governor.problem.lazy_rows import LazyRows
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.sensing.readings import Readings
@@ -29,7 +29,7 @@ class LoopState(NamedTuple):
     readings: Readings | None  # None before the first tick
     estimator: Any  # its memory
     half_spaces: HalfSpaces | None  # None before the first tick
-    rows: Rows | RowsToMake | None  # of the half-spaces known then; likewise None before the first tick
+    rows: Rows | LazyRows | None  # of the half-spaces known then; likewise None before the first tick
     pose: PoseEstimate | None  # likewise
     governor: Any  # likewise
     m: np.ndarray | None  # (n, 2) governed references [m]; likewise

@@ -14,7 +14,7 @@ from pbrg_mj.perception.perceive import PerceptionMemory, initial, perceive
 from pbrg_mj.perception.points.estimator import PointEstimator
 from pbrg_mj.perception.points.parameters import point_parameters
 from pbrg_mj.perception.setup import PerceptionSetup, perception_setup
-from pbrg_mj.plugin_calls import blaming, copied, sealed, where_active, within
+from pbrg_mj.plugin_calls import copied, plug_in_errors, read_only_copy, where_active, within
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.sensing.readings import Readings
 from pbrg_mj.world.scene.robot import RobotModel
@@ -92,13 +92,13 @@ class PlugInEstimator:
 
     def init(self) -> tuple[Any, HalfSpaces | None]:
         """Return its memory; with it goes our copy of what it answered last."""
-        with blaming("estimator", self.name, "init", self.limit):
+        with plug_in_errors("estimator", self.name, "init", self.limit):
             return self.inner.init(), None
 
     def step(self, readings: Readings, time: float, memory: Any) -> tuple[HalfSpaces, Any]:
         """Return a copy of its half-spaces. Raises PlugInError when it fails, for other shapes and normals."""
-        (own, last), given = memory, sealed(readings)
-        with blaming("estimator", self.name, "step", self.limit):
+        (own, last), given = memory, read_only_copy(readings)
+        with plug_in_errors("estimator", self.name, "step", self.limit):
             answer = self.inner.step(given, time, own)
         if not (isinstance(answer, tuple) and len(answer) == 2):
             returned = type(answer).__name__

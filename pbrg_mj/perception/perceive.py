@@ -24,7 +24,14 @@ from pbrg_mj.perception.scan.points import BLOCKED
 from pbrg_mj.perception.setup import PerceptionParameters, PerceptionSetup
 from pbrg_mj.perception.track.records import TrackParameters, no_tracks
 from pbrg_mj.perception.track.update import update_tracks
-from pbrg_mj.perception.track.world_frame import ANCHOR, Clock, PoseModel, lines_in_world, pose_at_scan, turn_into
+from pbrg_mj.perception.track.world_frame import (
+    ANCHOR,
+    Clock,
+    PoseModel,
+    lines_in_world,
+    pose_at_scan,
+    write_world_directions,
+)
 from pbrg_mj.sensing.readings import Readings
 
 
@@ -130,7 +137,7 @@ def _perceive_scan(read, whose, parameters, work, known):
     pose = pose_at_scan(estimate, clock, known.anchors[robot], parameters.pose)
     _mask_own_wheels(read, parameters.blocked, work.ranges)
     count = extract_lines_into(work.ranges, parameters.directions, parameters.line, work.fitting, work.lines)
-    turn_into(work.beams, parameters.directions, pose.heading)
+    write_world_directions(work.beams, parameters.directions, pose.heading)
     tracks = known.tracks[robot]
     lines = lines_in_world(work.lines, count, pose)
     update_tracks(tracks, lines, (work.ranges, work.beams), pose, parameters.track)

@@ -33,7 +33,7 @@ class FamilyText:
 
 
 @dataclass(frozen=True)
-class Loaded:
+class LoadedScenario:
     """A scenario, and the YAML text it can be had from again."""
 
     scenario: Scenario
@@ -42,7 +42,7 @@ class Loaded:
     family: FamilyText | None = None
 
 
-def load_scenario(source: str | Path, overrides: Sequence[str] = ()) -> Loaded:
+def load_scenario(source: str | Path, overrides: Sequence[str] = ()) -> LoadedScenario:
     """Return the scenario in a YAML file, or the bundled one of that name, with `path.to.key=value` overrides.
 
     Raises InputError: one line with file, line, key, what is wrong and what is allowed.
@@ -57,7 +57,7 @@ def scenario_text(source: str | Path) -> tuple[str, str, str]:
     return read_text(path), name, str(path)
 
 
-def load_text(text: str, name: str, overrides: Sequence[str] = (), *, file: str) -> Loaded:
+def load_text(text: str, name: str, overrides: Sequence[str] = (), *, file: str) -> LoadedScenario:
     """Return the scenario in a YAML text, or the world that its `draw` and `seed` make, with overrides.
 
     `file` is for the errors. Raises InputError.
@@ -66,18 +66,18 @@ def load_text(text: str, name: str, overrides: Sequence[str] = (), *, file: str)
     if is_family(document):
         return _load_world(document, name, FamilyText(text, tuple(overrides), file))
     if not overrides:
-        return Loaded(build(document, file), name, text)
+        return LoadedScenario(build(document, file), name, text)
     # An override's value may hold earlier names too.
     document = rename_keys(apply_overrides(document, overrides), file)
-    return Loaded(build(document, file), name, write_document(document.data))
+    return LoadedScenario(build(document, file), name, write_document(document.data))
 
 
-def _load_world(document: Document, name: str, family: FamilyText) -> Loaded:
+def _load_world(document: Document, name: str, family: FamilyText) -> LoadedScenario:
     before = [text for text in family.overrides if text.partition("=")[0].split(".")[0].strip() in BEFORE]
     after = [text for text in family.overrides if text not in before]
     document = draw_world(rename_keys(apply_overrides(document, before), family.file), family.file)
     document = rename_keys(apply_overrides(document, after), family.file)
-    return Loaded(build(document, family.file), name, write_document(document.data), family)
+    return LoadedScenario(build(document, family.file), name, write_document(document.data), family)
 
 
 @lru_cache(maxsize=4)  # a log is opened several times, and hundreds of robots take a second to parse
@@ -104,20 +104,20 @@ def _find(source: str | Path) -> tuple[Path, str]:
     if not str(source):
         raise InputError("the scenario's name is empty; allowed: a file, or a bundled name (see: pbrg list)")
     path = Path(source)
-    if _is_there(path) and not path.is_dir():
+    if _exists(path) and not path.is_dir():
         return path, path.stem
     bundled = bundled_scenarios() | bundled_families()
     name = path.as_posix().removesuffix(".yaml")
     if name in bundled:
         return bundled[name], name
-    if _is_there(path):
+    if _exists(path):
         raise InputError("is a folder; allowed: a scenario's YAML file", file=str(path))
     near = difflib.get_close_matches(name, bundled, n=1)
     hint = f"did you mean {near[0]}?" if near else "see: pbrg list"
     raise InputError(f"{yaml_text(str(source))} is neither a file nor a bundled scenario; {hint}")
 
 
-def _is_there(path: Path) -> bool:
+def _exists(path: Path) -> bool:
     try:
         return path.exists()
     except OSError:  # a name that is too long, a folder that may not be searched

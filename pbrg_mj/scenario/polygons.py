@@ -48,7 +48,9 @@ def _triangles(corners: Polygon) -> list[list[int]]:
     """Return a counter-clockwise polygon's triangles as indices of corners."""
     left, triangles = list(range(len(corners))), []
     while len(left) > 3:
-        ear = max((k for k in range(len(left)) if _is_ear(corners, left, k)), key=lambda k: _fatness(corners, left, k))
+        ear = max(
+            (k for k in range(len(left)) if _is_ear(corners, left, k)), key=lambda k: _ear_quality(corners, left, k)
+        )
         triangles.append([left[ear - 1], left[ear], left[(ear + 1) % len(left)]])
         del left[ear]
     return [*triangles, left]
@@ -63,7 +65,7 @@ def _is_ear(corners: Polygon, left: list[int], k: int) -> bool:
     return not any(min(_cross(a, b, p), _cross(b, c, p), _cross(c, a, p)) >= 0.0 for p in others)
 
 
-def _fatness(corners: Polygon, left: list[int], k: int) -> float:
+def _ear_quality(corners: Polygon, left: list[int], k: int) -> float:
     """Return twice an ear's area per its longest side squared: slivers come last."""
     a, b, c = (corners[left[i % len(left)]] for i in (k - 1, k, k + 1))
     return _cross(a, b, c) / max(_length(a, b), _length(b, c), _length(c, a)) ** 2

@@ -21,6 +21,6 @@ def nearest_in_cones(ranges: np.ndarray, rays: int) -> tuple[np.ndarray, np.ndar
     return np.take_along_axis(cones, which[..., None], axis=2)[..., 0], which
 
 
-def of_those_rays(values: np.ndarray, which: np.ndarray, rays: int) -> np.ndarray:
+def values_of_rays(values: np.ndarray, which: np.ndarray, rays: int) -> np.ndarray:
     """Return what belongs to the nearest rays (R, beams), of values of all rays (R, beams * rays)."""
     return np.take_along_axis(values.reshape(len(values), -1, rays), which[..., None], axis=2)[..., 0]

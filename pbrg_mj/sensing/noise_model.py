@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from pbrg_mj.plugin_calls import blaming, copied, sealed, within
+from pbrg_mj.plugin_calls import copied, plug_in_errors, read_only_copy, within
 
 FARTHEST = 1e9  # [m] of a pose, and rad of a heading
 
@@ -34,15 +34,15 @@ class PlugInNoise:
 
     def scan(self, ranges: np.ndarray, random: np.random.Generator, low: float, high: float) -> np.ndarray:
         """Return a scan (beams,) [m], NaN outside `low` to `high`. Raises PlugInError when it fails, or for a shape."""
-        with blaming("noise model", self.name, "scan", self.limit):
-            answer = self.inner.scan(sealed(ranges), random)
+        with plug_in_errors("noise model", self.name, "scan", self.limit):
+            answer = self.inner.scan(read_only_copy(ranges), random)
         seen = copied(f"{self.name}: the noise model", "scan", answer, ranges.shape)
         return np.where((seen >= low) & (seen < high), seen, np.nan)
 
     def pose(self, pose: np.ndarray, random: np.random.Generator) -> np.ndarray:
         """Return a pose (3,). Raises PlugInError when it fails, for another shape and what is not finite."""
-        with blaming("noise model", self.name, "pose", self.limit):
-            answer = self.inner.pose(sealed(pose), random)
+        with plug_in_errors("noise model", self.name, "pose", self.limit):
+            answer = self.inner.pose(read_only_copy(pose), random)
         whose = f"{self.name}: the noise model"
         found = copied(whose, "pose", answer, (3,))
         within(whose, "pose", found, FARTHEST)

@@ -8,7 +8,7 @@ import numpy as np
 
 from pbrg_mj.scenario.schema import WHITE
 from pbrg_mj.sensing.beam_model import noisy_scans
-from pbrg_mj.sensing.cone import nearest_in_cones, of_those_rays
+from pbrg_mj.sensing.cone import nearest_in_cones, values_of_rays
 from pbrg_mj.sensing.noise import SensorNoise
 from pbrg_mj.sensing.pose_filter import FilterMemory, FilterParameters, begun, corrected, driven, encoder_angles
 from pbrg_mj.sensing.readings import Readings
@@ -89,8 +89,8 @@ def _echoes(observation: Observation, noise: SensorNoise) -> np.ndarray:
     raw, cosines, reflectances = observation.ranges, observation.cosines, observation.reflectances
     if noise.rays > 1:
         raw, which = nearest_in_cones(raw, noise.rays)
-        cosines = None if cosines is None else of_those_rays(cosines, which, noise.rays)
-        reflectances = None if reflectances is None else of_those_rays(reflectances, which, noise.rays)
+        cosines = None if cosines is None else values_of_rays(cosines, which, noise.rays)
+        reflectances = None if reflectances is None else values_of_rays(reflectances, which, noise.rays)
     if noise.signal is None or cosines is None or observation.scan_frame < 0:
         return raw
     power = relative_power(raw, cosines, WHITE if reflectances is None else reflectances, noise.signal)

@@ -46,10 +46,10 @@ class Backend:
         jobs = min(self.jobs or os.cpu_count() or 1, len(tasks))
         if self.name == "dask":
             return _dask(tasks, keep_logs, str(self.scheduler))
-        return _processes(tasks, keep_logs, jobs) if jobs > 1 else _here(tasks, keep_logs)
+        return _processes(tasks, keep_logs, jobs) if jobs > 1 else _one_by_one(tasks, keep_logs)
 
 
-def _here(tasks: Sequence[Task], keep_logs: bool) -> Generator[Result, None, None]:
+def _one_by_one(tasks: Sequence[Task], keep_logs: bool) -> Generator[Result, None, None]:
     for task in tasks:
         yield run_task(task, keep_logs)
 

@@ -25,7 +25,7 @@ Watch = Callable[[int, int, int], object]
 """Called with the numbers of runs that are over, of all runs, and of those that failed."""
 
 
-def unwatched(done: int, total: int, failed: int) -> None:
+def no_progress(done: int, total: int, failed: int) -> None:
     """Do nothing: what a study without a progress bar calls."""
 
 
@@ -57,7 +57,7 @@ class Runner:
         backend: Backend,
         *,
         force: bool = False,
-        watch: Watch = unwatched,
+        watch: Watch = no_progress,
     ):
         """`source` is the name of the study's own file in the folder, and what it holds.
 
@@ -80,7 +80,7 @@ class Runner:
         backend: str = "joblib",
         scheduler: str | None = None,
         force: bool = False,
-        watch: Watch = unwatched,
+        watch: Watch = no_progress,
     ) -> Self:
         """Return the runner that `RunOptions` ask for. Raises InputError."""
         return cls(Path(folder), source, Backend(backend, jobs, scheduler), force=force, watch=watch)

@@ -38,7 +38,7 @@ SILENCE = 300.0  # [s] of the world, after which it is taken to be gone: its ker
 LOOK_UP = 1.0  # [s] after which a robot that hears nothing asks whether it is still wanted
 
 
-class StoppedByWorldError(Exception):
+class RunOverError(Exception):
     """The world has said that the run is over."""
 
 
@@ -76,7 +76,7 @@ class RobotProcess:
             self._report(Kind.READY)
             while True:
                 memory = self._tick(memory)
-        except StoppedByWorldError:
+        except RunOverError:
             return
         except Exception as error:
             self._report(Kind.FAILED, body=" ".join(str(error).split())[:400].encode() or type(error).__name__.encode())
@@ -183,7 +183,7 @@ class RobotProcess:
 
     def _handle(self, one: Datagram) -> None:
         if one.kind is Kind.STOP:
-            raise StoppedByWorldError
+            raise RunOverError
         if one.kind is Kind.GONE:
             self._gone.add(one.round)
         elif one.kind is Kind.OWN and one.tick == self._expected:

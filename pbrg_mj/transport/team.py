@@ -145,9 +145,9 @@ class RobotProcesses:
                     came[one.robot] = one
             for robot in sorted(waiting - set(came)):
                 if why := self.ended(robot):
-                    self._lose(robot, why, tick)
+                    self._mark_lost(robot, why, tick)
                 elif monotonic() > until:
-                    self._lose(robot, f"no answer for {patience:g} s", tick)
+                    self._mark_lost(robot, f"no answer for {patience:g} s", tick)
         return came
 
     def _received(self, patience: float) -> Iterator[Datagram]:
@@ -166,7 +166,7 @@ class RobotProcesses:
             yield one
             patience = 0.0
 
-    def _lose(self, robot: int, why: str, tick: int) -> None:
+    def _mark_lost(self, robot: int, why: str, tick: int) -> None:
         self.gone[robot] = why
         time = tick * self.tick_seconds
         LOG.warning(

@@ -11,7 +11,7 @@ import numpy as np
 from pbrg_mj.kernel import kernel
 from pbrg_mj.scenario import schema
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.vehicle.hand_point import robot_dimensions, wheel_speeds, wheel_speeds_aside, wheel_speeds_of
+from pbrg_mj.vehicle.hand_point import omnidirectional_wheel_speeds, robot_dimensions, wheel_speeds, wheel_speeds_of
 from pbrg_mj.world.actuation.motor_driver import quantised, saturate, saturated
 from pbrg_mj.world.scene.robot import RobotModel
 
@@ -70,7 +70,7 @@ class OmnidirectionalDrive:
     def command(self, velocity: np.ndarray, body_pose: np.ndarray) -> np.ndarray:
         """Return the voltages (n, 2) ahead, aside [V], none beyond the nominal voltage."""
         robot = self.robot
-        speeds = wheel_speeds_aside(velocity, body_pose[:, 2], robot.wheel_radius)
+        speeds = omnidirectional_wheel_speeds(velocity, body_pose[:, 2], robot.wheel_radius)
         return motor_voltages(speeds, motor_of(robot, self.pwm_levels, self.friction))
 
 
@@ -84,7 +84,7 @@ class SpeedDrive:
         """Return the speeds (n, 2) of both inputs [rad/s], none beyond what the motor does against its friction."""
         robot, heading = self.robot, body_pose[:, 2]
         if robot.omnidirectional:
-            return saturate(wheel_speeds_aside(velocity, heading, robot.wheel_radius), robot.loaded_speed)
+            return saturate(omnidirectional_wheel_speeds(velocity, heading, robot.wheel_radius), robot.loaded_speed)
         return saturate(wheel_speeds(velocity, heading, robot), robot.loaded_speed)
 
 

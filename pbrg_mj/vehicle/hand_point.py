@@ -36,7 +36,7 @@ def robot_dimensions(robot: RobotModel) -> tuple[float, float, float]:
     return robot.hand_offset, robot.track / 2, robot.wheel_radius
 
 
-def wheel_speeds_aside(velocity: np.ndarray, heading: np.ndarray, wheel_radius: float) -> np.ndarray:
+def omnidirectional_wheel_speeds(velocity: np.ndarray, heading: np.ndarray, wheel_radius: float) -> np.ndarray:
     """Return the wheel speeds (n, 2) ahead, aside [rad/s] of omnidirectional bases at the `velocity` (n, 2) [m/s]."""
     e = np.column_stack([np.cos(heading), np.sin(heading)])
     aside = e[:, 0] * velocity[:, 1] - e[:, 1] * velocity[:, 0]

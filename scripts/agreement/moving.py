@@ -15,13 +15,13 @@ import numpy as np
 from pbrg_mj.governor.certificate.evaluate import VIOLATED, rows_of_model, worst_rows
 from pbrg_mj.governor.certificate.nearest import nearest_admissible
 from pbrg_mj.governor.certificate.predictive import PredictiveCertificate
-from pbrg_mj.governor.certificate.share import Spread
+from pbrg_mj.governor.certificate.scalar_reference_governor import Spread
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.distributed.estimates import Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.messaging.carrier import own_data
 from pbrg_mj.governor.optimizers.interface import LocalProblem, Optimizer
-from pbrg_mj.governor.optimizers.team import EveryRobot
+from pbrg_mj.governor.optimizers.team import StepByRobot
 from pbrg_mj.governor.problem.ball import ball_rows
 from pbrg_mj.governor.problem.interface import Governor, Problem
 from pbrg_mj.governor.problem.rows import Rows
@@ -100,7 +100,7 @@ class Unverified(Applied):
     """An optimizer's answer as it is; owners of half-spaces know everybody's state."""
 
     def __init__(self, optimizer: Optimizer, course: Course, rounds: int) -> None:
-        self.every, self.rounds, self.memory = EveryRobot(optimizer, course.team), rounds, None
+        self.every, self.rounds, self.memory = StepByRobot(optimizer, course.team), rounds, None
 
     def __call__(self, problem: Problem) -> tuple[np.ndarray, float]:
         """Return the leader's m of a tick, and what a robot sent."""

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
-from pbrg_mj.governor.certificate.share import Spread
+from pbrg_mj.governor.certificate.scalar_reference_governor import Spread
 from pbrg_mj.governor.distributed.estimates import Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.messaging.program import OwnData, RobotFacts

@@ -21,7 +21,7 @@ from pbrg_mj.log.write.writer import LogWriter
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.loop.tick_data import ControlTick
-from pbrg_mj.scenario.load import Loaded, load_scenario
+from pbrg_mj.scenario.load import LoadedScenario, load_scenario
 from performance.timing import REPEATS
 
 SCENARIO = "paper/experiment_near"
@@ -45,7 +45,7 @@ class Side:
         self.seconds += perf_counter() - begin
 
 
-def scenario(*overrides: str) -> Loaded:
+def scenario(*overrides: str) -> LoadedScenario:
     """Return the scenario that all figures are about, without a reference unless an override brings one."""
     fixed = (*BEAMS, f"timing.duration={DURATION}", "reference.solver=none")
     return load_scenario(SCENARIO, [*fixed, *overrides])
@@ -70,7 +70,7 @@ def closed_loop() -> dict[str, float]:
     }
 
 
-def bare_ticks(model: mujoco.MjModel, loaded: Loaded, commands: np.ndarray) -> Callable[[int], None]:
+def bare_ticks(model: mujoco.MjModel, loaded: LoadedScenario, commands: np.ndarray) -> Callable[[int], None]:
     """Return what steps the model alone, a tick's command after the other."""
     data, given = mujoco.MjData(model), iter(commands)
     substeps = round(loaded.scenario.timing.tick / loaded.scenario.timing.physics_step)
@@ -83,21 +83,21 @@ def bare_ticks(model: mujoco.MjModel, loaded: Loaded, commands: np.ndarray) -> C
     return step
 
 
-def _decisions(loaded: Loaded) -> Iterator[ControlTick]:
+def _decisions(loaded: LoadedScenario) -> Iterator[ControlTick]:
     return Simulation.build(loaded.scenario).control_ticks()
 
 
-def recorded_commands(loaded: Loaded) -> np.ndarray:
+def recorded_commands(loaded: LoadedScenario) -> np.ndarray:
     """Return the voltages (ticks, motors) of a run, in the order of the model's actuators."""
     return np.array([decision.command.ravel() for decision in _decisions(loaded)])
 
 
-def bare_model(loaded: Loaded) -> mujoco.MjModel:
+def bare_model(loaded: LoadedScenario) -> mujoco.MjModel:
     """Return the scenario's model as a run has it."""
     return mujoco.MjModel.from_xml_string(Simulation.build(loaded.scenario).model_xml)
 
 
-def _against_bare(run: Iterator[object], loaded: Loaded, commands: np.ndarray) -> tuple[float, float]:
+def _against_bare(run: Iterator[object], loaded: LoadedScenario, commands: np.ndarray) -> tuple[float, float]:
     """Return the ratio of the times of all ticks, and a bare tick [s]."""
 
     def step(ticks: int) -> None:
@@ -113,7 +113,7 @@ def _against_bare(run: Iterator[object], loaded: Loaded, commands: np.ndarray) -
     return ours.seconds / bare.seconds, bare.seconds / (len(commands) - 1)
 
 
-def _logged(loaded: Loaded, commands: np.ndarray) -> tuple[float, float]:
+def _logged(loaded: LoadedScenario, commands: np.ndarray) -> tuple[float, float]:
     """Return the ratio to bare of a run with reference and log, and the log's time over the rest of the tick's."""
     simulation, writing = Simulation.build(loaded.scenario), 0.0
     with tempfile.TemporaryDirectory() as folder:

@@ -53,7 +53,7 @@ class MovingContactTotals:
                 self._touched.append((float(time[tick - 1]), robot, hand[tick - 1, robot].copy()))
         self._last = touching[-1].copy()
 
-    def judged(self) -> list[MovingContact]:
+    def first_contacts(self) -> list[MovingContact]:
         """Return the first contact of each robot with each box, in order of time.
 
         A robot that could have kept off a box to the end was not there to be touched again, so first contacts tell of

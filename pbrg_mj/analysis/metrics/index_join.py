@@ -9,7 +9,7 @@ import numpy as np
 from pbrg_mj.log.read.column_store import Columns
 
 
-class NotKeptError(LookupError):
+class MissingRowError(LookupError):
     """A row whose partner was not kept."""
 
 
@@ -17,7 +17,7 @@ class IndexJoin:
     """Rows with the same `index`, from two tables that are given a block at a time, each in order.
 
     `take` is given the columns of the rows of either table, as soon as both are there. Rows of the first table without
-    a partner are left out; for one of the second, NotKeptError is raised if `complete`, else it is left out too.
+    a partner are left out; for one of the second, MissingRowError is raised if `complete`, else it is left out too.
     """
 
     def __init__(self, take: Callable[[Columns, Columns], None], *, complete: bool):
@@ -46,7 +46,7 @@ class IndexJoin:
         places = np.minimum(np.searchsorted(index, wanted), max(len(index) - 1, 0))
         there = index[places] == wanted if len(index) else np.zeros(len(wanted), dtype=bool)
         if self._complete and not there.all():
-            raise NotKeptError
+            raise MissingRowError
         paired = {name: values[due][there] for name, values in self._second.items()}
         self._take({name: values[places[there]] for name, values in self._first.items()}, paired)
         later = int(np.searchsorted(index, wanted[-1], side="right"))

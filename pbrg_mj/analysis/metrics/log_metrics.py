@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from pbrg_mj.analysis.metrics.binding import ticks_needed
-from pbrg_mj.analysis.metrics.index_join import NotKeptError
+from pbrg_mj.analysis.metrics.index_join import MissingRowError
 from pbrg_mj.analysis.metrics.outcome import signs
 from pbrg_mj.analysis.metrics.per_tick import state_size
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics, Totals, summed_up
@@ -30,7 +30,7 @@ def log_metrics(path: str | Path) -> RunMetrics:
     every = whole_number(scenario.reference.period, scenario.timing.tick)
     try:
         return _read(path, scenario, 0 if scenario.reference.solver == "none" else every)
-    except NotKeptError:  # optima elsewhere than the scenario has them
+    except MissingRowError:  # optima elsewhere than the scenario has them
         return _read(path, scenario, 1)
 
 

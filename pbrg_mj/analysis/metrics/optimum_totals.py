@@ -42,7 +42,7 @@ class OptimumTotals:
         self._joined.first({name: columns[name][chosen] for name in OF_TICKS}, int(columns["index"][-1]))
 
     def add_optima(self, columns: Columns) -> None:
-        """Take the next optima. Raises NotKeptError for one at a tick that was not looked at."""
+        """Take the next optima. Raises MissingRowError for one at a tick that was not looked at."""
         self._joined.second({name: columns[name] for name in OF_OPTIMA})
 
     def fields(self) -> dict[str, Any]:

@@ -73,7 +73,7 @@ def can_escape(scenario: Scenario, box: MovingBox, time: np.ndarray, hand: np.nd
     cells = np.column_stack([x.ravel(), y.ravel()])
     standing = wall_margin(cells, world_footprints(scenario.world), size.body_radius - CORNER) > 0.0
     reached = np.hypot(*(cells - hand).T) <= size.hand_offset + CORNER
-    speed, known = top_speed(scenario), times_to_look(box, time, size.body_radius)
+    speed, known = top_speed(scenario), sample_times(box, time, size.body_radius)
     for before, now in pairwise(known):
         far = CELL * np.asarray(distance_transform_edt(~reached.reshape(x.shape))).ravel()
         free = wall_margin(cells, moving_footprints((box,), now), size.body_radius - CORNER) > 0.0
@@ -86,7 +86,7 @@ def can_escape(scenario: Scenario, box: MovingBox, time: np.ndarray, hand: np.nd
     return True
 
 
-def times_to_look(box: MovingBox, time: np.ndarray, body_radius: float) -> list[float]:
+def sample_times(box: MovingBox, time: np.ndarray, body_radius: float) -> list[float]:
     """Return the times (S,) [s] and others between them, so that a box does not jump over a body."""
     moves = [np.linalg.norm(box_centre(box, now) - box_centre(box, before)) for before, now in pairwise(time.tolist())]
     parts = [max(1, math.ceil(one / (body_radius + 0.5 * min(box.size)))) for one in moves]

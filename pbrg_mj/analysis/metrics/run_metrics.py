@@ -127,7 +127,7 @@ class Totals:
 
     @np.errstate(all="ignore")
     def add_optima(self, columns: Columns) -> None:
-        """Take the next optima. Raises NotKeptError for one at a tick that was not looked at."""
+        """Take the next optima. Raises MissingRowError for one at a tick that was not looked at."""
         self.optimum.add_optima(columns)
         self.wall_clock.add_optima(columns)
 
@@ -146,7 +146,7 @@ def metrics(run: Run) -> RunMetrics:
         totals.add_ticks(vars(part.ticks))
         totals.add_optima(vars(part.optima))
         totals.add_timings(vars(part.timings))
-    told = replace(run, ticks=run.ticks.unread(), optima=run.optima.unread())
+    told = replace(run, ticks=run.ticks.without_cache(), optima=run.optima.without_cache())
     return summed_up(totals, told, _end_of(run))
 
 
@@ -162,7 +162,7 @@ def summed_up(totals: Totals, told: Run, end: Run) -> RunMetrics:
 
     `told` has the rows by which `outcome` tells how it ended, and the first one; `end` all columns of the last ones.
     """
-    ended, time, met = outcome(told), told.ticks.time, totals.moving.judged()
+    ended, time, met = outcome(told), told.ticks.time, totals.moving.first_contacts()
     return RunMetrics(
         **_identity(told),
         **_end(told, with_avoidance(ended, met), totals.settling),

@@ -110,7 +110,7 @@ def _figures(histories: BatchHistories, world: int, scenario: Scenario) -> World
 def _moving_contacts(histories: BatchHistories, world: int, scenario: Scenario) -> list[MovingContact]:
     totals = MovingContactTotals(scenario)
     totals.add_arrays(histories.time, histories.hand_world[world], histories.moving_contact[world])
-    return totals.judged()
+    return totals.first_contacts()
 
 
 def _violated_shares(histories: BatchHistories, world: int, scenario: Scenario) -> dict[str, float]:

@@ -8,10 +8,10 @@ With constant m the team follows a linear model, so a certificate is a statement
 - `directional_ball`: the ball of the motion across a half-space alone
 - `ball`: the paper's ball, one row for each half-space
 - `predictive`: all predicted positions, on a grid with a bound between its points
-- `speed`: how large a share of an advance the motors can follow
+- `speed`: how large a step kappa of an advance the motors can follow
 - `steering`: how fast robots can go and still steer by poses that are old
-- `sight`: how large a share keeps every robot's way within what it has seen
-- `share`: how large a share of the way to a candidate all rows allow, by closed form
+- `sight`: how large a step kappa keeps every robot's way within what it has seen
+- `scalar_reference_governor`: how large a step kappa to a candidate all rows allow, by closed form
 - `projection`: the nearest point to r that all half-spaces allow
 - `nearest`: the same where rows are cones in m, by tangents
 - `evaluate`: by how much an applied reference violates each certificate, tick by tick

@@ -57,7 +57,7 @@ def worst_rows(
     worst = np.full((len(m), 3), -np.inf)
     spaces, reach = _contiguous((half_spaces.G, half_spaces.h, half_spaces.binds)), _reach(E)
     for leader in range(m.shape[1]):
-        _raise_worst(spaces, _contiguous((p, xi, m[:, leader])), formation, E, reach, worst)
+        _update_worst(spaces, _contiguous((p, xi, m[:, leader])), formation, E, reach, worst)
     if not E.shape[1]:
         worst[:, 2] = np.nan
     return worst
@@ -73,7 +73,7 @@ def _reach(E: np.ndarray) -> float:
 
 
 @kernel
-def _raise_worst(half_spaces, states, formation, E, reach, worst):
+def _update_worst(half_spaces, states, formation, E, reach, worst):
     """Raise `worst` (T, 3) to what is worst with m (T, 2) applied; `reach` is the largest ||E_j(t)||."""
     G, h, binds = half_spaces
     p, xi, m = states

@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from pbrg_mj.governor.certificate.projection import least_violating, nearest_allowed, search_radius
-from pbrg_mj.governor.certificate.share import Spread
+from pbrg_mj.governor.certificate.scalar_reference_governor import Spread
 from pbrg_mj.governor.problem.interface import Status
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.kernel import kernel

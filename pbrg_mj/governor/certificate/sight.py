@@ -1,6 +1,6 @@
-"""How large a share of an advance keeps every robot's predicted way within what it has seen.
+"""How large a step kappa of an advance keeps every robot's predicted way within what it has seen.
 
-While m is held, position j moves by (E_j(t) - E_j(0)) e within t ticks; the share kappa of an advance d adds
+While m is held, position j moves by (E_j(t) - E_j(0)) e within t ticks; the step kappa of an advance d adds
 kappa s_j(t) d. No robot with beams is to go farther than it sees, in any direction:
 
     ||(E_j(t) - E_j(0)) e + kappa s_j(t) d|| <= sight    at every t of the prediction.
@@ -40,16 +40,16 @@ class SightLimit:
         """Return the rows of a grid for the `robots` (R,) that see so far [m]."""
         return cls(grid.columns, grid.s, robots, sight)
 
-    def share(self, error: np.ndarray, heading: np.ndarray, advance: np.ndarray) -> float:
+    def kappa(self, error: np.ndarray, heading: np.ndarray, advance: np.ndarray) -> float:
         """Return the largest kappa in [0, 1] for an advance (2,) [m].
 
         `error` (2n, 2) [m] is x - (m, 0) at the held m; `heading` is that of the other limits, not needed here.
         """
-        return sight_share(self.rows, error, advance)
+        return sight_kappa(self.rows, error, advance)
 
     @property
     def rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-        """What `sight_share` takes: columns of E, s, robots, sight."""
+        """What `sight_kappa` takes: columns of E, s, robots, sight."""
         return self.columns, self.s, self.robots, self.sight
 
 
@@ -66,10 +66,10 @@ def sight(scenario: Scenario, robot: RobotModel) -> float:
 
 
 @kernel
-def sight_share(rows, error, advance):
-    """Compute `SightLimit.share`; `rows` are those of `SightLimit.rows`."""
+def sight_kappa(rows, error, advance):
+    """Compute `SightLimit.kappa`; `rows` are those of `SightLimit.rows`."""
     columns, s, robots, sight = rows
-    share, points = 1.0, s.shape[1]
+    kappa, points = 1.0, s.shape[1]
     moved = np.empty((2, points))
     for j in robots:
         write_times_error(columns, j, error, moved)
@@ -81,7 +81,7 @@ def sight_share(rows, error, advance):
             if max(last, last + 2.0 * half + first) <= 0.0 or first <= 0.0:
                 continue
             if last > 0.0:  # beyond already: no farther than it is
-                share = min(share, max(-2.0 * half / first, 0.0))
+                kappa = min(kappa, max(-2.0 * half / first, 0.0))
             else:
-                share = min(share, (math.sqrt(half * half - first * last) - half) / first)
-    return share
+                kappa = min(kappa, (math.sqrt(half * half - first * last) - half) / first)
+    return kappa

@@ -1,6 +1,6 @@
-"""How large a share of an advance the motors can follow, over the whole prediction.
+"""How large a step kappa of an advance the motors can follow, over the whole prediction.
 
-While m is held the velocities are u_j(t) = U_j(t) e, U_j(t) = (row j of eq. 2) A^t; the share kappa of an advance d
+While m is held the velocities are u_j(t) = U_j(t) e, U_j(t) = (row j of eq. 2) A^t; the step kappa of an advance d
 adds kappa v_j(t) d with v_j(t) = -U_j(t) (1, 0). Wheels of radius R and largest speed w do
 
     |u_x| + |u_y| (track / 2) / offset <= R w
@@ -11,8 +11,8 @@ headings are predicted along the held plan. A velocity beyond the limit without 
 retreat, since walls come first.
 
 Motors do not follow at once, either: with time constant tau a wheel takes up at most R w T / tau in a time T. So an
-advance that is held for T may change what is asked for now, v_j(0) d, by a share T / tau of what wheels can do. m then
-runs where a face gives way, and does not jump.
+advance that is held for T may change what is asked for now, v_j(0) d, by a fraction T / tau of what wheels can do. m
+then runs where a face gives way, and does not jump.
 """
 
 from __future__ import annotations
@@ -54,16 +54,16 @@ class SpeedLimit:
         U = np.concatenate(velocities)
         return cls(ticks * model.tick, U, -(U @ model.at_rest), facets, offset, change)
 
-    def share(self, error: np.ndarray, heading: np.ndarray, advance: np.ndarray) -> float:
+    def kappa(self, error: np.ndarray, heading: np.ndarray, advance: np.ndarray) -> float:
         """Return the largest kappa in [0, 1] for an advance (2,) [m].
 
         `error` (2n, 2) [m] is x - (m, 0) at the held m, `heading` (n,) [rad].
         """
-        return speed_share(self.rows, error, heading, advance)
+        return speed_kappa(self.rows, error, heading, advance)
 
     @cached_property
     def rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float, np.ndarray]:
-        """What `speed_share` takes: time, columns of U (n, 2n, K), v (n, K), facets, offset, change."""
+        """What `speed_kappa` takes: time, columns of U (n, 2n, K), v (n, K), facets, offset, change."""
         points, n = len(self.time), len(self.v) // len(self.time)
         columns = np.ascontiguousarray(self.U.reshape(points, n, -1).transpose(1, 2, 0))
         v = np.ascontiguousarray(self.v.reshape(points, n).T)
@@ -71,13 +71,13 @@ class SpeedLimit:
 
 
 @kernel
-def speed_share(rows, error, heading, advance):
-    """Compute `SpeedLimit.share`; `rows` are those of `SpeedLimit.rows`."""
+def speed_kappa(rows, error, heading, advance):
+    """Compute `SpeedLimit.kappa`; `rows` are those of `SpeedLimit.rows`."""
     time, columns, v, facets, offset, change = rows
     if len(facets) == 0 and len(change) == 0:
         return 1.0
     u = np.empty((2, len(time)))
-    n, share, length = len(heading), 1.0, math.sqrt(advance[0] ** 2 + advance[1] ** 2)
+    n, kappa, length = len(heading), 1.0, math.sqrt(advance[0] ** 2 + advance[1] ** 2)
     slowest = np.inf  # no velocity below this meets a facet at any heading
     for f in range(len(facets)):
         slowest = min(slowest, 1.0 / math.sqrt(facets[f, 0] ** 2 + facets[f, 1] ** 2))
@@ -86,7 +86,7 @@ def speed_share(rows, error, heading, advance):
         for f in range(len(change)):
             turned = change[f, 0] * (c * advance[0] + s * advance[1]) + change[f, 1] * (c * advance[1] - s * advance[0])
             if v[j, 0] * turned > 1.0:
-                share = min(share, 1.0 / (v[j, 0] * turned))
+                kappa = min(kappa, 1.0 / (v[j, 0] * turned))
         if len(facets) == 0:
             continue
         write_times_error(columns, j, error, u)
@@ -100,8 +100,8 @@ def speed_share(rows, error, heading, advance):
                 rise = facets[f, 0] * more_ahead + facets[f, 1] * more_across
                 if rise > 0.0:
                     room = 1.0 - (facets[f, 0] * ahead + facets[f, 1] * across)
-                    share = min(share, max(room, 0.0) / rise)
-    return share
+                    kappa = min(kappa, max(room, 0.0) / rise)
+    return kappa
 
 
 @kernel

@@ -6,7 +6,7 @@
 - `robot`: the program of one robot whose leaders know everybody's rows
 - `governor`: that exchange within a tick, computed at once
 - `cycles`: the same where the exchange takes several ticks
-- `consensus`: the smallest of the robots' shares, and whether all are known
+- `consensus`: the smallest of the robots' steps kappa, and whether all are known
 - `messages`: what robots of the layer send
 - `layer`: the program of one robot behind any optimizer: of its candidate what all owners of half-spaces have verified
 - `at_once`: the layer within a tick, for all robots at once

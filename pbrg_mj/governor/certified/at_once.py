@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pbrg_mj.governor.certificate.share import Spread, largest_share
+from pbrg_mj.governor.certificate.scalar_reference_governor import Spread, largest_kappa
 from pbrg_mj.governor.certified.consensus import Verdict
 from pbrg_mj.governor.certified.flood import COUNT, ITEM
-from pbrg_mj.governor.certified.layer import FREE, LayerProgram, PredictedTeam, decision, only_reference
+from pbrg_mj.governor.certified.layer import FREE, LayerProgram, PredictedTeam, decision, single_leader_reference
 from pbrg_mj.governor.certified.messages import CANDIDATE, PARTS, ROW, STATE
 from pbrg_mj.governor.messaging.carrier import own_data
 from pbrg_mj.governor.messaging.program import RobotFacts
@@ -79,7 +79,7 @@ class LayerGovernor:
         return LayerState(problem.p.mean(axis=0), False, local, self.team.start(problem, facts, local))
 
     def step(self, problem: Problem, memory: LayerState) -> tuple[Solution, LayerState]:
-        """Return this tick's reference: the share of the leader's candidate that all rows allow, or a retreat."""
+        """Return this tick's reference: the step kappa to the leader's candidate that all rows allow, or a retreat."""
         n, held, spaces, heading = problem.network.robots, memory.held, problem.half_spaces, problem.heading
         if spaces is None or heading is None:
             raise ValueError("the certified layer needs half-spaces and headings in the problem")
@@ -90,12 +90,12 @@ class LayerGovernor:
             candidate = held
         rows = self.layer.certificate.rows_at(spaces, problem.p, problem.xi, held)
         spread = Spread.of(problem.p, problem.xi)
-        share, allowed = largest_share(rows, spread, held, candidate)
+        kappa, allowed = largest_kappa(rows, spread, held, candidate)
         predicted = PredictedTeam(problem.p, problem.xi, heading, held, candidate, memory.forbidden)
         limiting = FREE if allowed else rows if memory.forbidden else None
-        reference = only_reference(problem.network, before[leader].reference)
+        reference = single_leader_reference(problem.network, before[leader].reference)
         reach = self.layer.reference_range
-        m, status = decision(predicted, share, limiting, self.layer.limits, reference, reach)
+        m, status = decision(predicted, kappa, limiting, self.layer.limits, reference, reach)
         after = self._local(problem, [(_own_rows(rows, i), spread) for i in range(n)])
         solution = Solution(
             m=np.tile(m, (n, 1)),

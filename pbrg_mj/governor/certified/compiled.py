@@ -18,8 +18,8 @@ from pbrg_mj.governor.certificate.advances import AdvanceCertificate
 from pbrg_mj.governor.certificate.prediction_grid import write_error
 from pbrg_mj.governor.certificate.predictive import PredictiveCertificate, write_advances
 from pbrg_mj.governor.certificate.projection import least_violating, near_allowed, nearest_allowed, search_radius
-from pbrg_mj.governor.certificate.sight import SightLimit, sight_share
-from pbrg_mj.governor.certificate.speed import SpeedLimit, speed_share
+from pbrg_mj.governor.certificate.sight import SightLimit, sight_kappa
+from pbrg_mj.governor.certificate.speed import SpeedLimit, speed_kappa
 from pbrg_mj.governor.certified.decide import AdvanceLimit
 from pbrg_mj.governor.problem.interface import Problem, Status
 from pbrg_mj.kernel import kernel
@@ -132,8 +132,8 @@ def write_next(half_spaces, allowed, state, limits, m):
         for j in range(len(p)):
             error[j, 0], error[j, 1] = error[j, 0] - back_x, error[j, 1] - back_y
         advance[0], advance[1] = x - back_x, y - back_y
-        share = min(speed_share(speed, error, heading, advance), sight_share(sight, error, advance))
-        x, y = held[0] + back_x + share * advance[0], held[1] + back_y + share * advance[1]
+        kappa = min(speed_kappa(speed, error, heading, advance), sight_kappa(sight, error, advance))
+        x, y = held[0] + back_x + kappa * advance[0], held[1] + back_y + kappa * advance[1]
     else:
         x, y = held[0] + x, held[1] + y
     for j in range(len(m)):

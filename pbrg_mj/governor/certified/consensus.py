@@ -1,4 +1,4 @@
-"""Min-consensus on the shares: each robot passes on the smallest that it has heard of, and whose it stands for.
+"""Min-consensus on the steps kappa: each robot passes on the smallest that it has heard of, and whose it stands for.
 
 The minimum is exact as soon as it stands for everybody; a message that comes twice, late or by two ways changes
 nothing, for min and union are idempotent, commutative and associative.
@@ -9,14 +9,14 @@ from __future__ import annotations
 import struct
 from typing import NamedTuple
 
-HEADER = struct.Struct("<Id?")  # cycle, share, whether some owner's rows forbid the held m
+HEADER = struct.Struct("<Id?")  # cycle, kappa, whether some owner's rows forbid the held m
 
 
 class Verdict(NamedTuple):
     """What some robots say together of a cycle's candidate."""
 
     cycle: int
-    share: float  # the smallest of theirs
+    kappa: float  # the smallest of theirs
     forbidden: bool  # some owner's rows forbid the held m
     robots: int  # whom it stands for, a bit for each
 
@@ -25,9 +25,9 @@ class Verdict(NamedTuple):
         """Return the verdict of nobody."""
         return cls(cycle, 1.0, forbidden=False, robots=0)
 
-    def with_own(self, robot: int, share: float, forbidden: bool) -> Verdict:
+    def with_own(self, robot: int, kappa: float, forbidden: bool) -> Verdict:
         """Return the verdict with one robot's own."""
-        return self.merged(Verdict(self.cycle, share, forbidden, 1 << robot))
+        return self.merged(Verdict(self.cycle, kappa, forbidden, 1 << robot))
 
     def merged(self, other: Verdict) -> Verdict:
         """Return what both say; a verdict of another cycle says nothing."""
@@ -35,7 +35,7 @@ class Verdict(NamedTuple):
             return self
         return Verdict(
             self.cycle,
-            min(self.share, other.share),
+            min(self.kappa, other.kappa),
             self.forbidden or other.forbidden,
             self.robots | other.robots,
         )
@@ -46,10 +46,10 @@ class Verdict(NamedTuple):
 
     def packed(self, robots: int) -> bytes:
         """Return the verdict as it is sent among so many robots."""
-        return HEADER.pack(self.cycle, self.share, self.forbidden) + self.robots.to_bytes((robots + 7) // 8, "little")
+        return HEADER.pack(self.cycle, self.kappa, self.forbidden) + self.robots.to_bytes((robots + 7) // 8, "little")
 
     @classmethod
     def unpacked(cls, content: bytes) -> Verdict:
         """Return the verdict of a message."""
-        cycle, share, forbidden = HEADER.unpack_from(content)
-        return cls(cycle, share, forbidden, int.from_bytes(content[HEADER.size :], "little"))
+        cycle, kappa, forbidden = HEADER.unpack_from(content)
+        return cls(cycle, kappa, forbidden, int.from_bytes(content[HEADER.size :], "little"))

@@ -14,8 +14,8 @@ from pbrg_mj.governor.problem.interface import Problem, Status
 class AdvanceLimit(Protocol):
     """What stops advances and never asks for a retreat."""
 
-    def share(self, error: np.ndarray, heading: np.ndarray, advance: np.ndarray) -> float:
-        """Return the largest share in [0, 1] of an advance (2,) [m] of m.
+    def kappa(self, error: np.ndarray, heading: np.ndarray, advance: np.ndarray) -> float:
+        """Return the largest kappa in [0, 1] of which kappa * advance (2,) [m] may be added to m.
 
         `error` (2n, 2) [m] is (p, xi) - (m, 0) at the held m, `heading` (n,) [rad].
         """
@@ -52,4 +52,4 @@ def next_reference(
     error = np.empty((2 * n, 2))
     error[:n], error[n:] = problem.p - held - retreat, problem.xi
     advance = goal - retreat
-    return held + retreat + min(one.share(error, problem.heading, advance) for one in limits) * advance, "ok"
+    return held + retreat + min(one.kappa(error, problem.heading, advance) for one in limits) * advance, "ok"

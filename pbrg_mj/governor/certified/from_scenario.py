@@ -20,7 +20,7 @@ from pbrg_mj.governor.distributed.from_scenario import flow, paper_flow
 from pbrg_mj.governor.messaging.carrier import CarriedGovernor
 from pbrg_mj.governor.optimizers.by_name import OPTIMIZERS
 from pbrg_mj.governor.optimizers.synchronizer import Synchronizer
-from pbrg_mj.governor.optimizers.team import CompiledPaperFlow, EveryRobot
+from pbrg_mj.governor.optimizers.team import CompiledPaperFlow, StepByRobot
 from pbrg_mj.governor.problem.ball import BallCertificate
 from pbrg_mj.governor.problem.interface import Governor
 from pbrg_mj.scenario.schema import Scenario
@@ -49,7 +49,7 @@ def certified(scenario: Scenario, *, at_once: bool = True) -> Governor:
         program = CertifiedProgram(team, verified(scenario, team), model, limits, reach, cycle_ticks, repeats)
         return CarriedGovernor(program, settings.rounds, lines)
     optimizer = OPTIMIZERS[settings.optimizer](scenario, team, flow(scenario))
-    of_team = EveryRobot(optimizer, team)
+    of_team = StepByRobot(optimizer, team)
     if settings.optimizer == "paper_flow":
         of_team = CompiledPaperFlow(paper_flow(scenario, None), BallCertificate.of(scenario, team))
     layer = LayerProgram(

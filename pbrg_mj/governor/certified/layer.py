@@ -2,10 +2,10 @@
 
 Time is cut into cycles as in `robot`. In a cycle's first tick every robot floods its state, and the first leader what
 its optimizer says by then, the candidate m_c. Who knows the state of everyone predicts the team to the cycle's last
-tick and finds, by its own rows, the largest share kappa_i of the way from the held m to m_c (`certificate.share`). The
-smallest of all is agreed on (`consensus`), and in the last tick all leaders move by it. A leader that lacks a verdict
-holds. Rows stay with their owners, but for one case: where some robot's forbid even the held m, all owners flood theirs
-in the next cycle, and leaders that have them all retreat to the nearest m that they allow.
+tick and finds, by its own rows, the largest step kappa_i from the held m to m_c, as a scalar reference governor does.
+The smallest of all is agreed on (`consensus`), and in the last tick all leaders move by it. A leader that lacks a
+verdict holds. Rows stay with their owners, but for one case: where some robot's forbid even the held m, all owners
+flood theirs in the next cycle, and leaders that have them all retreat to the nearest m that they allow.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pbrg_mj.governor.certificate.nearest import nearest_retreat
-from pbrg_mj.governor.certificate.share import Spread, largest_share
+from pbrg_mj.governor.certificate.scalar_reference_governor import Spread, largest_kappa
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.certified.consensus import Verdict
 from pbrg_mj.governor.certified.decide import AdvanceLimit
@@ -176,11 +176,11 @@ class LayerProgram:
             return memory
         rows = self.certificate.rows_at(own.half_spaces, predicted.p, predicted.xi, predicted.held)
         spread = Spread.of(predicted.p, predicted.xi)
-        share, allowed = largest_share(rows, spread, predicted.held, predicted.candidate)
+        kappa, allowed = largest_kappa(rows, spread, predicted.held, predicted.candidate)
         return replace(
             memory,
             flood=memory.flood.made(OF_ROWS, robot, packed_rows(rows)) if predicted.asked else memory.flood,
-            verdict=memory.verdict.with_own(robot, share, not allowed),
+            verdict=memory.verdict.with_own(robot, kappa, not allowed),
             times_sent=0,
             local=memory.local._replace(rows=rows, spread=spread),
         )
@@ -195,14 +195,17 @@ class LayerProgram:
             return replace(memory, held=predicted.held, status="ok")
         floods = memory.flood.contents(OF_ROWS, memory.facts.robots)
         rows = None if floods is None else unpacked_rows(floods)
-        limiting, reference = rows if verdict.forbidden else FREE, only_reference(self.network, memory.local.reference)
-        held, status = decision(predicted, verdict.share, limiting, self.limits, reference, self.reference_range)
+        limiting, reference = (
+            rows if verdict.forbidden else FREE,
+            single_leader_reference(self.network, memory.local.reference),
+        )
+        held, status = decision(predicted, verdict.kappa, limiting, self.limits, reference, self.reference_range)
         return replace(memory, held=held, status=status)
 
 
 def decision(
     predicted: PredictedTeam,
-    share: float,
+    kappa: float,
     rows: Rows | None,
     limits: tuple[AdvanceLimit, ...],
     reference: np.ndarray | None = None,
@@ -222,14 +225,14 @@ def decision(
     if reference is not None and distance(predicted.candidate, reference) > distance(predicted.held, reference):
         return predicted.held, "ok"
     advance, error = (
-        share * (predicted.candidate - predicted.held),
+        kappa * (predicted.candidate - predicted.held),
         np.vstack([predicted.p - predicted.held, predicted.xi]),
     )
-    allowed = min((limit.share(error, predicted.heading, advance) for limit in limits), default=1.0)
+    allowed = min((limit.kappa(error, predicted.heading, advance) for limit in limits), default=1.0)
     return predicted.held + allowed * advance, "ok"
 
 
-def only_reference(network: Network, reference: np.ndarray | None) -> np.ndarray | None:
+def single_leader_reference(network: Network, reference: np.ndarray | None) -> np.ndarray | None:
     """Return the `reference` (2,) of a leader if no other leader aims at one, None else."""
     return reference if np.count_nonzero(network.leader) == 1 else None
 

@@ -15,7 +15,7 @@ from pbrg_mj.governor.monitor.passivity_blocks import flow_passivities_of_block,
 from pbrg_mj.governor.monitor.tick_block import TickBlock
 from pbrg_mj.governor.plug_in import PlugInGovernor
 from pbrg_mj.governor.problem.interface import Governor, Problem
-from pbrg_mj.plugin_calls import blaming, copied, sealed
+from pbrg_mj.plugin_calls import copied, plug_in_errors, read_only_copy
 
 
 class PassivityMonitor(Protocol):
@@ -96,9 +96,9 @@ class OwnPassivity:
         governor = self.governor
         if not isinstance(governor, PlugInGovernor) or not hasattr(governor.inner, method):
             return Passivity.unknown()
-        given = governor.sealed_problem(problem)
-        with blaming("governor", governor.name, method, governor.limit):
-            found = getattr(governor.inner, method)(given, memory, *map(sealed, optimum))
+        given = governor.read_only_problem(problem)
+        with plug_in_errors("governor", governor.name, method, governor.limit):
+            found = getattr(governor.inner, method)(given, memory, *map(read_only_copy, optimum))
         whose = f"{governor.name}: the governor"
         if not isinstance(found, Passivity):
             raise PlugInError(f"{whose}'s {method} returned {type(found).__name__}, not Passivity")

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from pbrg_mj.governor.certificate.share import Spread
+from pbrg_mj.governor.certificate.scalar_reference_governor import Spread
 from pbrg_mj.governor.messaging.program import OwnData, RobotFacts
 from pbrg_mj.governor.problem.rows import Rows
 

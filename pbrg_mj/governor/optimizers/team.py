@@ -1,6 +1,6 @@
 """An optimizer on all robots of a team at once, where every message arrives within its round.
 
-`EveryRobot` takes the robots' own steps one by one. Of the paper's flow, `CompiledPaperFlow` runs the compiled rounds,
+`StepByRobot` takes the robots' own steps one by one. Of the paper's flow, `CompiledPaperFlow` runs the compiled rounds,
 which tests hold to the equations.
 """
 
@@ -38,7 +38,7 @@ class TeamOptimizer(Protocol):
 
 
 @dataclass(frozen=True)
-class EveryRobot:
+class StepByRobot:
     """The robots' own steps."""
 
     optimizer: Optimizer

@@ -10,7 +10,7 @@ from typing import Any, Literal, Protocol, runtime_checkable
 
 import numpy as np
 
-from pbrg_mj.governor.problem.made_when_read import RowsToMake, made_when_read
+from pbrg_mj.governor.problem.lazy_rows import LazyRows, lazy_rows
 from pbrg_mj.governor.problem.near_reference import near_references
 from pbrg_mj.governor.problem.rows import Rows, row_values
 from pbrg_mj.perception.half_spaces import HalfSpaces
@@ -31,7 +31,7 @@ failed        a solver gave up
 """
 
 
-@made_when_read("rows")
+@lazy_rows("rows")
 @dataclass(frozen=True, init=False)
 class Problem:
     """min sum_i delta_i ||r_i - m||^2 subject to a rho(m, p, xi) + C m - d <= 0 for all rows (eqs. 10-13).
@@ -43,7 +43,7 @@ class Problem:
     network: Network
     p: np.ndarray  # (n, 2) shifted hand points q_j - b_j as estimated [m]
     xi: np.ndarray  # (n, 2) integral states [m]
-    rows: Rows  # (n, R) rows of g_i; given as `RowsToMake`, they are made when they are first read
+    rows: Rows  # (n, R) rows of g_i; given as `LazyRows`, they are made when they are first read
     reference: np.ndarray  # (2,) the operator's r, heard by the leaders only [m]
     half_spaces: HalfSpaces | None = None  # that the rows were made of; row i is private to robot i; None: not kept
     heading: np.ndarray | None = None  # (n,) of the bodies as estimated [rad]; None: not kept
@@ -60,7 +60,7 @@ class Problem:
         heading: np.ndarray | None = None,
         reference_range: float = math.inf,
     ) -> None:
-        """Take over the fields; `rows` may be `RowsToMake`."""
+        """Take over the fields; `rows` may be `LazyRows`."""
         vars(self).update(
             network=network,
             p=p,
@@ -73,7 +73,7 @@ class Problem:
         )
 
     @property
-    def rows_given(self) -> Rows | RowsToMake:
+    def rows_given(self) -> Rows | LazyRows:
         """The rows if they have been made, else how they are made."""
         return vars(self)["rows"]
 
@@ -81,7 +81,7 @@ class Problem:
     def rows_shape(self) -> tuple[int, int]:
         """(n, R), known before rows are made."""
         rows = self.rows_given
-        return rows.shape if isinstance(rows, RowsToMake) else rows.d.shape
+        return rows.shape if isinstance(rows, LazyRows) else rows.d.shape
 
     @cached_property
     def near_references(self) -> np.ndarray:

@@ -46,13 +46,13 @@ def steepest_gradients(network: Network, formation: np.ndarray, inputs: Rows | N
     a sqrt(n); `inputs` is None without input constraints.
     """
     n = network.robots
-    squares = np.full(n, robots_abreast(formation) * (1.0 + growth * np.sqrt(n)) ** 2)
+    squares = np.full(n, most_robots_on_hull_edge(formation) * (1.0 + growth * np.sqrt(n)) ** 2)
     if inputs is not None:
         squares += n * np.sum(inputs.a**2, axis=1)
     return np.sqrt(squares)
 
 
-def robots_abreast(formation: np.ndarray) -> int:
+def most_robots_on_hull_edge(formation: np.ndarray) -> int:
     """Return the largest number of robots that one half-space can meet at once: on one edge of b's convex hull."""
     corners = _convex_hull(formation)
     most = 1

@@ -32,7 +32,7 @@ class LoggedSeries:
             return self.of({name: values[first:last] for name, values in vars(self).items()})
         return self.of({name: store.read(name, first, last) for name in self._names() if name in store})
 
-    def unread(self) -> Self:
+    def without_cache(self) -> Self:
         """Return the same series, which holds nothing that can be read again."""
         return self.of(self.__dict__.get(STORE, vars(self)))
 

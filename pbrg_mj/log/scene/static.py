@@ -34,7 +34,7 @@ def static_scene(scenario: Scenario) -> bytes:
         "patches": (_patches(world), primitives.PATCH_COLOR),
         "stops": (_stops(world), primitives.STOP_COLOR),
         "thresholds": ([threshold.as_wall() for threshold in world.thresholds], primitives.PATCH_COLOR),
-        "ramps": (_feet(world), primitives.PATCH_COLOR),
+        "ramps": (_ramp_outlines(world), primitives.PATCH_COLOR),
     }
     for name, (walls, color) in layers.items():
         if walls or name == "walls":
@@ -72,7 +72,7 @@ def _stops(world: World) -> list[Wall]:
     return [box.at(stop).as_wall().model_copy(update=flat) for box in world.moving_boxes for stop in box.waypoints]
 
 
-def _feet(world: World) -> list[Wall]:
+def _ramp_outlines(world: World) -> list[Wall]:
     return [ramp.as_wall().model_copy(update={"height": FLAT_HEIGHT}) for ramp in world.ramps]
 
 

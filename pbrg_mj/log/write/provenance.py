@@ -17,7 +17,7 @@ from pbrg_mj.governor.certificate.description import describe
 from pbrg_mj.log.schema import channels
 from pbrg_mj.log.schema.fields import SCHEMA_VERSION, Dims
 from pbrg_mj.log.write.mcap_writer import McapWriter
-from pbrg_mj.scenario.load import Loaded
+from pbrg_mj.scenario.load import LoadedScenario
 
 CENTRALIZED = "centralized"  # key of the run's metadata
 PROCESSES = "processes"  # another one, of runs whose robots were processes of their own
@@ -76,7 +76,7 @@ def processor() -> str:
 
 
 def embed_provenance(
-    writer: McapWriter, loaded: Loaded, model_xml: str, dims: Dims, centralized: bool, processes: bool
+    writer: McapWriter, loaded: LoadedScenario, model_xml: str, dims: Dims, centralized: bool, processes: bool
 ) -> None:
     """Write what it takes to run again, before any tick and outside of chunks: a log cut short still has it."""
     attachments = (

@@ -15,7 +15,7 @@ from pbrg_mj.log.write.messages import MessageStream, dims_of, time_of
 from pbrg_mj.log.write.provenance import add_channels, embed_provenance
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.plugins import is_centralized
-from pbrg_mj.scenario.load import Loaded
+from pbrg_mj.scenario.load import LoadedScenario
 
 # A killed run loses its open chunk, so a chunk should last less than a second of WALL time. Its ends must not
 # depend on the wall clock though, or the same run would not make the same file. So they are counted in SIMULATED
@@ -40,7 +40,7 @@ class LogWriter:
     def __init__(
         self,
         path: str | Path,
-        loaded: Loaded,
+        loaded: LoadedScenario,
         model_xml: str,
         *,
         force: bool = False,

@@ -8,7 +8,7 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.scan.line_fit import wrapped
-from pbrg_mj.perception.track.confirmation import rests_across
+from pbrg_mj.perception.track.confirmation import is_at_rest_across
 from pbrg_mj.perception.track.extent import track_ends
 
 LEAST_TURN, MOST_TURN = math.radians(20.0), math.radians(160.0)  # between two faces at a corner
@@ -88,7 +88,7 @@ def confirm_corners(tracks):
 
 @kernel
 def _rests(track):
-    return track["confirmed"] or rests_across(track)
+    return track["confirmed"] or is_at_rest_across(track)
 
 
 @kernel

@@ -4,10 +4,10 @@ parameters      of the sensor, the robot and the estimator
 memory          points over time: seen again, hidden, passed by beams, forgotten
 detect          one scan to points in the world; a lone echo waits until a second confirms it
 known_free      the edge of what a scan shows to be free
-places          both, as places to keep off, and the robot's way to its target as far as it is free
-hull            the gap between the hull of points and a segment
+obstacle_points both: where hand points must keep away, and the path to the target as far as it is free
+hull            the distance of the hull of points from a segment (GJK)
 face            the places of one face, its normal and its half-space
-separate        half-spaces between the way and all places
+separate        half-spaces between the path and all places
 motion          how fast each half-space's face comes nearer
 estimator       one tick of all that for all robots
 """

@@ -73,12 +73,12 @@ def _echoes(ranges, pose, mates, own, parameters):
         variance[k] = parameters.range_std**2 + (parameters.noise_ratio * r) ** 2
         pose_std[k] = math.sqrt(pose.position_var + r * r * pose.heading_var)
         reach = parameters.body_radius + 3.0 * (math.sqrt(variance[k]) + pose_std[k])
-        echoes.heard[k] = not _at_a_mate(x[k], y[k], reach, mates, own)
+        echoes.heard[k] = not _is_team_mate(x[k], y[k], reach, mates, own)
     return echoes
 
 
 @kernel
-def _at_a_mate(x, y, reach, mates, own):
+def _is_team_mate(x, y, reach, mates, own):
     found = False
     for j in range(len(mates)):
         found = found or (j != own and (x - mates[j, 0]) ** 2 + (y - mates[j, 1]) ** 2 < reach * reach)

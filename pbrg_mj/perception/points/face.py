@@ -5,18 +5,18 @@ from __future__ import annotations
 import math
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.points.hull import gap_to_hull
-from pbrg_mj.perception.points.places import copy_place, nearest_place, swap_places
+from pbrg_mj.perception.points.hull import distance_to_hull
+from pbrg_mj.perception.points.obstacle_points import copy_point, nearest_point, swap_points
 
 WINDOWS = (1.0, 0.5, 0.25, 0.125)  # [m] around the nearest place
-ROOM = 0.8  # of the distance to the nearest place that its hull must leave to the way
+ROOM = 0.8  # of the distance to the nearest place that its hull must leave to the path
 LOSS = 0.03  # [m] of it that a hull may take in any case: two places before a robot make no wedge around its target
 
 
 @kernel
-def next_face(places, count, window, way):
-    """Write the places of the face nearest to the way to `window`; return how many there are, and its normal."""
-    nearest, best, gx, gy = nearest_place(places, count, way)
+def next_face(places, count, window, path):
+    """Write the places of the face nearest to the path to `window`; return how many there are, and its normal."""
+    nearest, best, gx, gy = nearest_point(places, count, path)
     if nearest < 0:
         return 0, 0.0, 0.0
     enough = min(ROOM * best, best - LOSS)
@@ -25,24 +25,24 @@ def next_face(places, count, window, way):
         for i in range(count):
             x, y = places.x[i] - places.x[nearest], places.y[i] - places.y[nearest]
             if x * x + y * y <= radius * radius:
-                copy_place(places, i, window, size)
+                copy_point(places, i, window, size)
                 size += 1
-        gap, x, y = gap_to_hull(window.x, window.y, size, way)
+        gap, x, y = distance_to_hull(window.x, window.y, size, path)
         if gap >= enough and gap > 0.0:
             return size, x / gap, y / gap
-    copy_place(places, nearest, window, 0)
+    copy_point(places, nearest, window, 0)
     return 1, gx, gy
 
 
 @kernel
-def room(face, normal):
-    """Return how far the places of a face (window, size, way) are ahead of the way along a unit vector [m]."""
-    window, size, way = face
+def clearance_along(face, normal):
+    """Return how far the places of a face (window, size, path) are ahead of the path along a unit vector [m]."""
+    window, size, path = face
     gx, gy = normal
     ahead = math.inf
     for i in range(size):
         ahead = min(ahead, gx * window.x[i] + gy * window.y[i])
-    return ahead - max(gx * way[0] + gy * way[1], gx * way[2] + gy * way[3])
+    return ahead - max(gx * path[0] + gy * path[1], gx * path[2] + gy * path[3])
 
 
 @kernel
@@ -60,13 +60,13 @@ def offset(window, size, normal, parameters):
 
 
 @kernel
-def not_kept_off(places, count, half_space, sigmas):
+def points_not_separated(places, count, half_space, sigmas):
     """Put the places that a half-space (normal, nearest, h) leaves before the others; return how many there are."""
     (gx, gy), nearest, h = half_space
     left = 0
     for i in range(count):
         ahead = gx * places.x[i] + gy * places.y[i] - places.inset[i]
         if ahead < min(nearest, h + sigmas * places.std[i]):
-            swap_places(places, i, left)
+            swap_points(places, i, left)
             left += 1
     return left

@@ -14,19 +14,19 @@ EXACT = 1e-9  # [m] of the gap
 
 
 @kernel
-def gap_to_hull(xs, ys, size, way):
-    """Return the gap [m] between the hull of points and the segment `way` (4,), and the vector across it.
+def distance_to_hull(xs, ys, size, path):
+    """Return the gap [m] between the hull of points and the segment `path` (4,), and the vector across it.
 
     The points are the first `size` of xs and ys [m], one at least. The vector (x, y) [m] is the shortest from the
     segment to the hull. The gap is 0 where they meet.
     """
-    ax, ay = _farthest(xs, ys, size, way, 1.0, 0.0)
+    ax, ay = _farthest(xs, ys, size, path, 1.0, 0.0)
     bx, by, vx, vy = ax, ay, ax, ay
     for _ in range(MOST_STEPS):
         length = math.sqrt(vx * vx + vy * vy)
         if length <= EXACT:
             return 0.0, 0.0, 0.0
-        wx, wy = _farthest(xs, ys, size, way, vx, vy)
+        wx, wy = _farthest(xs, ys, size, path, vx, vy)
         if length - (wx * vx + wy * vy) / length <= EXACT:
             return length, vx, vy
         if _holds_origin(ax, ay, bx, by, wx, wy):
@@ -41,16 +41,16 @@ def gap_to_hull(xs, ys, size, way):
 
 
 @kernel
-def _farthest(xs, ys, size, way, vx, vy):
+def _farthest(xs, ys, size, path, vx, vy):
     """Return the point of hull minus segment that is farthest against (vx, vy)."""
     least, first = math.inf, 0
     for i in range(size):
         along = vx * xs[i] + vy * ys[i]
         if along < least:
             least, first = along, i
-    if vx * way[0] + vy * way[1] > vx * way[2] + vy * way[3]:
-        return xs[first] - way[0], ys[first] - way[1]
-    return xs[first] - way[2], ys[first] - way[3]
+    if vx * path[0] + vy * path[1] > vx * path[2] + vy * path[3]:
+        return xs[first] - path[0], ys[first] - path[1]
+    return xs[first] - path[2], ys[first] - path[3]
 
 
 @kernel

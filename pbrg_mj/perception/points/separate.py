@@ -1,16 +1,16 @@
-"""Half-spaces between the way of a hand point to its target and the places to keep off.
+"""Half-spaces between the path of a hand point to its target and the places to keep off.
 
-The way is the segment from the hand point q to its target b_i + m_i under the reference that is held, as far as it is
+The path is the segment from the hand point q to its target b_i + m_i under the reference that is held, as far as it is
 free. Half-spaces follow one another as in safe flight corridors (Liu et al., RA-L 2(3), 2017, with discs in place of
-ellipsoids): the place nearest to the way begins a face, all places that the face keeps off are done with, the next
+ellipsoids): the place nearest to the path begins a face, all places that the face keeps off are done with, the next
 nearest of the others begins the next. A face is the hull of the places in a window around the nearest one, and its
-normal that of the widest gap between the hull and the way; the window shrinks until the hull leaves the way most of
-the room that its nearest place leaves. Every half-space is moved towards the robot by the clearance and by what its
+normal that of the widest gap between the hull and the path; the window shrinks until the hull leaves the path most of
+the distance that its nearest place leaves. Every half-space is moved towards the robot by the clearance and by what its
 places may be wrong by.
 
-No place is left out. Where there are more faces than slots, the last four slots are a box around the way: each place
+No place is left out. Where there are more faces than slots, the last four slots are a box around the path: each place
 that the faces before do not keep off is kept off by the side of the box that it is most ahead of, which leaves 0.7 or
-more of its distance to the way.
+more of its distance to the path.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ import math
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.points.face import next_face, not_kept_off, offset, room
-from pbrg_mj.perception.points.places import copy_place, free_way, no_places, places_to_keep_off
+from pbrg_mj.perception.points.face import clearance_along, next_face, offset, points_not_separated
+from pbrg_mj.perception.points.obstacle_points import copy_point, empty_points, free_path, obstacle_points
 
-SIDES = 4  # of the box around the way
+SIDES = 4  # of the box around the path
 SAME_FACE = math.cos(math.radians(20.0))  # between the normals of one face in two scans
-STEADY = 0.01  # [m] of room that may be lost so that a normal does not turn with the noise of every scan
+STEADY = 0.01  # [m] of distance that may be lost so that a normal does not turn with the noise of every scan
 
 
 @kernel
@@ -36,24 +36,24 @@ def separate(seen, q, target, parameters, half_spaces):
     they serve as well, normals are taken over. K is four or more.
     """
     G, h, active = half_spaces
-    places, count = places_to_keep_off(seen[0], seen[1], parameters)
-    window, way = no_places(count), free_way(places, count, q, target, parameters)
+    places, count = obstacle_points(seen[0], seen[1], parameters)
+    window, path = empty_points(count), free_path(places, count, q, target, parameters)
     before = G.copy(), active.copy(), np.zeros(len(h), np.bool_)
     taken = before[2]
     faces, before_box, taken_before_box = 0, count, taken.copy()
     while count > 0 and faces < len(h):
         if faces == len(h) - SIDES:
             before_box, taken_before_box = count, taken.copy()
-        size, nx, ny = next_face(places, count, window, way)
+        size, nx, ny = next_face(places, count, window, path)
         if size == 0:
             count = 0
             break
-        half_space = _write((window, size, way), (nx, ny), before, half_spaces, parameters)
-        count = not_kept_off(places, count, half_space, parameters.sigmas)
+        half_space = _write((window, size, path), (nx, ny), before, half_spaces, parameters)
+        count = points_not_separated(places, count, half_space, parameters.sigmas)
         faces += 1
     if count > 0:
         taken[:] = taken_before_box
-        _box(places, before_box, (window, way), before, half_spaces, parameters)
+        _box(places, before_box, (window, path), before, half_spaces, parameters)
     for k in range(len(h)):
         active[k] = taken[k]
         if not taken[k]:
@@ -61,25 +61,25 @@ def separate(seen, q, target, parameters, half_spaces):
 
 
 @kernel
-def _box(places, count, room_for, before, half_spaces, parameters):
-    """Write a half-space for each side of the box around the way that keeps off any of the places."""
-    window, way = room_for
-    dx, dy = way[2] - way[0], way[3] - way[1]
+def _box(places, count, window_and_path, before, half_spaces, parameters):
+    """Write a half-space for each side of the box around the path that keeps off any of the places."""
+    window, path = window_and_path
+    dx, dy = path[2] - path[0], path[3] - path[1]
     length = math.sqrt(dx * dx + dy * dy)
     ux, uy = (dx / length, dy / length) if length > 0.0 else (1.0, 0.0)
     for side in range(SIDES):
         size = 0
         for i in range(count):
-            x, y = places.x[i] - way[0], places.y[i] - way[1]
+            x, y = places.x[i] - path[0], places.y[i] - path[1]
             along = x * ux + y * uy
             along, across = along - min(max(along, 0.0), length), y * ux - x * uy
             if _side(along, across) == side:
-                copy_place(places, i, window, size)
+                copy_point(places, i, window, size)
                 size += 1
         if size > 0:
             sign = 1.0 if side < 2 else -1.0
             normal = (sign * ux, sign * uy) if side % 2 == 0 else (-sign * uy, sign * ux)
-            _write((window, size, way), normal, before, half_spaces, parameters)
+            _write((window, size, path), normal, before, half_spaces, parameters)
 
 
 @kernel
@@ -92,7 +92,7 @@ def _side(along, across):
 
 @kernel
 def _write(face, normal, before, half_spaces, parameters):
-    """Write the half-space of a face to its slot; return it as `not_kept_off` takes it."""
+    """Write the half-space of a face to its slot; return it as `points_not_separated` takes it."""
     G, h, _ = half_spaces
     old, was_active, taken = before
     k = _slot(face, normal, before)
@@ -108,12 +108,12 @@ def _write(face, normal, before, half_spaces, parameters):
 def _slot(face, normal, before):
     """Return the slot of the same face in the scan before, if its normal serves as well; else a free one."""
     old, was_active, taken = before
-    most, free = room(face, normal), -1
+    most, free = clearance_along(face, normal), -1
     for k in range(len(taken)):
         if taken[k]:
             continue
         if was_active[k] and normal[0] * old[k, 0] + normal[1] * old[k, 1] > SAME_FACE:
-            if room(face, (old[k, 0], old[k, 1])) >= most - STEADY:
+            if clearance_along(face, (old[k, 0], old[k, 1])) >= most - STEADY:
                 return k
         elif free < 0 or (was_active[free] and not was_active[k]):
             free = k

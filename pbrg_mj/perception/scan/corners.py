@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.scan.line_fit import LEAST_COSINE, extent, fit_line, meeting, weight_of
+from pbrg_mj.perception.scan.line_fit import LEAST_COSINE, beam_incidence, extent, fit_line, weight_of
 from pbrg_mj.perception.scan.points import DX, DY, X, Y, apart
 from pbrg_mj.perception.scan.robust_fit import OUTLIER, write_fit
 
@@ -70,20 +70,20 @@ def _settle(points, params, order, places, work):
         return
     corner = (x / distance, y / distance, UNSURE * across / distance)
     for keep in (True, False):  # what each would lose is counted first
-        lost_a = _give(points, params, order, (k, -1), b, corner, work, keep)
-        lost_b = _give(points, params, order, (z, 1), a, corner, work, keep)
+        lost_a = _reassign(points, params, order, (k, -1), b, corner, work, keep)
+        lost_b = _reassign(points, params, order, (z, 1), a, corner, work, keep)
         if min(lost_a, lost_b) < 0:
             return
         if keep and not (_left(work, a, lost_a, params) and _left(work, b, lost_b, params)):
             return
         if not keep and lost_a + lost_b > 0:
             work.moved[a] = work.moved[b] = True
-    _doubt(points, order, (z, 1), (b, a), corner, work)
-    _doubt(points, order, (k, -1), (a, b), corner, work)
+    _set_corner_odds(points, order, (z, 1), (b, a), corner, work)
+    _set_corner_odds(points, order, (k, -1), (a, b), corner, work)
 
 
 @kernel
-def _doubt(points, order, place, lines, corner, work):
+def _set_corner_odds(points, order, place, lines, corner, work):
     """Set the odds that the last point of a line before a corner is beyond it: the corner is known so well.
 
     It is the first of the second of `lines` before a point of the first, which is looked for from a place on.
@@ -107,7 +107,7 @@ def _first_of(order, owner, i, direction, line):
 
 
 @kernel
-def _give(points, params, order, place, other, corner, work, keep):
+def _reassign(points, params, order, place, other, corner, work, keep):
     """Give the points of the line of a place that are beyond the corner to the `other` line; return how many it loses.
 
     They are looked for from that place on, in a direction. With `keep` none is given away; -1 if one of them is not on
@@ -137,7 +137,7 @@ def _give(points, params, order, place, other, corner, work, keep):
 def _is_on(points, params, fit, beam):
     """Tell whether a point is on a line, as far as its noise lets one tell."""
     nx, ny, c = math.cos(fit[0]), math.sin(fit[0]), fit[1]
-    cosine, s = meeting(points, nx, ny, c, beam)
+    cosine, s = beam_incidence(points, nx, ny, c, beam)
     off = nx * points[beam, X] + ny * points[beam, Y] - c
     variance = 1.0 / weight_of(params, cosine, c) + max(fit[4] - 2.0 * s * fit[3] + s * s * fit[2], 0.0)
     return cosine > LEAST_COSINE and off * off <= OUTLIER**2 * variance

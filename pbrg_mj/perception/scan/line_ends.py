@@ -14,7 +14,7 @@ LEAST_GAP = 0.1  # [m] along the line that beams must pass: nothing gets through
 
 
 @kernel
-def passes(points, params, fit, b):
+def beam_passes(points, params, fit, b):
     """Tell whether beam b is known to pass where the line, continued, would be.
 
     It returned something clearly farther away, or nothing although the line would be well within range. `fit` (7,) is
@@ -39,7 +39,7 @@ def is_free(points, params, fit, b, side):
     """Tell whether a line truly ends at beam b: enough beams next to it pass, on its side -1 (clockwise) or +1."""
     start = _along(points, fit, b)
     for k in range(1, len(points) // 2):
-        if not passes(points, params, fit, b + side * k):
+        if not beam_passes(points, params, fit, b + side * k):
             return False
         if k >= params.agree and abs(_along(points, fit, b + side * k) - start) >= LEAST_GAP:
             return True
@@ -54,7 +54,7 @@ def has_gap(points, params, fit, low, high):
         return False
     agreed, start = 0, low
     for b in range(low + 1, low + 1 + between):
-        if not passes(points, params, fit, b):
+        if not beam_passes(points, params, fit, b):
             agreed, start = 0, b
             continue
         agreed += 1

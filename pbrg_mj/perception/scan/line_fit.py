@@ -33,10 +33,10 @@ def weight_of(params, cosine, c):
 
 
 @kernel
-def meeting(points, nx, ny, c, b):
+def beam_incidence(points, nx, ny, c, b):
     """Return (n . d, s) of a beam: the cosine of its incidence, and where along the line it meets it [m].
 
-    Where the beam of a point runs along the line, s is where the point is: the meeting place is anywhere.
+    Where the beam of a point runs along the line, s is where the point is: they meet anywhere.
     """
     cosine, across = nx * points[b, DX] + ny * points[b, DY], nx * points[b, DY] - ny * points[b, DX]
     if cosine < LEAST_COSINE:
@@ -60,7 +60,7 @@ def _scored(points, params, members, line):
     nx, ny, c = math.cos(line[0]), math.sin(line[0]), line[1]
     total = ws = wss = we = wse = 0.0
     for b in members:
-        cosine, s = meeting(points, nx, ny, c, b)
+        cosine, s = beam_incidence(points, nx, ny, c, b)
         w = weight_of(params, cosine, c)
         error = nx * points[b, X] + ny * points[b, Y] - c
         total += w
@@ -123,7 +123,7 @@ def extent(points, params, members, line, at):
     low, high = math.inf, -math.inf
     for i in range(len(members)):
         b = members[i]
-        cosine, s = meeting(points, nx, ny, c, b)
+        cosine, s = beam_incidence(points, nx, ny, c, b)
         w = weight_of(params, cosine, c)
         at[i, S], at[i, WEIGHT], at[i, COSINE] = s, w, cosine
         at[i, RESIDUAL] = nx * points[b, X] + ny * points[b, Y] - c

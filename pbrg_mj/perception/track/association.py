@@ -119,7 +119,7 @@ def merge(tracks):
 
 
 @kernel
-def unite(tracks, line, track):
+def merge_tracks_on_line(tracks, line, track):
     """Merge all tracks that a single line runs through, whatever ends they have seemed to have; return which."""
     for i in range(len(tracks)):
         if i != track and tracks[i]["live"] and _runs_through(tracks[i], line):

@@ -46,11 +46,11 @@ def confirm(track, line, now, params):
     ended = line["free_low"] or line["free_high"]
     wide = not ended and length >= WIDE * line["offset"]
     large = length >= LONG or wide if track["hits"] > 1 else now.elapsed == 0 and (length >= 2 * LONG or wide)
-    track["confirmed"] = 1 if large or (rests_across(track) and _rests_along(track, params)) else 0
+    track["confirmed"] = 1 if large or (is_at_rest_across(track) and _is_at_rest_along(track, params)) else 0
 
 
 @kernel
-def rests_across(track):
+def is_at_rest_across(track):
     """Return whether a speed of SLOWEST along the normal is ruled out."""
     w0, w1, w2 = track["w0"], track["w1"], track["w2"]
     det = w0 * w2 - w1 * w1
@@ -61,7 +61,7 @@ def rests_across(track):
 
 
 @kernel
-def _rests_along(track, params):
+def _is_at_rest_along(track, params):
     """Return whether a slide at SLOWEST since the first sighting would have shown at an end.
 
     It shows when the first beam past the thing meets it, or the last on it does not, and by one beam late.

@@ -6,7 +6,7 @@ import math
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.scan.line_fit import wrapped
-from pbrg_mj.perception.track.association import CONFLICT, EXTEND, NEW, UPDATE, associate, merge, unite
+from pbrg_mj.perception.track.association import CONFLICT, EXTEND, NEW, UPDATE, associate, merge, merge_tracks_on_line
 from pbrg_mj.perception.track.confirmation import confirm, note_motion
 from pbrg_mj.perception.track.extent import BEHIND, IN_RANGE, beam_on_line, restart_extent, update_extent, widen_extent
 
@@ -33,7 +33,7 @@ def update_tracks(tracks, lines, scan, now, params):
     for k in range(len(lines)):
         line = lines[k]
         if line["role"] == UPDATE:
-            line["track"] = unite(tracks, line, line["track"])
+            line["track"] = merge_tracks_on_line(tracks, line, line["track"])
             _fuse(tracks[line["track"]], line, scan, now, params)
         elif line["role"] == EXTEND:
             widen_extent(tracks[line["track"]], line)

@@ -132,7 +132,7 @@ def lines_in_world(lines, count, pose):
 
 
 @kernel
-def turn_into(beams, directions, heading):
+def write_world_directions(beams, directions, heading):
     """Write the `directions` (B, 2) of a robot that heads [rad] to `beams`, in the world."""
     cos, sin = math.cos(heading), math.sin(heading)
     for k in range(len(directions)):

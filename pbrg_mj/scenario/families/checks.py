@@ -16,7 +16,7 @@ NOT_DRAWN = ("seed", "draw")
 
 def check_draw(draw: Draw, base: dict[str, Any]) -> list[Diagnostic]:
     """Return all that is wrong between keys that are right one by one; `base` are the family's other sections."""
-    return [*_distributions(draw, ("draw",)), *_names(draw), *_drawn_twice(base)]
+    return [*_distributions(draw, ("draw",)), *_names(draw), *_overridden_by_draw(base)]
 
 
 def check_distributions(entry: Any) -> Iterator[Diagnostic]:
@@ -61,7 +61,7 @@ def _names(draw: Draw) -> Iterator[Diagnostic]:
             yield Diagnostic(("draw", "keys", name), f"is not drawn; allowed: any key but {', '.join(NOT_DRAWN)}")
 
 
-def _drawn_twice(base: dict[str, Any]) -> Iterator[Diagnostic]:
+def _overridden_by_draw(base: dict[str, Any]) -> Iterator[Diagnostic]:
     """Yield what stands in the family although `draw.team` and `draw.reference` make it."""
     drawn = {"team": (("start", "team"), ("formation", "team")), "operator": (("reference", "reference"),)}
     for section, names in drawn.items():

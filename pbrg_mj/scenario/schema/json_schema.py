@@ -16,10 +16,10 @@ def json_schema() -> dict[str, Any]:
     What must hold between keys is beyond it: `pbrg validate` checks that as well.
     """
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "pbrg-mj scenario"}
-    return head | tidy_sections(Scenario.model_json_schema(by_alias=True))
+    return head | simplify_schema(Scenario.model_json_schema(by_alias=True))
 
 
-def tidy_sections(made: dict[str, Any]) -> dict[str, Any]:
+def simplify_schema(made: dict[str, Any]) -> dict[str, Any]:
     """Return pydantic's schema without what repeats keys' names or sections' own defaults, and with `x-unit`."""
     for section in [made, *made["$defs"].values()]:
         for field in section.get("properties", {}).values():

@@ -122,13 +122,13 @@ def _read(path: Path, *, quick: bool) -> StudyFile[SuiteKeys]:
 
 def _suite(file: StudyFile[SuiteKeys], copies: Path | None) -> Suite:
     keys, scenarios, always = file.keys, sources(file, copies), always_set(file.keys)
-    stems = [_stem(source) for source in scenarios]
+    stems = [_short_name(source) for source in scenarios]
     if twice := [k for k, stem in enumerate(stems) if stem in stems[:k]]:
         raise file.error(("scenario", twice[0]), f"is a second {stems[twice[0]]}; allowed: each name once")
     seeds = {group: seed_list(file, group) for group in GROUPS}
     if both := set(seeds["train"]) & set(seeds["held_out"]):
         raise file.error(("held_out",), f"has the seed {min(both)} of `train`; allowed: other ones")
-    kinds = _tried(file, scenarios, seeds["train"][0])
+    kinds = _governor_kinds(file, scenarios, seeds["train"][0])
     tasks = [
         Task(
             source,
@@ -148,7 +148,7 @@ def _suite(file: StudyFile[SuiteKeys], copies: Path | None) -> Suite:
     return Suite(file, tuple(tasks), tuple(map(_log_name, tasks)), tunings, centralized)
 
 
-def _tried(file: StudyFile[SuiteKeys], scenarios: Sequence[Source], seed: int) -> dict[str, str]:
+def _governor_kinds(file: StudyFile[SuiteKeys], scenarios: Sequence[Source], seed: int) -> dict[str, str]:
     """Return each governor's `governor.kind`; try each with each network, and each scenario with the first of both.
 
     What a scenario does not take of another governor shows as a run that fails. Raises InputError.
@@ -195,11 +195,11 @@ def _shortened(file: StudyFile[SuiteKeys]) -> StudyFile[SuiteKeys]:
 
 
 def _log_name(task: Task) -> str:
-    labels = (task.labels["governor_name"], task.labels["network_name"], _stem(task.source))
+    labels = (task.labels["governor_name"], task.labels["network_name"], _short_name(task.source))
     return "-".join([*map(_plain_name, labels), str(task.seed)]) + ".mcap"
 
 
-def _stem(source: Source) -> str:
+def _short_name(source: Source) -> str:
     return source.name.rsplit("/", 1)[-1]
 
 

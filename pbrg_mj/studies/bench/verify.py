@@ -16,7 +16,7 @@ from pbrg_mj.studies.bench.release import Release, check_release
 from pbrg_mj.studies.bench.suite import SCENARIOS, Suite, bundled_keys, read_suite
 from pbrg_mj.studies.bench.table import bench_runs
 from pbrg_mj.studies.run_task import Record, numbers, timings
-from pbrg_mj.studies.runner import LOGS, Watch, unwatched
+from pbrg_mj.studies.runner import LOGS, Watch, no_progress
 from pbrg_mj.studies.task import Task
 
 WORLDS = ("scenario", "train", "held_out", "duration", "set", "networks")  # of a suite: all but who takes part
@@ -37,7 +37,7 @@ class BenchVerification:
         return not self.problems
 
 
-def verify_bench(folder: str | Path, *, watch: Watch = unwatched) -> BenchVerification:
+def verify_bench(folder: str | Path, *, watch: Watch = no_progress) -> BenchVerification:
     """Replay the logs of a benchmark's folder, or of a submission: a suite's file and `logs/`.
 
     Each log must hold the suite's scenario for its name and replay bit for bit; the table is made from the logs alone

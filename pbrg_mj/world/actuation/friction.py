@@ -44,7 +44,7 @@ def set_friction(child: mujoco.MjSpec, scenario: Scenario, robot: RobotModel, j:
             child.delete(element)
 
 
-def prioritise_tyres(child: mujoco.MjSpec, floor: mujoco.MjsGeom) -> None:
+def set_tyre_contacts(child: mujoco.MjSpec, floor: mujoco.MjsGeom) -> None:
     """Give a robot's tyres the floor's contact parameters and a higher priority, so that each can differ by place."""
     for side in WHEELS:
         tyre = child.geom(f"tyre_{side}")
@@ -70,7 +70,7 @@ class WheelFriction:
     """Looks up what lies under each wheel and gives its tyre and its LuGre element the friction of that area."""
 
     def __init__(self, scenario: Scenario, robot: RobotModel, model: mujoco.MjModel):
-        """Find the wheels of a model that `add_patches` and `prioritise_tyres` prepared."""
+        """Find the wheels of a model that `add_patches` and `set_tyre_contacts` prepared."""
         names = [f"robot{j}/{{}}_{side}" for j in range(scenario.robots) for side in WHEELS]
         self._model = model
         self._wheel = np.array([model.body(name.format("wheel")).id for name in names])

@@ -20,7 +20,7 @@ from pbrg_mj.world.plant.interface import Observation, Truth
 from pbrg_mj.world.plant.truth import (
     MujocoArrays,
     TruthIndex,
-    blank_truth,
+    empty_truth,
     mujoco_arrays,
     truth_index,
     write_truth,
@@ -62,7 +62,7 @@ class PlantBatch:
             tuple(truth_index(self._index)),
             (tuple(world_footprints(scenario.world)), tuple(moving_footprints((), 0.0))),
             (self._robot.clearance, self._robot.body_radius),
-            tuple(blank_truth(scenario.robots)),
+            tuple(empty_truth(scenario.robots)),
         )
         self._motors = motor_inputs(self._batch.bind("ctrl"), self._index.motor)
         self._push = self._batch.bind("xfrc_applied")

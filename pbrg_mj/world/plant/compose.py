@@ -16,7 +16,7 @@ import numpy as np
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.world.actuation.friction import prioritise_tyres, set_friction
+from pbrg_mj.world.actuation.friction import set_friction, set_tyre_contacts
 from pbrg_mj.world.scene.contact_counters import add_contact_sensors
 from pbrg_mj.world.scene.floor import add_patches
 from pbrg_mj.world.scene.footprints import body_pose
@@ -55,7 +55,7 @@ def compose(scenario: Scenario, robot: RobotModel) -> mujoco.MjSpec:
         child = _robot_spec(scenario, robot, j, beams=j in with_beams)
         set_friction(child, scenario, robot, j)
         if scenario.world.patches:
-            prioritise_tyres(child, spec.geom("floor"))
+            set_tyre_contacts(child, spec.geom("floor"))
         _add_robot(spec, child, j, pose)
         add_contact_sensors(spec, j, scenario)
     try:

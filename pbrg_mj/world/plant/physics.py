@@ -22,7 +22,7 @@ from pbrg_mj.world.physics_steps import steps_per_tick
 from pbrg_mj.world.plant.compose import compose, model_xml, start_pose
 from pbrg_mj.world.plant.interface import Observation, Truth
 from pbrg_mj.world.plant.mujoco_warnings import log_first_warning
-from pbrg_mj.world.plant.truth import blank_truth, body_poses, mujoco_arrays, truth_index, write_truth_of
+from pbrg_mj.world.plant.truth import body_poses, empty_truth, mujoco_arrays, truth_index, write_truth_of
 from pbrg_mj.world.scene.footprints import world_footprints
 from pbrg_mj.world.scene.model_index import index_model, motor_inputs
 from pbrg_mj.world.scene.obstacles import box_centre, moving_footprints
@@ -98,7 +98,7 @@ class MujocoPlant:
 
     def truth(self) -> Truth:
         """Return poses, wheel speeds, margins and contacts as they are."""
-        truth = tuple(blank_truth(len(self._index.body)))
+        truth = tuple(empty_truth(len(self._index.body)))
         obstacles = (self._walls, tuple(moving_footprints(self._moving_boxes, self.time)))
         write_truth_of(*self._truth_from, obstacles, (self.robot.clearance, self.robot.body_radius), truth)
         return Truth(*truth)

@@ -47,7 +47,7 @@ def truth_index(index: ModelIndex) -> TruthIndex:
     return TruthIndex(*(getattr(index, name) for name in TruthIndex._fields))
 
 
-def blank_truth(n: int) -> Truth:
+def empty_truth(n: int) -> Truth:
     """Return a truth of n robots whose arrays are still to be written."""
     margins, contacts = [np.empty(n) for _ in range(2)], [np.empty(n, dtype=bool) for _ in range(3)]
     return Truth(

@@ -79,7 +79,7 @@ def _add_column(spec: mujoco.MjSpec, name: str, column: Column) -> None:
 
 def _add_solid(body: mujoco.MjsBody, name: str, shape: dict, glass: bool) -> None:
     """Add a geom; one of glass as a site, too: pictures show that, and rays meet no sites."""
-    body.add_geom(name=name, friction=LOW_FRICTION, **shape, **_look(glass))
+    body.add_geom(name=name, friction=LOW_FRICTION, **shape, **_appearance(glass))
     if glass:
         body.add_site(name=name, rgba=PANE, **shape)
 
@@ -96,11 +96,11 @@ def _add_prism(spec: mujoco.MjSpec, name: str, prism: Prism) -> None:
         meshname=name,
         pos=[*middle, prism.height / 2],
         friction=LOW_FRICTION,
-        **_look(prism.glass),
+        **_appearance(prism.glass),
     )
 
 
-def _look(glass: bool) -> dict:
+def _appearance(glass: bool) -> dict:
     """Return what a geom looks like. MuJoCo's rays pass through what has no alpha, and pictures do not show it."""
     return {"rgba": UNSEEN} if glass else {"material": "wall"}
 

@@ -1,4 +1,4 @@
-"""The share of the way that a certificate allows against bisection on the certificate itself, and the nearest point."""
+"""The step kappa that a certificate allows against bisection on the certificate itself, and the nearest point."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pbrg_mj.governor.certificate.directional_ball import DirectionalBall
 from pbrg_mj.governor.certificate.nearest import nearest_admissible
 from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid
 from pbrg_mj.governor.certificate.predictive import PredictiveCertificate
-from pbrg_mj.governor.certificate.share import Spread, largest_share
+from pbrg_mj.governor.certificate.scalar_reference_governor import Spread, largest_kappa
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.problem.ball import ball_rows
 from pbrg_mj.governor.problem.rows import Rows, rho, row_values
@@ -99,7 +99,7 @@ def test_the_share_is_what_bisection_finds_on_the_certificate_itself(name: str) 
     for _ in range(100):
         state = random_state(rng)
         spaces, candidate = random_half_spaces(rng, state[2]), state[2] + 4.0 * rng.normal(size=2)
-        kappa, admissible = largest_share(
+        kappa, admissible = largest_kappa(
             certificate.rows_at(spaces, *state), Spread.of(*state[:2]), state[2], candidate
         )
         at_held = value(spaces, state, state[2])
@@ -128,7 +128,7 @@ def test_the_ball_of_one_robot_and_of_inputs() -> None:
         candidate = held + rng.normal(size=2) if rng.random() < 0.7 else held + 3.0 * C
         d = a * rho(held, p, xi) + C @ held + rng.uniform(0.0, 2.0)
         rows = Rows(np.array([[a]]), C[None, None], np.array([[d]]), np.ones((1, 1), dtype=bool))
-        kappa, admissible = largest_share(rows, Spread.of(p, xi), held, candidate)
+        kappa, admissible = largest_kappa(rows, Spread.of(p, xi), held, candidate)
         assert admissible
         value = lambda m, rows=rows, p=p, xi=xi: float(row_values(rows, m, p, xi)[0, 0])  # noqa: E731
         assert kappa == pytest.approx(bisected(value, held, candidate), abs=1e-6)

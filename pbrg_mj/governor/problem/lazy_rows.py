@@ -1,4 +1,4 @@
-"""Rows that nobody may ask for: they are made when they are first read.
+"""Lazy rows: made when they are first read, since nobody may ask for them.
 
 Rows of the state are others at every tick. The certified governor decides without them, so only what reads them, the
 monitor, the log and the centralized reference, has them made, beside the closed loop.
@@ -14,36 +14,36 @@ from pbrg_mj.governor.problem.rows import Rows
 T = TypeVar("T")
 
 
-class RowsToMake(NamedTuple):
+class LazyRows(NamedTuple):
     """How rows are made, and the shape (n, R) that they will have."""
 
     make: Callable[[], Rows]
     shape: tuple[int, int]
 
 
-class _MadeWhenRead:
-    """A field that is given `Rows` or `RowsToMake`, and read as `Rows`."""
+class _LazyRowsField:
+    """A field that is given `Rows` or `LazyRows`, and read as `Rows`."""
 
     def __init__(self, name: str) -> None:
         self._name = name
 
-    def __set__(self, whose: Any, given: Rows | RowsToMake) -> None:
+    def __set__(self, whose: Any, given: Rows | LazyRows) -> None:
         whose.__dict__[self._name] = given
 
     def __get__(self, whose: Any, owner: type) -> Any:
         if whose is None:
             return self
         rows = whose.__dict__[self._name]
-        if isinstance(rows, RowsToMake):
+        if isinstance(rows, LazyRows):
             rows = whose.__dict__[self._name] = rows.make()
         return rows
 
 
-def made_when_read(name: str) -> Callable[[type[T]], type[T]]:
-    """Return a decorator of dataclasses whose field of this name may be given `RowsToMake`."""
+def lazy_rows(name: str) -> Callable[[type[T]], type[T]]:
+    """Return a decorator of dataclasses whose field of this name may be given `LazyRows`."""
 
     def decorated(found: type[T]) -> type[T]:
-        setattr(found, name, _MadeWhenRead(name))
+        setattr(found, name, _LazyRowsField(name))
         return found
 
     return decorated

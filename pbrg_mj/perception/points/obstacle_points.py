@@ -1,4 +1,4 @@
-"""Places to keep off, and the way of a hand point as far as it is free of them."""
+"""Points that hand points must keep away from, and the path of a hand point as far as it is free of them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from pbrg_mj.kernel import kernel
 
 
-class Places(NamedTuple):
+class ObstaclePoints(NamedTuple):
     """Echoes that bind and the edge of what is known to be free; functions look at the first `count` of each array."""
 
     x: np.ndarray  # (M,) [m]
@@ -20,15 +20,15 @@ class Places(NamedTuple):
 
 
 @kernel
-def no_places(size):
+def empty_points(size):
     """Return room for `size` places."""
-    return Places(np.empty(size), np.empty(size), np.empty(size), np.empty(size))
+    return ObstaclePoints(np.empty(size), np.empty(size), np.empty(size), np.empty(size))
 
 
 @kernel
-def places_to_keep_off(points, edge, parameters):
-    """Return the `Places` of the points that bind and of the `Edge`, and how many there are."""
-    places, count = no_places(len(points) + len(edge.x)), 0
+def obstacle_points(points, edge, parameters):
+    """Return the `ObstaclePoints` of the points that bind and of the `Edge`, and how many there are."""
+    places, count = empty_points(len(points) + len(edge.x)), 0
     for i in range(len(points)):
         point = points[i]
         if point["live"] and point["binds"]:
@@ -43,15 +43,15 @@ def places_to_keep_off(points, edge, parameters):
 
 
 @kernel
-def copy_place(source, i, target, k):
-    """Write place i of one array to place k of another."""
+def copy_point(source, i, target, k):
+    """Write point i of one array to place k of another."""
     target.x[k], target.y[k] = source.x[i], source.y[i]
     target.std[k], target.inset[k] = source.std[i], source.inset[i]
 
 
 @kernel
-def swap_places(places, i, k):
-    """Exchange two places of an array."""
+def swap_points(places, i, k):
+    """Exchange two points."""
     places.x[i], places.x[k] = places.x[k], places.x[i]
     places.y[i], places.y[k] = places.y[k], places.y[i]
     places.std[i], places.std[k] = places.std[k], places.std[i]
@@ -59,8 +59,8 @@ def swap_places(places, i, k):
 
 
 @kernel
-def free_way(places, count, q, target, parameters):
-    """Return both ends of the way: it ends where it first comes as near to a place as is allowed, or at the target."""
+def free_path(places, count, q, target, parameters):
+    """Return both ends of the path: it ends where it first comes as near to a place as is allowed, or at the target."""
     dx, dy = target[0] - q[0], target[1] - q[1]
     length = math.sqrt(dx * dx + dy * dy)
     if not length > 0.0:
@@ -80,9 +80,9 @@ def free_way(places, count, q, target, parameters):
 
 
 @kernel
-def nearest_place(places, count, way):
-    """Return the place nearest to the way, -1 for none; its distance [m] and the direction to it."""
-    ax, ay, bx, by = way
+def nearest_point(places, count, path):
+    """Return the place nearest to the path, -1 for none; its distance [m] and the direction to it."""
+    ax, ay, bx, by = path
     dx, dy = bx - ax, by - ay
     length, nearest, best = dx * dx + dy * dy, -1, math.inf
     gx, gy = 0.0, 0.0

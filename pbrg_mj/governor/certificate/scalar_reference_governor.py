@@ -1,4 +1,7 @@
-"""How large a share kappa of the way from the held m to a candidate the rows allow, by closed form.
+"""The scalar reference governor: the largest step kappa from the held m to a candidate that the rows allow.
+
+m(k + 1) = m(k) + kappa (candidate - m(k)) with kappa in [0, 1] (Gilbert, Kolmanovsky and Tan, Int. J. Robust and
+Nonlinear Control 5, 1995), here by closed form.
 
 On the way m(k) = held + k v the radius of the paper's ball is rho^2 = rho_0^2 + 2 b k + c k^2 with
 b = n (held - mean).v and c = n ||v||^2, so that a row a rho + C.m <= d asks for
@@ -37,17 +40,17 @@ class Spread(NamedTuple):
         return cls(float(len(p)), mean, float(np.sum((p - mean) ** 2) + np.sum(xi**2)))
 
 
-def largest_share(rows: Rows, spread: Spread, held: np.ndarray, candidate: np.ndarray) -> tuple[float, bool]:
+def largest_kappa(rows: Rows, spread: Spread, held: np.ndarray, candidate: np.ndarray) -> tuple[float, bool]:
     """Return kappa in [0, 1], and whether all rows hold at the held m; where one does not, kappa is 0.
 
     `held` and `candidate` are (2,) [m].
     """
     active = rows.active
-    return _largest_share((rows.a[active], rows.C[active], rows.d[active]), tuple(spread), held, candidate)
+    return _largest_kappa((rows.a[active], rows.C[active], rows.d[active]), tuple(spread), held, candidate)
 
 
 @kernel
-def _largest_share(rows, spread, held, candidate):
+def _largest_kappa(rows, spread, held, candidate):
     a, C, d = rows
     n, mean, square = spread
     x, y = held[0] - mean[0], held[1] - mean[1]
@@ -60,12 +63,12 @@ def _largest_share(rows, spread, held, candidate):
         if room < a[r] * radius - ROUNDING:
             return 0.0, False
         rise = C[r, 0] * vx + C[r, 1] * vy
-        kappa = min(kappa, share_of_row(a[r], room, rise, radius, b, c))
+        kappa = min(kappa, kappa_of_row(a[r], room, rise, radius, b, c))
     return kappa, True
 
 
 @kernel
-def share_of_row(a, room, rise, radius, b, c):
+def kappa_of_row(a, room, rise, radius, b, c):
     """Return the largest k in [0, 1] with a sqrt(radius^2 + 2 b k + c k^2) <= room - rise k; it holds at k = 0."""
     if a == 0.0 or c == 0.0:
         return min(1.0, max(room, 0.0) / rise) if rise > 0.0 else 1.0

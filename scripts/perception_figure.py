@@ -15,6 +15,7 @@ from matplotlib.patches import Circle, Polygon
 
 from pbrg_mj.analysis.metrics.obstacles import footprints, outlines
 from pbrg_mj.loop.simulation import Simulation
+from pbrg_mj.perception.points.beams import SeenBeams
 from pbrg_mj.perception.points.detect import add_scan
 from pbrg_mj.perception.points.estimator import PointEstimator, PointMemory
 from pbrg_mj.perception.points.known_free import edge_of_free
@@ -78,8 +79,9 @@ def known_free(axes: Axes, seen: Seen) -> None:
     pose = ScanPose(x, y, heading, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     parameters, ranges = seen.estimator.parameters, seen.readings.ranges[ROBOT]
     points = seen.memory.points[ROBOT].copy()
-    echoes = add_scan(points, seen.memory.scans, ranges, pose, seen.readings.body_pose[:, :2].copy(), ROBOT, parameters)
-    edge = edge_of_free(echoes, ranges, pose, parameters)
+    beams, places = SeenBeams(ranges, parameters.directions), seen.readings.body_pose[None, :, :2].copy()
+    echoes = add_scan(points, seen.memory.scans, beams, pose, (places, ROBOT), parameters)
+    edge = edge_of_free(echoes, beams, pose, parameters)
     axes.plot(edge.x, edge.y, ".", color=EDGE, markersize=3)
     axes.plot(echoes.x[echoes.binds], echoes.y[echoes.binds], ".", color=ECHO, markersize=3)
 

@@ -21,6 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pbrg_mj.perception.points.beams import SeenBeams
 from pbrg_mj.perception.points.detect import add_scan
 from pbrg_mj.perception.points.memory import no_points
 from pbrg_mj.perception.points.parameters import PointParameters, point_parameters
@@ -91,7 +92,8 @@ def binding(ranges: np.ndarray, parameters: PointParameters) -> np.ndarray:
     """Whether each echo binds, of one scan (beams,)."""
     points = no_points(1, len(ranges), 2)[0]
     pose = ScanPose(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    add_scan(points, 1, ranges, pose, np.zeros((1, 2)), 0, parameters)
+    beams = SeenBeams(ranges, parameters.directions)
+    add_scan(points, 1, beams, pose, (np.zeros((1, 1, 2)), 0), parameters)
     bound = points[(points["live"] == 1) & (points["binds"] == 1)]
     echo = ranges * parameters.directions.T
     places = {(x, y) for x, y in zip(bound["x"].tolist(), bound["y"].tolist(), strict=True)}

@@ -1,6 +1,8 @@
 """Scans to half-spaces without asking for lines: whatever echoes is kept off, whatever its shape.
 
 parameters      of the sensor, the robot and the estimator
+beams           the beams of a scan, and which of them looks in a direction
+deskew          a scan that takes time, as if taken at once
 memory          points over time: seen again, hidden, passed by beams, forgotten
 detect          one scan to points in the world; a lone echo waits until a second confirms it
 known_free      the edge of what a scan shows to be free

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.points.beams import next_beam
 from pbrg_mj.perception.points.memory import place_for
 from pbrg_mj.perception.points.parameters import JOINING, LEAST_JOINING
 
@@ -27,16 +28,18 @@ class Echoes(NamedTuple):
 
 
 @kernel
-def add_scan(points, scan, ranges, pose, mates, own, parameters):
-    """Add the echoes of a scan, `ranges` (beams,) [m], to the memory `points`, and return them.
+def add_scan(points, scan, beams, pose, team, parameters):
+    """Add the echoes of a scan, `SeenBeams`, to the memory `points`, and return them.
 
-    `mates` (n, 2) [m] are the places of all robots' bodies and `own` this robot's number: echoes within the body's
-    radius and three standard deviations of a team-mate are the team-mate's. Echoes in a row, neighbours nearer than
-    `JOINING` gaps between beams or `LEAST_JOINING`, bind at once: two where one earlier echo at its place confirms a
-    lone one, three where outliers are so frequent that it needs more. What is less binds when earlier echoes at its
-    place make up for it.
+    `team` are the places of all robots' bodies, (beams, n, 2) [m] when each beam was taken or (1, n, 2) for all beams,
+    and this robot's number. Echoes within the body's radius and three standard deviations of a team-mate are the
+    team-mate's; where a beam is a cone, those that may be so near anywhere in it.
+
+    Echoes in a row, neighbours nearer than `JOINING` gaps between beams or `LEAST_JOINING`, bind at once: two where one
+    earlier echo at its place confirms a lone one, three where outliers are so frequent that it needs more. What is less
+    binds when earlier echoes at its place make up for it.
     """
-    echoes = _echoes(ranges, pose, mates, own, parameters)
+    ranges, echoes = beams.ranges, _echoes(beams, pose, team, parameters)
     place = -1
     for k in range(len(ranges)):
         if not echoes.heard[k]:
@@ -57,8 +60,9 @@ def add_scan(points, scan, ranges, pose, mates, own, parameters):
 
 
 @kernel
-def _echoes(ranges, pose, mates, own, parameters):
+def _echoes(seen, pose, team, parameters):
     """Return where the echoes of a scan are in the world, and how well that is known."""
+    (ranges, directions), (places, own) = seen, team
     beams = len(ranges)
     x, y, variance, pose_std = np.empty(beams), np.empty(beams), np.empty(beams), np.empty(beams)
     heard, binds = np.zeros(beams, np.bool_), np.zeros(beams, np.bool_)
@@ -68,32 +72,59 @@ def _echoes(ranges, pose, mates, own, parameters):
         r = ranges[k]
         if parameters.blocked[k] or math.isnan(r):
             continue
-        dx, dy = parameters.directions[k, 0], parameters.directions[k, 1]
+        dx, dy = directions[k, 0], directions[k, 1]
         x[k], y[k] = pose.x + r * (cos * dx - sin * dy), pose.y + r * (sin * dx + cos * dy)
         variance[k] = parameters.range_std**2 + (parameters.noise_ratio * r) ** 2
         pose_std[k] = math.sqrt(pose.position_var + r * r * pose.heading_var)
         reach = parameters.body_radius + 3.0 * (math.sqrt(variance[k]) + pose_std[k])
-        echoes.heard[k] = not _is_team_mate(x[k], y[k], reach, mates, own)
+        mates, start = places[0], (pose.x, pose.y)
+        if parameters.scan_time > 0.0:
+            mates = places[k]
+            start = mates[own, 0], mates[own, 1]
+        echoes.heard[k] = not _is_team_mate((x[k], y[k]), start, reach, (mates, own), parameters)
     return echoes
 
 
 @kernel
-def _is_team_mate(x, y, reach, mates, own):
+def _is_team_mate(echo, start, reach, team, parameters):
+    """Tell whether an echo of the beam that began at `start` may be within `reach` [m] of another robot's place."""
+    (x, y), (mates, own) = echo, team
     found = False
     for j in range(len(mates)):
-        found = found or (j != own and (x - mates[j, 0]) ** 2 + (y - mates[j, 1]) ** 2 < reach * reach)
+        if j != own and not found:
+            if parameters.half_cone > 0.0:
+                squared = _from_arc(
+                    mates[j, 0] - start[0], mates[j, 1] - start[1], (x - start[0], y - start[1]), parameters
+                )
+            else:
+                squared = (x - mates[j, 0]) ** 2 + (y - mates[j, 1]) ** 2
+            found = squared < reach * reach
     return found
+
+
+@kernel
+def _from_arc(x, y, middle, parameters):
+    """Return the squared distance [m^2] of a place from the arc on which the echo of a cone may be.
+
+    All is seen from where the beam began; `middle` is that of the arc.
+    """
+    radius = math.sqrt(middle[0] ** 2 + middle[1] ** 2)
+    if radius == 0.0:
+        return x * x + y * y
+    along = (x * middle[0] + y * middle[1]) / radius
+    across = abs(x * middle[1] - y * middle[0]) / radius
+    if math.atan2(across, along) <= parameters.half_cone:
+        return (math.sqrt(x * x + y * y) - radius) ** 2
+    end = radius * math.cos(parameters.half_cone), radius * math.sin(parameters.half_cone)
+    return (along - end[0]) ** 2 + (across - end[1]) ** 2
 
 
 @kernel
 def _neighbour(echoes, ranges, k, step, parameters):
     """Return the next echo's beam in a direction if it is of the same thing as that of beam k, else -1."""
-    beams = len(ranges)
     for lost in range(1, 2 + MOST_LOST):
-        other = k + step * lost
-        if parameters.closed:
-            other %= beams
-        elif other < 0 or other >= beams:
+        other = next_beam(k, step * lost, parameters)
+        if other < 0:
             return -1
         if other != k and echoes.heard[other]:
             x, y = echoes.x[k] - echoes.x[other], echoes.y[k] - echoes.y[other]

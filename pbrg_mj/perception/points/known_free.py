@@ -17,6 +17,7 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.parameters import LEAST_JOINING
+from pbrg_mj.perception.scan.line_fit import wrapped
 
 WIDEST = math.radians(120.0)  # between two beams whose ends a chord may join: it passes at half their range or more
 ARC = math.radians(30.0)  # between corners of the disc on blind sides
@@ -40,11 +41,13 @@ class Outline(NamedTuple):
 
 
 @kernel
-def edge_of_free(echoes, ranges, pose, parameters):
-    """Return the `Edge` of a scan with `echoes` (see `detect`) and `ranges` (beams,) [m]; none where nothing closes."""
+def edge_of_free(echoes, beams, pose, parameters):
+    """Return the `Edge` of a scan with `echoes` (see `detect`) and its `SeenBeams`; none where nothing closes."""
     if not parameters.closed_beyond:
         return Edge(np.empty(0), np.empty(0), np.empty(0))
-    outline, corners = _outline(_reach(echoes, ranges, parameters), echoes.binds, pose.heading, parameters)
+    angles = _angles(beams.directions, pose.heading, parameters)
+    reach = _reach(echoes, beams.ranges, parameters)
+    outline, corners = _outline(reach, echoes.binds, (pose.heading, angles), parameters)
     places = 0
     for i in range(corners - 1):
         places += _parts(outline, i)
@@ -74,8 +77,9 @@ def _reach(echoes, ranges, parameters):
 
 
 @kernel
-def _outline(reach, binds, heading, parameters):
-    """Return the `Outline`, turned into the world, and how many corners it has."""
+def _outline(reach, binds, directions, parameters):
+    """Return the `Outline` and how many corners it has; `directions` [rad]: the heading and those of the beams."""
+    heading, angles = directions
     beams = len(reach)
     most = beams + 1 + 3 * MOST_BLIND
     outline = Outline(np.empty(most), np.empty(most), np.zeros(most, np.bool_))
@@ -85,31 +89,33 @@ def _outline(reach, binds, heading, parameters):
             if first < 0:
                 first = k
             else:
-                count = _blind_side(outline, count, (last, k), heading, parameters)
-            count = _corner(outline, count, (_angle(k, heading, parameters), reach[k]), binds[k])
+                count = _blind_side(outline, count, (angles[last], angles[k]), parameters)
+            count = _corner(outline, count, (angles[k], reach[k]), binds[k])
             last = k
     if first < 0:
         count = _disc(outline, 0, (heading, heading + 2.0 * math.pi), parameters.blind_radius)
     else:
-        count = _blind_side(outline, count, (last, first + beams), heading, parameters)
+        count = _blind_side(outline, count, (angles[last], angles[first] + 2.0 * math.pi), parameters)
     return outline, _close(outline, count)
 
 
 @kernel
-def _angle(k, heading, parameters):
-    """Return the direction of beam k in the world [rad]; those from `beams` on are the first ones a turn later."""
-    beams = len(parameters.directions)
-    turn = 2.0 * math.pi if k >= beams else 0.0
-    return heading + parameters.first + (k % beams) * parameters.gap + turn
+def _angles(directions, heading, parameters):
+    """Return the directions of beams in the world (beams,) [rad], ascending but for what a turn's time moves them."""
+    angles = np.empty(len(directions))
+    for k in range(len(directions)):
+        angles[k] = heading + parameters.first + k * parameters.gap
+        if parameters.scan_time > 0.0:
+            angles[k] += wrapped(math.atan2(directions[k, 1], directions[k, 0]) + heading - angles[k])
+    return angles
 
 
 @kernel
-def _blind_side(outline, count, between, heading, parameters):
-    """Add the disc's corners between two beams if they are far apart."""
-    start, end = _angle(between[0], heading, parameters), _angle(between[1], heading, parameters)
-    if end - start <= WIDEST:
+def _blind_side(outline, count, sector, parameters):
+    """Add the disc's corners between two directions if they are far apart."""
+    if sector[1] - sector[0] <= WIDEST:
         return count
-    return _disc(outline, count, (start, end), parameters.blind_radius)
+    return _disc(outline, count, sector, parameters.blind_radius)
 
 
 @kernel

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.points.beams import nearest_beam
 
 POINT = np.dtype(
     [(name, np.float64) for name in ("x", "y", "std", "pose_std", "bulge", "time")]
@@ -33,14 +34,15 @@ def no_points(robots: int, beams: int, recent: int) -> np.ndarray:
 
 
 @kernel
-def forget(points, scan, ranges, pose, parameters):
-    """Take out of the memory what the scan `ranges` (beams,) [m] shows to be gone, sees anew, or nobody has seen long.
+def forget(points, scan, beams, pose, parameters):
+    """Take out of the memory what a scan, `beams`, shows to be gone, sees anew, or nobody has seen long.
 
     - A point nearer than the echo of a beam that meets its place is passed; at the second time it is gone. A beam
       without an echo passes nothing: silence is unknown, not free.
     - A point older than the recent scans at a place where there is an echo again is taken over by that echo.
     - A point that is hidden, or outside of what the beams reach, stays until `memory` is over.
     """
+    ranges, directions = beams
     cos, sin = math.cos(pose.heading), math.sin(pose.heading)
     for i in range(len(points)):
         point = points[i]
@@ -51,10 +53,10 @@ def forget(points, scan, ranges, pose, parameters):
             continue
         x, y = point["x"] - pose.x, point["y"] - pose.y
         x, y = cos * x + sin * y, cos * y - sin * x
-        beam = _nearest_beam(x, y, parameters)
+        beam = nearest_beam(x, y, directions, parameters)
         if beam < 0 or parameters.blocked[beam] or math.isnan(ranges[beam]):
             continue
-        dx, dy = parameters.directions[beam, 0], parameters.directions[beam, 1]
+        dx, dy = directions[beam, 0], directions[beam, 1]
         distance, across = math.sqrt(x * x + y * y), abs(dx * y - dy * x)
         tolerance = 3.0 * math.sqrt(2.0 * (point["std"] ** 2 + point["pose_std"] ** 2)) + 2.0 * across + 0.02
         if ranges[beam] > distance + tolerance:
@@ -66,20 +68,6 @@ def forget(points, scan, ranges, pose, parameters):
             point["passed"] = 0
             if scan - point["scan"] >= parameters.recent:
                 point["live"] = False
-
-
-@kernel
-def _nearest_beam(x, y, parameters):
-    """Return the beam nearest to the direction of (x, y) in the body frame, -1 for none within half a gap."""
-    turns = (math.atan2(y, x) - parameters.first) / (2.0 * math.pi)
-    ahead = (turns - math.floor(turns)) * 2.0 * math.pi / parameters.gap
-    beams = len(parameters.directions)
-    beam = math.floor(ahead + 0.5)
-    if parameters.closed:
-        return beam % beams
-    if beam < beams:
-        return beam
-    return 0 if 2.0 * math.pi / parameters.gap - ahead < 0.5 else -1
 
 
 @kernel

@@ -15,11 +15,23 @@ from typing import NamedTuple
 import numpy as np
 
 from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.points.beams import beams_beside
 from pbrg_mj.perception.points.parameters import JOINING, LEAST_JOINING
 
-PAST = np.dtype([("x", "f8"), ("y", "f8"), ("range", "f8"), ("variance", "f8"), ("off_line", "f8"), ("heard", "?")])
+PAST = np.dtype(
+    [
+        ("x", "f8"),
+        ("y", "f8"),
+        ("range", "f8"),
+        ("variance", "f8"),
+        ("off_line", "f8"),
+        ("dx", "f8"),
+        ("dy", "f8"),
+        ("heard", "?"),
+    ]
+)
 """An echo of an older scan: place, range [m], the range's variance [m^2], how far it may lie off its face [m]
-(anywhere up to there: a variance of a twelfth of its square)."""
+(anywhere up to there: a variance of a twelfth of its square), direction of its beam in the body frame."""
 PLACE = np.dtype([("x", "f8"), ("y", "f8"), ("heading", "f8"), ("time", "f8"), ("known", "?")])
 """Where the robot was then."""
 TRACK = np.dtype(
@@ -59,15 +71,15 @@ class Flows(NamedTuple):
 def closing_speeds(seen, motion, pose, parameters, half_spaces, closing):
     """Write how fast each half-space's face comes nearer along its normal, `closing` (K,) [m/s], 0 for what rests.
 
-    `seen` are the `Echoes` of a scan and its ranges, `motion` PAST (lag, beams), PLACE (lag,), TRACK (T,) of a robot,
-    `half_spaces` G, h, active. The scan is remembered.
+    `seen` are the `Echoes` of a scan and its `SeenBeams`, `motion` PAST (lag, beams), PLACE (lag,), TRACK (T,) of a
+    robot, `half_spaces` G, h, active. The scan is remembered.
     """
-    (echoes, ranges), (past, places, tracks), (G, h, active) = seen, motion, half_spaces
+    (echoes, beams), (past, places, tracks), (G, h, active) = seen, motion, half_spaces
     oldest = 0
     for i in range(len(places)):
         if not places[i]["known"] or (places[oldest]["known"] and places[i]["time"] < places[oldest]["time"]):
             oldest = i
-    flows, count = _normal_flow(echoes, ranges, (past[oldest], places[oldest]), pose, parameters)
+    flows, count = _normal_flow(echoes, beams.ranges, (past[oldest], places[oldest]), pose, parameters)
     for k in range(len(h)):
         closing[k] = 0.0
         if active[k]:
@@ -75,7 +87,7 @@ def closing_speeds(seen, motion, pose, parameters, half_spaces, closing):
             if nearest >= 0:
                 place = echoes.x[nearest], echoes.y[nearest], math.sqrt(echoes.variance[nearest])
                 closing[k] = _closing(tracks, place, (G[k, 0], G[k, 1]), (flows, count), pose.time)
-    _remember(past[oldest], places[oldest : oldest + 1], echoes, ranges, pose)
+    _remember(past[oldest], places[oldest : oldest + 1], echoes, beams, pose)
 
 
 @kernel
@@ -100,11 +112,12 @@ def _normal_flow(echoes, ranges, before, pose, parameters):
     elapsed = pose.time - place["time"]
     if not place["known"] or not 0.0 < elapsed <= UNSEEN:
         return flows, 0
+    directions = _directions(past, parameters)
     for i in range(beams):
         if not echoes.heard[i] or ranges[i] > NEAR:
             continue
         dx, dy = echoes.x[i] - place["x"], echoes.y[i] - place["y"]
-        a, b = _beams_beside(math.atan2(dy, dx) - place["heading"], parameters)
+        a, b = beams_beside(dx, dy, place["heading"], directions, parameters)
         if b < 0 or not (past[a]["heard"] and past[b]["heard"]):
             continue
         along_x, along_y = past[b]["x"] - past[a]["x"], past[b]["y"] - past[a]["y"]
@@ -128,14 +141,14 @@ def _normal_flow(echoes, ranges, before, pose, parameters):
 
 
 @kernel
-def _beams_beside(angle, parameters):
-    """Return the beams on either side of a direction in the body frame [rad], -1 where there are none."""
-    turns = (angle - parameters.first) / (2.0 * math.pi)
-    beams = len(parameters.directions)
-    a = math.floor((turns - math.floor(turns)) * 2.0 * math.pi / parameters.gap)
-    if parameters.closed:
-        return a % beams, (a + 1) % beams
-    return (a, a + 1) if a + 1 < beams else (-1, -1)
+def _directions(past, parameters):
+    """Return the directions (beams, 2) of an older scan's beams; those of all scans where a scan takes no time."""
+    if not parameters.scan_time > 0.0:
+        return parameters.directions
+    directions = np.empty((len(past), 2))
+    for k in range(len(past)):
+        directions[k, 0], directions[k, 1] = past[k]["dx"], past[k]["dy"]
+    return directions
 
 
 @kernel
@@ -202,10 +215,15 @@ def _track_of(tracks, x, y, time):
 
 
 @kernel
-def _remember(past, place, echoes, ranges, pose):
+def _remember(past, place, echoes, beams, pose):
     """Write a scan over the oldest one."""
     for i in range(len(past)):
         past[i]["x"], past[i]["y"], past[i]["heard"] = echoes.x[i], echoes.y[i], echoes.heard[i]
-        past[i]["range"], past[i]["variance"], past[i]["off_line"] = ranges[i], echoes.variance[i], echoes.bulge[i]
+        past[i]["dx"], past[i]["dy"] = beams.directions[i, 0], beams.directions[i, 1]
+        past[i]["range"], past[i]["variance"], past[i]["off_line"] = (
+            beams.ranges[i],
+            echoes.variance[i],
+            echoes.bulge[i],
+        )
     place[0]["x"], place[0]["y"], place[0]["heading"] = pose.x, pose.y, pose.heading
     place[0]["time"], place[0]["known"] = pose.time, True

@@ -30,6 +30,9 @@ class PointParameters(NamedTuple):
     first: float  # angle of the first beam [rad]
     gap: float  # angle between beams [rad]
     closed: bool  # the beams go all the way round
+    half_cone: float  # half the width of a beam's view [rad]; 0: a ray
+    scan_time: float  # from the first beam of a scan to its end [s]; 0: all at once
+    frames: int  # poses to remember, so many that they cover a scan and what came before
     range_std: float  # [m]
     noise_ratio: float  # [-]
     range_min: float  # [m]
@@ -54,6 +57,7 @@ def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
     """Return the parameters for a scenario; the ideal plant is seen exactly."""
     beams, exact = scenario.assumed_sensors.beams, scenario.plant == "ideal"
     angles, pose = beam_angles(beams), pose_model(scenario)
+    scan_time = 0.0 if exact else beams.scan_time
     recent = min(max(math.ceil(ENOUGH / beams.count), 2), 6)
     return PointParameters(
         directions=np.column_stack([np.cos(angles), np.sin(angles)]),
@@ -61,6 +65,9 @@ def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
         first=float(angles[0]),
         gap=float(angles[1] - angles[0]) if len(angles) > 1 else 2.0 * math.pi,
         closed=beams.sweep_deg == 360.0,
+        half_cone=0.0 if exact else math.radians(0.5 * beams.cone_deg),
+        scan_time=scan_time,
+        frames=pose_frames(scenario, scan_time),
         range_std=0.0 if exact else math.hypot(beams.noise_std, beams.quantum / math.sqrt(12.0)),
         noise_ratio=0.0 if exact else beams.noise_ratio,
         range_min=beams.range_min,
@@ -73,13 +80,20 @@ def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
         range_sigmas=range_sigmas(scenario.estimator.sigmas),
         recent=recent,
         lag=min(max(round(SPAN / pose.scan_period), 1), 6),
-        reaction=pose.scan_period if exact else pose.scan_period + pose.frame_period + robot.time_constant,
+        reaction=pose.scan_period if exact else pose.scan_period + pose.frame_period + robot.time_constant + scan_time,
         confirmations=1 if exact else confirmations(beams, recent),
         memory=scenario.estimator.memory,
         closed_beyond=scenario.estimator.unknown != "free",
         silence_is_free=scenario.estimator.unknown != "strict",
         blind_radius=blind_radius(robot, scenario.estimator.sigmas * math.sqrt(pose.position_var)),
     )
+
+
+def pose_frames(scenario: Scenario, scan_time: float) -> int:
+    """Return how many poses, as often as they are told, last for a scan and as long before; 0 for scans at once."""
+    tick = scenario.timing.tick
+    period = tick if scenario.sensors.odometry.fuse else max(1.0 / scenario.sensors.camera.rate_hz, tick)
+    return math.ceil(2.0 * scan_time / period) + 2 if scan_time > 0.0 else 0
 
 
 def blind_radius(robot: RobotModel, error: float) -> float:

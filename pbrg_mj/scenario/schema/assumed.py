@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
 from pydantic import Field
 
@@ -20,6 +20,12 @@ class AssumedBeams(Section):
     dropout: Probability | None = Field(default=None, description="probability that a beam returns nothing [-]")
     outliers: Probability | None = Field(
         default=None, description="probability that a beam returns anything between range_min and range_max [-]"
+    )
+    cone_deg: Annotated[float, Field(ge=0, le=60)] | None = Field(
+        default=None, description="a beam tells of the nearest thing in a fan so wide, of points alone [deg]"
+    )
+    scan_time: Annotated[float, Field(ge=0, le=10)] | None = Field(
+        default=None, description="from the first beam of a scan to the end of its turn, of points alone [s]"
     )
 
 

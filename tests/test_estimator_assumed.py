@@ -40,7 +40,7 @@ def with_camera(assumed: dict | None = None, **beams: float) -> Scenario:
 def test_by_default_the_sensors_are_assumed_to_be_as_they_are(preset: str) -> None:
     own = scenario(sensors={"beams": {"preset": preset}})
     beams, camera = own.sensors.beams, own.sensors.camera
-    names = ("noise_std", "noise_ratio", "quantum", "dropout", "outliers")
+    names = ("noise_std", "noise_ratio", "quantum", "dropout", "outliers", "cone_deg", "scan_time")
     same = {
         "beams": {name: getattr(beams, name) for name in names},
         "camera": {name: getattr(camera, name) for name in ("position_std", "heading_std_deg", "delay")},

@@ -54,7 +54,7 @@ def add_scan(points, scan, beams, pose, team, parameters):
         point["x"], point["y"], point["std"], point["pose_std"] = echoes.x[k], echoes.y[k], std, echoes.pose_std[k]
         point["time"], point["scan"] = pose.time, scan
         point["live"], point["passed"], point["binds"] = True, 0, echoes.binds[k]
-        echoes.bulge[k] = 0.0 if _on_a_line(echoes, k, joins) else 0.5 * parameters.gap * ranges[k]
+        echoes.bulge[k] = 0.0 if _on_a_line(echoes, k, joins) else 0.5 * parameters.unseen * ranges[k]
         point["bulge"] = echoes.bulge[k]
     return echoes
 

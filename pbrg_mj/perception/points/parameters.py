@@ -31,6 +31,7 @@ class PointParameters(NamedTuple):
     gap: float  # angle between beams [rad]
     closed: bool  # the beams go all the way round
     half_cone: float  # half the width of a beam's view [rad]; 0: a ray
+    unseen: float  # angle between the views of two beams [rad]: a corner may stick out there
     scan_time: float  # from the first beam of a scan to its end [s]; 0: all at once
     frames: int  # poses to remember, so many that they cover a scan and what came before
     range_std: float  # [m]
@@ -58,14 +59,17 @@ def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
     beams, exact = scenario.assumed_sensors.beams, scenario.plant == "ideal"
     angles, pose = beam_angles(beams), pose_model(scenario)
     scan_time = 0.0 if exact else beams.scan_time
+    cone = 0.0 if exact else math.radians(beams.cone_deg)
+    gap = float(angles[1] - angles[0]) if len(angles) > 1 else 2.0 * math.pi
     recent = min(max(math.ceil(ENOUGH / beams.count), 2), 6)
     return PointParameters(
         directions=np.column_stack([np.cos(angles), np.sin(angles)]),
         blocked=blocked_beams(beams, scenario.robot),
         first=float(angles[0]),
-        gap=float(angles[1] - angles[0]) if len(angles) > 1 else 2.0 * math.pi,
+        gap=gap,
         closed=beams.sweep_deg == 360.0,
-        half_cone=0.0 if exact else math.radians(0.5 * beams.cone_deg),
+        half_cone=0.5 * cone,
+        unseen=max(gap - cone, 0.0),
         scan_time=scan_time,
         frames=pose_frames(scenario, scan_time),
         range_std=0.0 if exact else math.hypot(beams.noise_std, beams.quantum / math.sqrt(12.0)),

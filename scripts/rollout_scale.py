@@ -158,7 +158,11 @@ def simulate(plan: RolloutPlan, graph: tuple, owner: int, rng: np.random.Generat
         response, degree = cycle.response, np.diff(graph[0])
         bytes_sent += [(sent / degree).max() for sent in (*cycle.flood_bytes, *cycle.verdict_bytes)]
         bytes_sent += [float((cycle.rollout_bytes / degree).max())] * (plan.steps * plan.order)
-        held = cycle.summary.centre if cycle.verdicts is None else held + advance(r - held, cycle.verdicts)[0]
+        centre = cycle.summary.centre
+        if cycle.verdicts is None:
+            held = centre
+        else:
+            held = held + advance(r - held, cycle.verdicts, centre - held, plan.reach)[0]
         m = np.where(leads[:, None], held, start)
         write_pre_stabilised(graph, (p, xi, m), ALPHA_R, LEAK, u, rate)
         p, xi = p + TICK * u, xi + TICK * rate

@@ -63,7 +63,9 @@ def test_the_compiled_decision_is_the_one_in_numpy_bit_for_bit(certificate, limi
         np.testing.assert_array_equal(one_held, other_held)
         np.testing.assert_array_equal(one.bytes_sent, other.bytes_sent)
         assert one.status == other.status
-        assert one.status == "ok" or np.linalg.norm(one_held - problem.p.mean(axis=0)) <= REACH * (1 + 1e-12)
+        centre = problem.p.mean(axis=0)
+        farthest = max(REACH, np.linalg.norm(held - centre)) if limits else REACH
+        assert one.status == "ok" or np.linalg.norm(one_held - centre) <= farthest * (1 + 1e-12)
         assert one.multipliers.shape == other.multipliers.shape
         values = problem.row_values(held)
         admissible_now = values.max() <= 0.0
@@ -71,6 +73,27 @@ def test_the_compiled_decision_is_the_one_in_numpy_bit_for_bit(certificate, limi
     assert {("infeasible", False, False), ("ok", False, False), ("ok", True, False), ("ok", True, True)} <= seen
     # Rows of a ball are met near the team; those of a prediction bind far references, too.
     assert ("inadmissible", False, False) in seen or isinstance(certificate, DirectionalBall)
+
+
+@pytest.mark.parametrize("in_numpy", [False, True])
+def test_where_rows_contradict_each_other_m_moves_no_faster_than_motors_follow(in_numpy: bool) -> None:
+    certificate, most, rng, slowed = PredictiveCertificate(GRID, FORMATION, 0.01), 0.05, np.random.default_rng(32), 0
+    limits = (SpeedLimit.of(MODEL, GRID, np.zeros((0, 2)), 0.1, disc_facets(most, 8)),)
+    for _ in range(150):
+        problem, held = random_problem(rng, certificate)
+        compiled = None if in_numpy else CompiledDecision.of(certificate, limits, REACH)
+        solution, m = CertifiedGovernor(limits, 2, REACH, compiled).step(problem, held)
+        if solution.status == "ok":
+            continue
+        goal = CertifiedGovernor((), 2, REACH).step(problem, held)[1]
+        step, way = m - held, goal - held
+        assert abs(step[0] * way[1] - step[1] * way[0]) <= 1e-12  # towards where it would be at once
+        assert 0.0 <= step @ way <= way @ way + 1e-12
+        assert SCENARIO.control.alpha_r * np.linalg.norm(step) <= most + 1e-12  # of eq. 2, of who leads
+        before, now, then = (problem.row_values(one).max() for one in (held, m, goal))
+        assert now <= max(before, then) + 1e-12
+        slowed += np.linalg.norm(step) < np.linalg.norm(way) - 1e-9
+    assert slowed >= 10
 
 
 def test_the_closed_loop_makes_no_rows_of_the_state_and_who_reads_them_gets_them() -> None:

@@ -120,13 +120,14 @@ def write_next(half_spaces, allowed, state, limits, m):
     shift_x, shift_y, beyond = centre_x - held[0], centre_y - held[1], np.empty(count)  # as seen from the team
     for k in range(count):
         beyond[k] = offsets[k] - (normals[k, 0] * shift_x + normals[k, 1] * shift_y)
-    status = 0
+    status, back_x, back_y = 0, 0.0, 0.0
     if not (found and near_allowed(normals, offsets, beyond, reach)):
         status = 1 if found else 2
         x, y = least_violating(normals, beyond, search_radius(beyond, reach))
-        x, y = centre_x + x, centre_y + y
+        x, y = shift_x + x, shift_y + y
     elif limited:
         _, back_x, back_y = nearest_allowed(0.0, 0.0, normals, offsets, 0.0)  # 0 where the held m is admissible
+    if limited:
         error, advance = np.empty((2 * len(p), 2)), np.empty(2)
         write_error(p, xi, held, error)
         for j in range(len(p)):

@@ -30,26 +30,28 @@ def next_reference(
     Where the held m (2,) is admissible, m goes towards the admissible point nearest to r as far as the limits allow.
     Where it is not, it first goes to the admissible point nearest to where it is held, whatever the limits say. Where
     rows contradict each other, so that none is admissible near the mean of p (within `reach` [m], and what
-    `search_radius` says), it goes to the point near there that violates the worst row least.
+    `search_radius` says), it goes towards the point near there that violates the worst row least, as far as the limits
+    allow: what no m keeps, no leap of m saves, and rows that noise turned are others a scan later.
     """
     rows = problem.rows
     normals = rows.C[rows.active]
     offsets = rows.d[rows.active] - (normals[:, 0] * held[0] + normals[:, 1] * held[1])
     aim = problem.reference - held
     found, x, y = nearest_allowed(aim[0], aim[1], normals, offsets, 0.0)
-    centre = problem.p.mean(axis=0)
-    shift = centre - held
+    goal, retreat = np.array([x, y]), np.zeros(2)
+    status: Status = "ok"
+    shift = problem.p.mean(axis=0) - held
     beyond = offsets - (normals[:, 0] * shift[0] + normals[:, 1] * shift[1])  # as seen from the team
     if not (found and near_allowed(normals, offsets, beyond, reach)):
-        m = centre + np.array(least_violating(normals, beyond, search_radius(beyond, reach)))
-        return m, "inadmissible" if found else "infeasible"
-    goal = np.array([x, y])
+        goal = shift + np.array(least_violating(normals, beyond, search_radius(beyond, reach)))
+        status = "inadmissible" if found else "infeasible"
+    else:
+        _, x, y = nearest_allowed(0.0, 0.0, normals, offsets, 0.0)  # 0 where the held m is admissible
+        retreat = np.array([x, y])
     if not limits or problem.heading is None:
-        return held + goal, "ok"
-    _, x, y = nearest_allowed(0.0, 0.0, normals, offsets, 0.0)  # 0 where the held m is admissible
-    retreat = np.array([x, y])
+        return held + goal, status
     n = len(problem.p)
     error = np.empty((2 * n, 2))
     error[:n], error[n:] = problem.p - held - retreat, problem.xi
     advance = goal - retreat
-    return held + retreat + min(one.kappa(error, problem.heading, advance) for one in limits) * advance, "ok"
+    return held + retreat + min(one.kappa(error, problem.heading, advance) for one in limits) * advance, status

@@ -216,20 +216,25 @@ def decision(
     `rows` are those of all robots where some robot's forbid the held m, None while they are still to come, and without
     one, `FREE`, where none do. `reference` (2,) is the r of an only leader: where the held m is allowed the optimum
     is no farther from r than it, so a candidate that is farther is an optimizer's that has not converged, and waits.
-    A retreat ends within `reach` [m] of the mean of p.
+    A retreat ends within `reach` [m] of the mean of p; where rows contradict each other m goes towards it as far as the
+    limits allow, as in `decide.next_reference`.
     """
+    held = predicted.held
+    status: Status = "ok"
     if rows is None:
-        return predicted.held, "inadmissible"
+        return held, "inadmissible"
     if rows.d.size:
-        return nearest_retreat(rows, Spread.of(predicted.p, predicted.xi), predicted.held, reach)
-    if reference is not None and distance(predicted.candidate, reference) > distance(predicted.held, reference):
-        return predicted.held, "ok"
-    advance, error = (
-        kappa * (predicted.candidate - predicted.held),
-        np.vstack([predicted.p - predicted.held, predicted.xi]),
-    )
+        goal, status = nearest_retreat(rows, Spread.of(predicted.p, predicted.xi), held, reach)
+        if status == "ok":
+            return goal, status
+        advance = goal - held
+    elif reference is not None and distance(predicted.candidate, reference) > distance(held, reference):
+        return held, status
+    else:
+        advance = kappa * (predicted.candidate - held)
+    error = np.vstack([predicted.p - held, predicted.xi])
     allowed = min((limit.kappa(error, predicted.heading, advance) for limit in limits), default=1.0)
-    return predicted.held + allowed * advance, "ok"
+    return held + allowed * advance, status
 
 
 def single_leader_reference(network: Network, reference: np.ndarray | None) -> np.ndarray | None:

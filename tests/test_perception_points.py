@@ -140,6 +140,21 @@ def test_a_lone_echo_binds_when_a_second_confirms_it():
     assert second.active.sum() == 1
 
 
+@pytest.mark.parametrize("outlier", [0.3, 0.6, 0.9])
+def test_an_outlier_beside_a_wall_is_not_of_the_wall(outlier: float):
+    """Before it and behind a silent beam: a robot that took both for one thing would stop before nothing."""
+    made, given = estimator(sensor("tof_ring"))
+    one = scan(given, Scene(((1.5, -6.0, 1.5, 6.0),)), np.zeros((1, 3)), 0)
+    beams = given.sensors.beams.count
+    last = int(np.nanargmax(np.where(np.arange(beams) < beams // 2, one.ranges[0], np.nan)))
+    one.ranges[0, last + 1], one.ranges[0, last + 2] = np.nan, outlier
+    known, memory = made.step_towards(one, 0.0, made.init(), np.array([[0.0, 0.0]]))
+    points = memory.points[0]
+    near = np.hypot(points["x"], points["y"]) < 1.2
+    assert (points["live"] & near).sum() == 1 and not (points["live"] & near & points["binds"]).any()
+    assert known.h[known.active].min() > 1.0
+
+
 def test_what_beams_pass_is_gone_and_what_is_silent_stays():
     made, given = estimator()
     thing, behind = box(1.0, 0.0, 0.3), Scene(((3.0, -4.0, 3.0, 4.0),))

@@ -128,7 +128,8 @@ def _neighbour(echoes, ranges, k, step, parameters):
             return -1
         if other != k and echoes.heard[other]:
             x, y = echoes.x[k] - echoes.x[other], echoes.y[k] - echoes.y[other]
-            limit = max(JOINING * lost * parameters.gap * max(ranges[k], ranges[other]), LEAST_JOINING)
+            across = min(ranges[k], ranges[other]) * math.sin(min(lost * parameters.gap, 0.5 * math.pi))
+            limit = max(JOINING * across, LEAST_JOINING)
             limit += 3.0 * math.sqrt(echoes.variance[k] + echoes.variance[other])
             return other if x * x + y * y <= limit * limit else -1
     return -1

@@ -14,7 +14,7 @@ from pbrg_mj.perception.track.world_frame import PoseModel, pose_model
 from pbrg_mj.scenario.schema import Beams, Scenario, beam_angles
 from pbrg_mj.world.scene.robot import RobotModel
 
-JOINING = 2.0  # gaps between beams, on a face met head-on: more apart are two echoes of one thing no longer
+JOINING = 2.0  # gaps between beams that echoes of one thing are apart at most: faces are met at up to 60 deg
 MOST_ECHOES = 16
 ENOUGH = 432  # echoes that are remembered, six scans of 72 beams: what a noisy sensor misses in one is in another
 FALSE_ECHOES = 1e-5  # confirmed outliers a scan: one in three hours of scans

@@ -18,6 +18,7 @@ LATER = {  # seen walls, events within ticks, remedies: whatever a world can dif
     "walls": ("sensors.beams.robots=all", NEAR_WALLS),
     "late camera": ("sensors.camera.delay=0.05",),
     "leak, duty cycles, cap": ("control.leak=0.5", "drive.pwm_levels=255", "governor.multiplier_cap=0.3"),
+    "proximal rounds": ("governor.integration=proximal", "governor.rounds=1"),
     "friction compensation": ("drive.friction_compensation=true",),
     "push and dead motor": (
         "disturbances.pushes=[{time: 0.303, duration: 0.2, robot: 2, force: [2.0, -1.0]}]",

@@ -27,6 +27,13 @@ def test_a_step_beyond_the_limit_of_linear_modes_is_predicted_with_that_limit():
     assert "a round of 0.01 s" in line
 
 
+def test_proximal_rounds_have_a_bound_of_their_own():
+    proximal = "governor.integration=proximal"
+    assert stability_warnings(paper(proximal, "governor.step=0.05")) == []
+    (line,) = stability_warnings(paper(proximal, "governor.step=0.12"))
+    assert "proximal rounds are proved to converge up to" in line
+
+
 def test_delays_past_the_margin_are_predicted_and_waves_bear_them():
     assert stability_warnings(paper("network.delay_rounds=300")) == []
     (line,) = stability_warnings(paper("network.delay_rounds=800"))

@@ -21,6 +21,7 @@ CASES = {
     "physics, from the start positions": ("paper/experiment_inadmissible", "governor.initial=start"),
     "tree, two leaders": ("paper/simulation_inadmissible", TREE, "team.leaders=[2, 5]", "governor.rounds=3"),
     "star, capped": ("paper/simulation_inadmissible", STAR, "governor.multiplier_cap=0.05"),
+    "proximal": ("paper/simulation_inadmissible", "governor.integration=proximal", "governor.rounds=1"),
     "speed limit": ("team/speed_limited",),
     "far reference": ("paper/simulation_near", "operator.reference=[1.0e5, 3.0]"),
     "late": ("paper/simulation_inadmissible", *UNEVEN),

@@ -36,6 +36,14 @@ def test_a_kind_brings_its_certificate(kind: str, certificate: str) -> None:
             {"governor.kind": "certified", "network.loss": 0.1, "team.leaders": [4, 5]},
             "team.leaders: are several while messages are lost or robots silent",
         ),
+        (
+            {"governor.integration": "proximal", "governor.certificate": "directional_ball"},
+            "governor.integration: is proximal with `certificate: directional_ball`; allowed: with ball only",
+        ),
+        (
+            {"governor.integration": "proximal", "network.loss": 0.1},
+            "governor.integration: is proximal with waves, or with messages that are late or lost; allowed: with",
+        ),
     ],
 )
 def test_what_does_not_go_together_is_refused_in_one_line(overrides: dict, message: str) -> None:

@@ -98,7 +98,6 @@ class DistributedBatch:
 
     def step(self, worlds: range, reference: np.ndarray) -> None:
         """Do the tick's rounds, then control."""
-        flow = self._governor.flow
         _step_distributed(
             (worlds.start, worlds.stop),
             self.states.arrays,
@@ -106,7 +105,7 @@ class DistributedBatch:
             self._estimates,
             self._rows,
             (reference, self._reference_range),
-            ((flow.alpha, flow.step, flow.multiplier_cap), self._governor.rounds, self._governor.diverged_beyond),
+            (tuple(self._governor.flow), self._governor.rounds, self._governor.diverged_beyond),
             self.team.packed,
         )
 

@@ -11,11 +11,13 @@ from pbrg_mj.governor.distributed.from_scenario import round_step
 from pbrg_mj.governor.problem.ball import BallCertificate
 from pbrg_mj.governor.stability.delay_margin import MAX_ROBOTS, DelayedRounds, delay_margin
 from pbrg_mj.governor.stability.linear_step import linear_step_limit, steepest_gradients
+from pbrg_mj.governor.stability.proximal_step import proximal_step_bound
 from pbrg_mj.scenario.checks.certificate import CERTIFIED
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.channel import channel
 from pbrg_mj.team.exchange import exchange
 from pbrg_mj.team.graph import network
+from pbrg_mj.team.network import Network
 from pbrg_mj.team.sampled import delay_margin as delay_margin_ticks
 
 MOST_ROBOTS = 150  # whose modes are computed: a second or two, and it grows with the cube
@@ -51,6 +53,8 @@ def _governor(scenario: Scenario) -> list[str]:
     if scenario.robots > MOST_ROBOTS:
         return [f"whether the governor's rounds are stable is not computed for more than {MOST_ROBOTS} robots"]
     team = network(scenario)
+    if scenario.governor.integration == "proximal":
+        return list(_proximal_step(scenario, team))
     ball = BallCertificate.of(scenario, team)
     gradients = steepest_gradients(team, ball.formation, ball.inputs, ball.growth)
     return list(_step(scenario, gradients)) or list(_delay(scenario, gradients))
@@ -63,6 +67,16 @@ def _step(scenario: Scenario, gradients: np.ndarray) -> Iterator[str]:
         yield (
             f"a round of {step:.3g} s may be too long for alpha = {alpha:g} on this graph: "
             f"its linear modes alone are stable up to {allowed:.2g} s. More rounds, or a smaller step, help"
+        )
+
+
+def _proximal_step(scenario: Scenario, team: Network) -> Iterator[str]:
+    step, rows = round_step(scenario), scenario.estimator.half_spaces_per_robot * scenario.robots
+    bound = proximal_step_bound(team, scenario.governor.alpha, rows)
+    if step >= bound:
+        yield (
+            f"a round of {step:.3g} s may be too long for alpha = {scenario.governor.alpha:g} on this graph: proximal "
+            f"rounds are proved to converge up to {bound:.2g} s. More rounds, or a smaller step, help"
         )
 
 

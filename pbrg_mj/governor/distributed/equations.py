@@ -8,12 +8,15 @@ functions but the last are about one robot, and take only what this robot knows 
                g_i(z) = a ||x_G(z)|| + C m - d <= 0 in its place, where rows have directions G
                h_i(z) = (z_pi - p_i, z_xii - xi_i) = 0                      (21)
 
+A proximal round is the same of the links, and has the fixed points of the flow. What a robot alone knows it takes
+implicitly: cost, and the bend of rho by its proximal operator; multipliers of what is linear see 2 z+ - z.
+
 `rounds` does the same compiled, for all robots at once; tests hold it to this file.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -133,6 +136,11 @@ def robot_round(local: LocalProblem, own: Estimate, heard: Sequence[Message], fl
     z, zeta, lam, nu = own
     Lz = sum((z - message.z for message in heard), np.zeros(len(z)))  # sum_k L_ik z_k
     Lzeta = sum((zeta - message.zeta for message in heard), np.zeros(len(z)))  # sum_k L_ik zeta_k
+    if flow.proximal:
+        heading = z - flow.step * (Lz - Lzeta) - flow.step * flow.alpha * equality_force(local, z, nu)
+        new_z, new_lam = proximal_step(local, own, heading, flow)
+        new_nu = nu + flow.step * equalities(local, 2.0 * new_z - z)
+        return Estimate(new_z, zeta - flow.step * Lz, new_lam, new_nu)
     force = cost_gradient(local, z) + inequality_force(local, z, lam) + equality_force(local, z, nu)
     g = inequalities(local, z)
     eta = np.where((lam > 0.0) | (g > 0.0), g, 0.0)  # eq. 29
@@ -142,6 +150,55 @@ def robot_round(local: LocalProblem, own: Estimate, heard: Sequence[Message], fl
         lam=np.clip(lam + flow.step * eta, 0.0, flow.multiplier_cap),  # eq. 28
         nu=nu + flow.step * equalities(local, z),  # eq. 30
     )
+
+
+def proximal_step(local: LocalProblem, own: Estimate, heading: np.ndarray, flow: Flow) -> tuple[np.ndarray, np.ndarray]:
+    """Return z_i+ and lambda_i+ of rows of rho, from where links and pinned states take z_i, `heading` (4n + 2,).
+
+    They solve
+
+        z+ = heading - step alpha (grad f_i(z+) + (C' lambda, 0, 0) + a'lambda+ grad rho(z+))
+        lambda+ = clip(lambda + step (a rho(z+) + C (2 m+ - m) - d), 0, cap)
+
+    The pull of rho draws all of z_p towards m+, and z_xi towards 0, by one share s of their way: s = 1 at the kink. All
+    else follows from s, whose one equation is solved by bisection. Raises ValueError for rows that have directions.
+    """
+    if len(local.along):
+        raise ValueError("proximal rounds take rows of rho, without directions")
+    n, gain = len(heading) // 4, flow.step * flow.alpha
+    v_m = heading[:2] + gain * (2.0 * local.leads * local.reference - local.C.T @ own.lam)
+    v_p, v_xi = heading[2 : 2 + 2 * n].reshape(n, 2), heading[2 + 2 * n :]
+    stiffness = 1.0 + 2.0 * gain * local.leads
+
+    def m(s: float) -> np.ndarray:
+        return (v_m + s * v_p.sum(axis=0)) / (stiffness + s * n)
+
+    def away(s: float) -> float:
+        """rho(z+) / (1 - s)."""
+        return float(np.sqrt(np.sum((m(s) - v_p) ** 2) + np.sum(v_xi**2)))
+
+    def multipliers(s: float) -> np.ndarray:
+        g = local.a * (1.0 - s) * away(s) + local.C @ (2.0 * m(s) - own.z[:2]) - local.d
+        return np.clip(own.lam + flow.step * g, 0.0, flow.multiplier_cap)
+
+    def excess(s: float) -> float:
+        return s * away(s) - gain * float(local.a @ multipliers(s))
+
+    s = _root(excess)
+    return np.concatenate([m(s), ((1.0 - s) * v_p + s * m(s)).reshape(-1), (1.0 - s) * v_xi]), multipliers(s)
+
+
+def _root(excess: Callable[[float], float]) -> float:
+    """Return where `excess` turns from - to +: 0 if it is not negative there, 1 if it is not positive at 1."""
+    low, high = 0.0, 1.0
+    if excess(low) >= 0.0:
+        return low
+    if excess(high) <= 0.0:
+        return high
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if excess(middle) < 0.0 else (low, middle)
+    return 0.5 * (low + high)
 
 
 def run_rounds(problem: Problem, estimates: Estimates, flow: Flow, rounds: int) -> Estimates:

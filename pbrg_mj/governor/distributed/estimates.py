@@ -16,11 +16,13 @@ class Flow(NamedTuple):
 
     With a finite `multiplier_cap` mu the network minimizes f + mu sum max(g, 0), the exact penalty: the same optimum
     while every optimal multiplier is below mu, and the least violation instead of runaway when nothing is admissible.
+    Explicit rounds are Euler steps of the flow; `proximal` ones have its fixed points, and a step bound of their own.
     """
 
     alpha: float  # gain
     step: float  # of one round [s]
     multiplier_cap: float = math.inf
+    proximal: bool = False
 
 
 class Estimates(NamedTuple):

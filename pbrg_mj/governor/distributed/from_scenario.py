@@ -27,7 +27,8 @@ def multiplier_cap(scenario: Scenario) -> float:
 
 def flow(scenario: Scenario) -> Flow:
     """Return the flow's gains."""
-    return Flow(scenario.governor.alpha, round_step(scenario), multiplier_cap(scenario))
+    proximal = scenario.governor.integration == "proximal"
+    return Flow(scenario.governor.alpha, round_step(scenario), multiplier_cap(scenario), proximal)
 
 
 def paper_flow(scenario: Scenario, lines: Channel | None) -> DistributedGovernor:

@@ -13,6 +13,7 @@ import numpy as np
 
 from pbrg_mj.governor.distributed.descent import descend, descend_along
 from pbrg_mj.governor.distributed.estimates import Estimates, Flow
+from pbrg_mj.governor.distributed.proximal import descend_proximally
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.kernel import kernel
@@ -71,7 +72,7 @@ def write_rounds(estimates, graph, states, rows, flow, rounds, after):
 
     `estimates` and `after` are z, zeta, lam, nu of `Estimates`, those before are kept, lam of those after is all 0;
     `graph` first, neighbours, leader of `GraphArrays`; `states` p, xi, reference, each (n, 2); `rows` a, C, d,
-    active, along of `Rows`; `flow` alpha, step, multiplier_cap of `Flow`.
+    active, along of `Rows`; `flow` the members of `Flow`.
     """
     net, gains, private = GraphArrays(*graph), Flow(*flow), private_data(graph, states, rows)
     now, last, other = Estimates(*estimates), Estimates(*after), Estimates(*empty_estimates(estimates))
@@ -126,6 +127,9 @@ def update_robots(old, new, heard, private, flow):
     would be most of a small team's round.
     """
     _consensus(old, new, heard, flow.step)
+    if flow.proximal:
+        descend_proximally(old, new, private, flow)
+        return
     if len(private.along) > 0:
         descend_along(old, new, private, flow)
     else:

@@ -17,6 +17,7 @@ def certificate(scenario: Scenario) -> Iterator[Diagnostic]:
     """Yield what is wrong between governor, certificate and messages."""
     governor = scenario.governor
     yield from _program(scenario)
+    yield from _proximal(scenario)
     if governor.kind in CERTIFIED:
         yield from _certified(scenario)
     elif governor.kind == "cbf":
@@ -38,6 +39,23 @@ def _program(scenario: Scenario) -> Iterator[Diagnostic]:
         yield Diagnostic(path, f"is program with `kind: {governor.kind}`; allowed: with `kind: distributed` only")
     if scenario.network.exchange != "plain":
         yield Diagnostic(path, "is program; allowed: with `network.exchange: plain` only")
+
+
+def _proximal(scenario: Scenario) -> Iterator[Diagnostic]:
+    """Yield what proximal rounds do not do: their convergence is proved of rho, and of messages without delay."""
+    governor, network = scenario.governor, scenario.network
+    if governor.integration != "proximal" or governor.kind != "distributed":
+        return
+    path = ("governor", "integration")
+    if governor.certificate != "ball":
+        yield Diagnostic(path, f"is proximal with `certificate: {governor.certificate}`; allowed: with ball only")
+    late = network.delay_rounds or network.jitter_rounds or any(link.delay_rounds for link in network.links)
+    if network.exchange != "plain" or late or network.loss or network.outages:
+        yield Diagnostic(
+            path,
+            "is proximal with waves, or with messages that are late or lost; allowed: with `network.exchange: plain` "
+            "without delay, jitter, loss and outages",
+        )
 
 
 def guard(scenario: Scenario) -> Iterator[Diagnostic]:

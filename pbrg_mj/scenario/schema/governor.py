@@ -82,6 +82,11 @@ class Governor(Section):
         default=None,
         description="step of one round [s]; default tick / rounds: the paper's algorithm in real time",
     )
+    integration: Literal["explicit", "proximal"] = Field(
+        default="explicit",
+        description="a round of the paper's flow: explicit, an Euler step; proximal, with cost and the bend of the "
+        "ball implicit, which converges up to a step that is known before a run (docs/theory.md)",
+    )
     optimizer: Literal["flooding", "nids", "admm", "flow_in_m", "scalar", "paper_flow"] = Field(
         default="flooding",
         description="`kind: certified`: how the robots find a reference: flooding (leaders know all rows), or an "

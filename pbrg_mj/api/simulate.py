@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pbrg_mj.analysis.metrics.record_metrics import RecordMetrics
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics
 from pbrg_mj.api.garbage_collection import collecting_rarely
 from pbrg_mj.api.interrupt import Interrupted, interruptible
@@ -107,6 +108,21 @@ def record(
     with collecting_rarely():
         _record(simulation, scenario, path, force, watch, profile, robots is not None)
     return metrics_of(path)
+
+
+def measure(scenario: Scenario) -> RunMetrics:
+    """Simulate a scenario and return the metrics that its log would have; no log is written.
+
+    Raises what `record` raises but for the log.
+    """
+    simulation = Simulation.build(scenario.settings)
+    sink = RecordMetrics(scenario.settings, scenario.name, centralized=simulation.centralized)
+    with collecting_rarely(), interruptible() as came:
+        for one in simulation.records():
+            sink(one)
+            if number := came():
+                raise Interrupted("the run has no log", number)
+    return sink.metrics()
 
 
 def robots_apart(scenario: Scenario, listen: str | None = None) -> AbstractContextManager[RobotProcesses]:

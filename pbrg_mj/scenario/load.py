@@ -86,6 +86,7 @@ def parse_scenario(yaml_text: str, file: str = "<scenario>") -> Scenario:
     return build(_document(yaml_text, file), file, to_run=False)
 
 
+@lru_cache(maxsize=8)  # a study runs the same text again and again, and reading YAML takes as long as a short run
 def _document(text: str, file: str) -> Document:
     document = read_document(text, file)
     if document.data is None:

@@ -15,7 +15,7 @@ from typing import Any, get_type_hints
 
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics
 from pbrg_mj.analysis.metrics.samples import Statistics, WallClock
-from pbrg_mj.api.simulate import record
+from pbrg_mj.api.simulate import measure, record
 from pbrg_mj.log.write.provenance import versions
 from pbrg_mj.studies.task import Task
 
@@ -48,7 +48,7 @@ def run_task(task: Task, keep_log: bool = False, worker: bool = False, place: st
     with tempfile.TemporaryDirectory(prefix="pbrg-", dir=place) as folder, _silent():
         log = Path(folder) / "run.mcap"
         try:
-            metrics = record(task.scenario(), log)
+            metrics = record(task.scenario(), log) if keep_log else measure(task.scenario())
         except (OSError, MemoryError):
             raise
         except Exception as error:  # of whatever kind: the other runs go on

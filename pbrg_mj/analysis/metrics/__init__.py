@@ -17,6 +17,7 @@ per_tick          what metrics take from large columns, a number per tick
 safety_totals, certificate_totals, optimum_totals    sums over a run, a block of its log at a time
 run_metrics       all metrics of a run
 log_metrics       the same of a log that is not held
+record_metrics    the same of a run without a log
 table             metrics of several runs as text
 paper_table       the paper's four runs as Markdown and JSON
 rates             how often something happened, with confidence intervals

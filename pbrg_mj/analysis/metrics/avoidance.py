@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from pbrg_mj.analysis.metrics.contacts import onsets
-from pbrg_mj.analysis.metrics.outcome import CLOCK, Outcome
+from pbrg_mj.analysis.metrics.outcome import Outcome
 from pbrg_mj.analysis.metrics.reachable import STEP, avoidable
+from pbrg_mj.analysis.metrics.settling import CLOCK
 from pbrg_mj.log.read.run import TickSeries
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.world.scene.footprints import signed_distance

@@ -27,33 +27,51 @@ OUTCOME_COLUMNS = (  # the columns by which `outcome` tells how a run ended
 def log_metrics(path: str | Path) -> RunMetrics:
     """Return `metrics(open_run(path))`, number by number but for the rounding of means. Raises what that raises."""
     scenario = read_header(Path(path)).scenario
-    every = whole_number(scenario.reference.period, scenario.timing.tick)
     try:
-        return _read(path, scenario, 0 if scenario.reference.solver == "none" else every)
+        return _read(path, scenario, _reference_every(scenario))
     except MissingRowError:  # optima elsewhere than the scenario has them
         return _read(path, scenario, 1)
 
 
 def _read(path: str | Path, scenario: Scenario, every: int) -> RunMetrics:
-    totals, reduced, end = Totals(scenario, every), OutcomeColumns(scenario), FinalColumns(scenario)
+    blocks = MetricsOfBlocks(scenario, every)
+    return blocks.metrics(reader.open_run(path, blocks.reduce))
 
-    def of_ticks(block: Columns) -> Columns:
-        totals.add_ticks(block)
-        reduced.add(block)
-        end.add(block)
+
+class MetricsOfBlocks:
+    """Metrics of columns that come a block at a time, ticks before the optima and timings that belong to them."""
+
+    def __init__(self, scenario: Scenario, every: int | None = None):
+        """Optima are looked for at every `every`-th tick alone, at none for 0; None: where the scenario has them."""
+        every = _reference_every(scenario) if every is None else every
+        self._totals = Totals(scenario, every)
+        self._reduced, self._end = OutcomeColumns(scenario), FinalColumns(scenario)
+        self.reduce = {"Tick": self._of_ticks, "Optimum": self._of_optima, "Timing": self._of_timings}
+
+    def metrics(self, run: Run) -> RunMetrics:
+        """Return the metrics of a run, whose columns are those that came."""
+        return summed_up(self._totals, self._reduced.run(run), self._end.run(run))
+
+    def _of_ticks(self, block: Columns) -> Columns:
+        self._totals.add_ticks(block)
+        self._reduced.add(block)
+        self._end.add(block)
         return {}
 
-    def of_optima(block: Columns) -> Columns:
-        totals.add_optima(block)
-        end.add_optima(block)
+    def _of_optima(self, block: Columns) -> Columns:
+        self._totals.add_optima(block)
+        self._end.add_optima(block)
         return {}
 
-    def of_timings(block: Columns) -> Columns:
-        totals.add_timings(block)
+    def _of_timings(self, block: Columns) -> Columns:
+        self._totals.add_timings(block)
         return {}
 
-    run = reader.open_run(path, {"Tick": of_ticks, "Optimum": of_optima, "Timing": of_timings})
-    return summed_up(totals, reduced.run(run), end.run(run))
+
+def _reference_every(scenario: Scenario) -> int:
+    """Return from how many ticks to how many there is an optimum; 0 for none."""
+    every = whole_number(scenario.reference.period, scenario.timing.tick)
+    return 0 if scenario.reference.solver == "none" else every
 
 
 class LastTicks:

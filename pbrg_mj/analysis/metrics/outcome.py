@@ -14,7 +14,7 @@ from pbrg_mj.analysis.metrics.best_formation import BestFormation, best_formatio
 from pbrg_mj.analysis.metrics.contacts import FIELDS, Kind, contact_flags, is_violation, words
 from pbrg_mj.analysis.metrics.margins import obstructed, static_margin
 from pbrg_mj.analysis.metrics.per_tick import per_tick, state_size
-from pbrg_mj.analysis.metrics.settling import formation_errors
+from pbrg_mj.analysis.metrics.settling import CLOCK, formation_errors
 from pbrg_mj.analysis.metrics.trend import Direction, Trend, trend
 from pbrg_mj.log.read.run import Run
 
@@ -31,7 +31,6 @@ WORDS: dict[Direction, Word] = {
 }
 ROUNDING = 1e-6  # [m] a margin above -ROUNDING is on the line, not past it
 HUNTING = 1e-3  # [m] a standing team that strays farther than this from its mean place hunts
-CLOCK = 1e-9  # [s] rounding of tick times
 
 
 @dataclass(frozen=True)

@@ -51,6 +51,7 @@ class RunMetrics:
     target_y_m: float
     terminal_gap_m: float
     settling_time_s: float
+    settling_time_violated_too_s: float
     closing_rate_m_s: float
     arrival_time_s: float
     extrapolated_gap_m: float
@@ -196,9 +197,9 @@ def _identity(run: Run) -> dict[str, Any]:
 
 def _end(run: Run, end: Outcome, settling: Settling) -> dict[str, Any]:
     point = final_target(run).point
-    x, y = (math.nan, math.nan) if point is None else map(float, point)
-    centre = np.mean(run.ticks.hand_true[-1] - np.array(run.scenario.team.formation), axis=0)
-    margin = true_margin(run.ticks, run.scenario)[-1]
+    scenario, (x, y) = run.scenario, (math.nan, math.nan) if point is None else map(float, point)
+    centre = np.mean(run.ticks.hand_true[-1] - np.array(scenario.team.formation), axis=0)
+    margin = true_margin(run.ticks, scenario)[-1]
     return {
         "outcome": end.word,
         "reason": end.reason,
@@ -209,11 +210,19 @@ def _end(run: Run, end: Outcome, settling: Settling) -> dict[str, Any]:
         "target_y_m": y,
         "terminal_gap_m": float(np.linalg.norm(centre - (x, y))),
         "settling_time_s": settling.time() if end.word == "converged" else math.nan,
+        "settling_time_violated_too_s": _settled(scenario, end, settling),
         "closing_rate_m_s": end.trend.rate if end.trend else math.nan,
         "arrival_time_s": end.trend.arrival if end.trend else math.nan,
         "extrapolated_gap_m": end.trend.limit if end.trend else math.nan,
         "rest_margin_m": float(margin.min()) if end.word in AT_REST else math.nan,
     }
+
+
+def _settled(scenario: Scenario, end: Outcome, settling: Settling) -> float:
+    """Return the settling time of a run that converged, or of one that would have, had it violated nothing."""
+    if end.word == "converged":
+        return settling.time()
+    return settling.time_held(scenario.outcome.rest_time) if end.word == "violated" else math.nan
 
 
 def _plain(value: Any) -> Any:

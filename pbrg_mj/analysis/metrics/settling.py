@@ -10,6 +10,8 @@ from pbrg_mj.analysis.metrics.best_formation import best_formation
 from pbrg_mj.log.read.run import TickSeries
 from pbrg_mj.scenario.schema import Scenario
 
+CLOCK = 1e-9  # [s] rounding of tick times
+
 
 def formation_errors(hand: np.ndarray, scenario: Scenario, point: np.ndarray) -> np.ndarray:
     """Return max_j ||q_j - b_j - point|| (T,) [m] of hand points (T, n, 2) [m]."""
@@ -25,6 +27,7 @@ class Settling:
         self._point: np.ndarray | None = None
         self._changed = math.nan  # when r took its last value [s]
         self._settled: float | None = None  # [s]
+        self._last = math.nan  # tick [s]
 
     def add(self, ticks: TickSeries) -> None:
         """Take the next ticks. Of the references among them, the last one alone counts."""
@@ -37,7 +40,7 @@ class Settling:
         if self._reference is None or len(changed):
             self._point = best_formation(self._scenario, r[-1]).point
             self._changed, self._settled = float(ticks.time[first]), None
-        self._reference = r[-1].copy()
+        self._reference, self._last = r[-1].copy(), float(ticks.time[-1])
         if self._point is None:
             return
         error = formation_errors(ticks.hand_true[first:], self._scenario, self._point)
@@ -49,3 +52,9 @@ class Settling:
     def time(self) -> float:
         """Return how long after the last change of r the error stayed within tolerance [s]; NaN if it never did."""
         return math.nan if self._settled is None else max(0.0, self._settled - self._changed)
+
+    def time_held(self, least: float) -> float:
+        """Return the same [s]; NaN also unless the error has then stayed within tolerance for `least` [s]."""
+        if self._settled is None or self._last - self._settled < least - CLOCK:
+            return math.nan
+        return self.time()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any
 
 from pbrg_mj.errors import InputError
@@ -37,7 +38,7 @@ def apply_overrides(document: Document, overrides: Sequence[str]) -> Document:
 def _keys_of(text: str) -> Sequence[str]:
     """Return what `set_up=NAME` stands for; of any other override itself."""
     path, name = _parse(text)
-    if path != [SET_UP]:
+    if path != (SET_UP,):
         return (text,)
     if not isinstance(name, str) or name not in SET_UPS:
         raise InputError(f"override {yaml_text(text)}; allowed: {SET_UP}={' or '.join(SET_UPS)}")
@@ -46,17 +47,17 @@ def _keys_of(text: str) -> Sequence[str]:
 
 def _apply(document: Document, text: str) -> Document:
     path, value = _parse(text)
-    path = [str(part) for part in renamed_path(tuple(path))]
-    data, path = _replaced(document.data, path, (), value, text)
+    data, path = _replaced(document.data, [str(part) for part in renamed_path(path)], (), value, text)
     origins = {known: origin for known, origin in document.origins.items() if known[: len(path)] != path}
     made = {path[:length]: text for length in range(1, len(path) + 1) if path[:length] not in origins}
     return Document(data, origins | made)
 
 
-def _parse(text: str) -> tuple[list[str], Any]:
+@lru_cache(maxsize=256)  # each is looked at twice, and a study has the same ones in all of its runs
+def _parse(text: str) -> tuple[tuple[str, ...], Any]:
     """Take `path.to.key=value` apart; the value is YAML."""
     key, equals, value = text.partition("=")
-    path = [part.strip() for part in key.split(".")]
+    path = tuple(part.strip() for part in key.split("."))
     if not equals or not all(path):
         raise InputError(f"override {yaml_text(text)}; allowed: path.to.key=value")
     if len(path) > DEEPEST:

@@ -69,6 +69,8 @@ def sight(scenario: Scenario, robot: RobotModel) -> float:
 def sight_kappa(rows, error, advance):
     """Compute `SightLimit.kappa`; `rows` are those of `SightLimit.rows`."""
     columns, s, robots, sight = rows
+    if advance[0] == 0.0 and advance[1] == 0.0:
+        return 1.0
     kappa, points = 1.0, s.shape[1]
     moved = np.empty((2, points))
     for j in robots:

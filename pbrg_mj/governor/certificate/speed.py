@@ -74,7 +74,8 @@ class SpeedLimit:
 def speed_kappa(rows, error, heading, advance):
     """Compute `SpeedLimit.kappa`; `rows` are those of `SpeedLimit.rows`."""
     time, columns, v, facets, offset, change = rows
-    if len(facets) == 0 and len(change) == 0:
+    no_advance = advance[0] == 0.0 and advance[1] == 0.0  # m is where it is to go, as in most ticks
+    if no_advance or (len(facets) == 0 and len(change) == 0):
         return 1.0
     u = np.empty((2, len(time)))
     n, kappa, length = len(heading), 1.0, math.sqrt(advance[0] ** 2 + advance[1] ** 2)

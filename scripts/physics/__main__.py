@@ -13,6 +13,7 @@ from typing import Any
 import driving
 import motors
 import numpy as np
+import step_cost
 import step_size
 from figures import draw
 from page import page
@@ -44,6 +45,7 @@ def measure() -> dict:
         "closed_loop": step_size.closed_loop(),
         "seeds": step_size.seeds(),
         "reversals_finite": step_size.reversals(),
+        "step_cost": step_cost.step_cost(),
     }
 
 

@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from threading import Thread
+from threading import Event, Thread
 from typing import Any
 
 import numpy as np
@@ -226,6 +226,97 @@ def test_a_program_that_fails_ends_the_run_in_one_line() -> None:
         pytest.raises(pbrg.PbrgError, match=r"^robot \d: no way out$"),
     ):
         solutions(scenario, team)
+
+
+def strangers(ports: Callable[[], list[Address]], over: Event) -> None:
+    """Send nonsense, and what looks like messages of the world's or a robot's, until it is over."""
+    random, box = np.random.default_rng(3), Mailbox()
+    while not over.is_set():
+        for place in ports():
+            kind, robot = random.choice(list(wire.Kind)), int(random.choice([0, 1, 7, wire.WORLD]))
+            body = random.bytes(int(random.integers(0, 90)))
+            box.send(place, wire.Datagram(wire.Kind(kind), robot, int(random.integers(40)), 0, 0, body))
+            box._socket.sendto(random.bytes(int(random.integers(0, 60))), place)
+        time.sleep(1e-3)
+    box.close()
+
+
+def test_nonsense_and_strangers_change_no_bit() -> None:
+    """Greetings aside: whoever knows the scenario's digest may say that he is a robot."""
+    scenario, over = loaded(duration=0.3), Event()
+    expected = solutions(scenario, robot_programs(scenario))
+    with apart(scenario) as team:
+
+        def ports() -> list[Address]:
+            known = list(team._places.values())
+            return [team.mailbox.address, *known] if len(known) == scenario.robots else known
+
+        sender = Thread(target=strangers, args=(ports, over))
+        sender.start()
+        try:
+            found = solutions(scenario, team)
+        finally:
+            over.set()
+            sender.join()
+    assert not team.gone
+    for one, other in zip(found, expected, strict=True):
+        for name in FIELDS:
+            np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
+def test_a_robot_listens_to_nobody_but_the_world_that_it_greets() -> None:
+    world, stranger, scenario = Mailbox(), Mailbox(), loaded()
+    robot = RobotProcess(robot_programs(scenario), network(scenario), 0, world.address, DIGEST)
+    for one in (wire.Datagram(wire.Kind.STOP, wire.WORLD), wire.Datagram(wire.Kind.START, wire.WORLD, body=b"x")):
+        stranger.send(robot.mailbox.address, one)
+    world.send(robot.mailbox.address, wire.Datagram(wire.Kind.STOP, wire.WORLD))
+    with pytest.raises(pbrg.PbrgError, match=r"sends robot 1 away"):
+        robot.run()
+    assert world.receive(5.0)[0].kind is wire.Kind.HELLO  # type: ignore[index]
+    assert all(world.receive(0.0) is not None for _ in range(2))  # it greeted again after each stranger
+    world.close()
+    stranger.close()
+
+
+def answered(m: Any, count: int) -> bytes:
+    return wire.packed_answer(RobotAnswer(np.array(m), "ok", np.zeros(count)), wire.Traffic())
+
+
+@pytest.mark.parametrize(
+    ("body", "told"),
+    [
+        (b"", "bytes too few"),
+        (answered([0.0, 1.0], 10) + b"x", "1 bytes too many"),
+        (answered([np.nan, 0.0], 10), "m is not finite"),
+        (answered([0.0, 1.0], 3), "3 multipliers for 20 rows"),
+        (answered([0.0, 1.0], 10)[:16] + b"\xee" + answered([0.0, 1.0], 10)[17:], "status 238"),
+    ],
+)
+def test_an_answer_that_is_none_ends_the_run_in_one_line(body: bytes, told: str) -> None:
+    """As of a robot whose program is somebody else's."""
+    scenario = loaded()
+    world = Mailbox()
+    team = RobotProcesses(robot_programs(scenario), network(scenario), DIGEST, world, tick_seconds=0.01)
+    answers = {wire.Kind.START: wire.Kind.READY, wire.Kind.OWN: wire.Kind.ANSWER}
+
+    def be(robot: int) -> None:
+        box = Mailbox()
+        box.send(world.address, wire.Datagram(wire.Kind.HELLO, robot, body=DIGEST))
+        while (came := box.receive(20.0)) and came[0].kind is not wire.Kind.STOP:
+            if kind := answers.get(came[0].kind):
+                box.send(world.address, wire.Datagram(kind, robot, came[0].tick, body=body))
+        box.close()
+
+    threads = [Thread(target=be, args=(robot,)) for robot in range(scenario.robots)]
+    for thread in threads:
+        thread.start()
+    try:
+        with pytest.raises(pbrg.PbrgError, match=rf"^robot \d's answer at tick 0 is none: .*{told}"):
+            solutions(scenario, team)
+    finally:
+        team.stop()
+        for thread in threads:
+            thread.join()
 
 
 def test_a_robot_of_another_scenario_is_sent_away() -> None:

@@ -89,10 +89,12 @@ class RobotProcess:
         while monotonic() < until and self.wanted():
             self.mailbox.send(self.world, Datagram(Kind.HELLO, self.robot, body=self.digest))
             came = self.mailbox.receive(AGAIN)
-            if came and came[0].kind is Kind.STOP:
+            if came is None or came[1] != self.world:
+                continue
+            if came[0].kind is Kind.STOP:
                 away = f"the world at {self.world} sends robot {self.robot + 1} away"
                 raise PbrgError(f"{away}: another scenario, or the run is over")
-            if came and came[0].kind is Kind.START:
+            if came[0].kind is Kind.START:
                 told = unpacked_start(came[0].body)
                 self._places = told.places
                 return told

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pbrg_mj.counts import counted
 from pbrg_mj.errors import PbrgError
 from pbrg_mj.governor.messaging.carrier import CarriedGovernor, own_data, team_answer
 from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer
@@ -87,7 +88,7 @@ class RobotProcesses:
         answers, sent = list(memory.answers), np.zeros(n, dtype=np.int64)
         for robot in range(n):
             if robot in told:
-                answers[robot], traffic = unpacked_answer(told[robot].body)
+                answers[robot], traffic = _answer(told[robot], problem.rows_shape[1])
                 sent[robot] = traffic.bytes_sent
                 self.traffic.append(traffic)
             else:
@@ -162,7 +163,7 @@ class RobotProcesses:
             if self._places.get(one.robot) != place:
                 return
             if one.kind is Kind.FAILED:
-                raise PbrgError(f"robot {one.robot + 1}: {one.body.decode(errors='replace')}")
+                raise PbrgError(f"robot {one.robot + 1}: {' '.join(one.body.decode(errors='replace').split())}")
             yield one
             patience = 0.0
 
@@ -175,3 +176,16 @@ class RobotProcesses:
         for other, place in self._places.items():
             gone = Datagram(Kind.STOP, WORLD) if other == robot else Datagram(Kind.GONE, WORLD, tick, robot)
             self.mailbox.send(place, gone)
+
+
+def _answer(one: Datagram, rows: int) -> tuple[RobotAnswer, Traffic]:
+    """Return what a robot answers. Raises PbrgError when these bytes are no answer: robots may run other code."""
+    try:
+        answer, traffic = unpacked_answer(one.body)
+        if not np.isfinite(answer.m).all():
+            raise ValueError("m is not finite")
+        if answer.multipliers is not None and len(answer.multipliers) != rows:
+            raise ValueError(f"{counted(len(answer.multipliers), 'multiplier')} for {counted(rows, 'row')}")
+    except ValueError as error:
+        raise PbrgError(f"robot {one.robot + 1}'s answer at tick {one.tick} is none: {error}") from None
+    return answer, traffic

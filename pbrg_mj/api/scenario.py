@@ -14,6 +14,7 @@ from pbrg_mj.counts import counted
 from pbrg_mj.errors import InputError
 from pbrg_mj.loop.network_warnings import network_warnings
 from pbrg_mj.loop.resources import resource_warnings
+from pbrg_mj.loop.response_warnings import response_warnings
 from pbrg_mj.loop.stability_warnings import stability_warnings
 from pbrg_mj.plugins import is_centralized
 from pbrg_mj.scenario.bundled import bundled_families, bundled_scenarios
@@ -67,7 +68,7 @@ class Scenario:
     def warnings(self) -> list[str]:
         """Return one line for everything that makes a run likely to fail; empty when no risk is known."""
         one = self.settings
-        return [*resource_warnings(one), *network_warnings(one), *stability_warnings(one)]
+        return [*resource_warnings(one), *network_warnings(one), *stability_warnings(one), *response_warnings(one)]
 
     def __repr__(self) -> str:
         """Name the scenario."""

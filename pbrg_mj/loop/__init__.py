@@ -12,5 +12,6 @@ batch_control       their governors, compiled
 one_by_one          worlds that cannot be stepped so, or differ: one after the other
 resources           what a scenario asks of the machine, before it runs
 network_warnings    what of the network its governor does not feel
+response_warnings   whether the team follows references faster than the paper's flow finds them
 stability_warnings  what makes a scenario likely to fail, before it runs
 """

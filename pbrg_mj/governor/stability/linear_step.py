@@ -26,15 +26,18 @@ def linear_step_limit(network: Network, alpha: float, gradients: np.ndarray) -> 
     of it. docs/theory.md has how often a round at this limit is unstable, measured over random problems, and how far
     the step must shrink for it not to be.
     """
-    n, L = network.robots, network.laplacian
-    consensus = np.block([[-L, L], [-L, np.zeros((n, n))]])
+    pinned = _consensus(network)
+    kinds = _one_of_each_kind(network, gradients)
+    flows = [_with_multiplier(pinned, robot, alpha, 1.0) for robot in kinds]
+    return min(_euler_limit(flow) for flow in [*flows, *row_flows(network, alpha, gradients)])
+
+
+def row_flows(network: Network, alpha: float, gradients: np.ndarray) -> list[np.ndarray]:
+    """Return the linear flows of m: consensus with the leaders' cost, alone and with the rows of one robot each."""
+    n, consensus = network.robots, _consensus(network)
     consensus[:n, :n] -= 2.0 * alpha * np.diag(network.leader)
-    pinned = np.block([[-L, L], [-L, np.zeros((n, n))]])
-    flows = [consensus]
-    for robot in _one_of_each_kind(network, gradients):
-        flows.append(_with_multiplier(pinned, robot, alpha, 1.0))
-        flows.append(_with_multiplier(consensus, robot, alpha, gradients[robot]))
-    return min(_euler_limit(flow) for flow in flows)
+    kinds = _one_of_each_kind(network, gradients)
+    return [consensus, *(_with_multiplier(consensus, robot, alpha, gradients[robot]) for robot in kinds)]
 
 
 def steepest_gradients(network: Network, formation: np.ndarray, inputs: Rows | None, growth: float = 1.0) -> np.ndarray:
@@ -85,6 +88,11 @@ def _one_of_each_kind(network: Network, gradients: np.ndarray) -> list[int]:
     """Return one robot of each degree and kind: the pinned flow depends on little else, and n of them cost n^4."""
     kinds = np.column_stack([network.degree, network.leader, gradients])
     return np.unique(kinds, axis=0, return_index=True)[1].tolist()
+
+
+def _consensus(network: Network) -> np.ndarray:
+    L = network.laplacian
+    return np.block([[-L, L], [-L, np.zeros_like(L)]])
 
 
 def _with_multiplier(flow: np.ndarray, robot: int, alpha: float, gradient: float) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pbrg_mj.perception.points.deskew import PoseHistory, deskewed, poses_at
-from pbrg_mj.perception.points.detect import _from_arc
+from pbrg_mj.perception.scan.team_mates import distance_from_arc
 from pbrg_mj.scenario.random_streams import Source, stream
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.sensing.beam_model import noisy_scan
@@ -117,7 +117,7 @@ def test_places_that_a_cone_may_have_heard_are_those_of_its_arc() -> None:
         arc = along * np.column_stack([np.cos(angle + turns), np.sin(angle + turns)])
         middle = (along * np.cos(angle), along * np.sin(angle))
         nearest = np.min(np.linalg.norm(arc - [x, y], axis=1))
-        assert np.sqrt(_from_arc(x, y, middle, made.parameters)) == pytest.approx(nearest, abs=1e-6)
+        assert np.sqrt(distance_from_arc(x, y, middle, half)) == pytest.approx(nearest, abs=1e-6)
 
 
 def test_a_turning_scan_is_put_where_its_echoes_were() -> None:

@@ -74,7 +74,7 @@ def estimator(scenario: Scenario, robot: RobotModel, given: Any = None) -> Estim
             slots=scenario.estimator.half_spaces_per_robot,
         )
     if given is None and scenario.estimator.source in plugins.ESTIMATOR.built_in:
-        return LineEstimator(perception_setup(scenario, robot.clearance, robot.hand_offset))
+        return LineEstimator(perception_setup(scenario, robot.clearance, robot.hand_offset, robot.body_radius))
     name, built = plugins.build(plugins.ESTIMATOR, scenario, given, robot=robot)
     slots, limit = scenario.estimator.half_spaces_per_robot, scenario.timing.plug_in_limit
     return PlugInEstimator(built, name, scenario.robots, slots, limit)

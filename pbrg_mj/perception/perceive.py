@@ -21,6 +21,7 @@ from pbrg_mj.perception.scan.extract_lines import (
 )
 from pbrg_mj.perception.scan.parameters import LineParameters
 from pbrg_mj.perception.scan.points import BLOCKED
+from pbrg_mj.perception.scan.team_mates import TeamMateModel, without_team_mates
 from pbrg_mj.perception.setup import PerceptionParameters, PerceptionSetup
 from pbrg_mj.perception.track.records import TrackParameters, no_tracks
 from pbrg_mj.perception.track.update import update_tracks
@@ -106,7 +107,7 @@ def perceive_scans(scans, packed, before, after):
     for row in range(len(parameters.robots)):
         robot = parameters.robots[row]
         if not math.isnan(poses[robot, 0] + poses[robot, 1] + poses[robot, 2]):  # else it cannot place a line
-            _perceive_scan(ranges[row], (robot, poses[robot], clock), parameters, work, known)
+            _perceive_scan(ranges[row], (robot, poses, clock), parameters, work, known)
 
 
 @kernel
@@ -121,9 +122,12 @@ def _copy(before, known):
 
 @kernel
 def _named(packed):
-    directions, blocked, params, track_params, pose, robots, teams, binds, hand_offset = packed
+    directions, blocked, params, track_params, pose, robots, teams, binds, hand_offset, team_mate = packed
     params, track_params, pose = LineParameters(*params), TrackParameters(*track_params), PoseModel(*pose)
-    return PerceptionParameters(directions, blocked, params, track_params, pose, robots, teams, binds, hand_offset)
+    model = TeamMateModel(*team_mate)
+    return PerceptionParameters(
+        directions, blocked, params, track_params, pose, robots, teams, binds, hand_offset, model
+    )
 
 
 @kernel
@@ -133,10 +137,12 @@ def _scan_workspace(beams):
 
 @kernel
 def _perceive_scan(read, whose, parameters, work, known):
-    robot, estimate, clock = whose
-    pose = pose_at_scan(estimate, clock, known.anchors[robot], parameters.pose)
+    robot, poses, clock = whose
+    pose = pose_at_scan(poses[robot], clock, known.anchors[robot], parameters.pose)
     _mask_own_wheels(read, parameters.blocked, work.ranges)
     count = extract_lines_into(work.ranges, parameters.directions, parameters.line, work.fitting, work.lines)
+    team = poses, robot, parameters.team_mate
+    count = without_team_mates(work.lines, count, work.fitting, pose, team, parameters.line)
     write_world_directions(work.beams, parameters.directions, pose.heading)
     tracks = known.tracks[robot]
     lines = lines_in_world(work.lines, count, pose)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -12,6 +13,7 @@ from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.perception.obstacle.polygons import hull
 from pbrg_mj.perception.scan.parameters import LineParameters, line_parameters
 from pbrg_mj.perception.scan.self_occlusion import blocked_beams
+from pbrg_mj.perception.scan.team_mates import TeamMateModel
 from pbrg_mj.perception.track.records import TrackParameters, track_parameters
 from pbrg_mj.perception.track.world_frame import PoseModel, pose_model
 from pbrg_mj.scenario.schema import Estimator, GivenHalfSpace, Scenario, beam_angles
@@ -29,6 +31,7 @@ class PerceptionParameters(NamedTuple):
     teams: np.ndarray  # (n, k, 2) hull of the robots its half-spaces bind, from its hand point [m]
     binds: np.ndarray  # (n, n) bool: which robots the half-spaces of each robot bind
     hand_offset: float  # of the hand point ahead of the body's centre [m]
+    team_mate: TeamMateModel
 
     def packed(self) -> tuple:
         """Return the same without names: those of tuples are looked up again at each call of compiled code."""
@@ -56,12 +59,14 @@ class PerceptionSetup:
         return self.parameters.line
 
 
-def perception_setup(scenario: Scenario, clearance: float, hand_offset: float = 0.0) -> PerceptionSetup:
+def perception_setup(
+    scenario: Scenario, clearance: float, hand_offset: float = 0.0, body_radius: float = 0.0
+) -> PerceptionSetup:
     """Return the setup for a scenario.
 
     `clearance` [m] is how far a hand point must stay from a wall's face, `hand_offset` [m] how far it is ahead of
-    the body's centre. Raises InputError when given half-spaces do not fit: no such robot, zero normal, more than
-    there are slots.
+    the body's centre, `body_radius` [m] that of team-mates, 0 where nobody tells their places.
+    Raises InputError when given half-spaces do not fit: no such robot, zero normal, more than there are slots.
     """
     estimator, params, robots = scenario.estimator, line_parameters(scenario), scenario.robots
     formation, beams = np.array(scenario.team.formation, dtype=float), scenario.sensors.beams
@@ -75,6 +80,7 @@ def perception_setup(scenario: Scenario, clearance: float, hand_offset: float = 
         teams=np.array([_team(formation, robot, estimator.scope) for robot in range(robots)]),
         binds=_binds(robots, estimator.scope),
         hand_offset=float(hand_offset),
+        team_mate=TeamMateModel(float(body_radius), 0.5 * math.radians(scenario.assumed_sensors.beams.cone_deg)),
     )
     return PerceptionSetup(
         robots=robots,

@@ -42,8 +42,8 @@ is the schema's default sensor (5 mm).
 - *False walls*: tracks that count as walls and are not the wall, over 50 scans a seed of a wall at 2 m and four robots
   that move before it at up to 0.3 m/s, always all four within 1.8 m, apart and in view. A track is the wall's when its
   angle and offset are right within their covariance (one honest track in a million is not).
-- *Rows*: {of} times, four robots abreast rest for 50 scans; how often they are taken for a wall, spaced {near} and
-  {wide}.
+- *Rows*: {of} times, four robots that nobody tells of rest abreast for 50 scans; how often they are taken
+  for a wall, spaced {near} and {wide}.
 - *Low beams*: the same at 30 mm, where robots are a tub between two wheels and each robot's own wheels stop 42 deg to
   either side: a wall whose middle is 1 m away, at random on the blind sides or not; false walls before the same wall
   with the same four robots, each headed where it goes; close rows in line ahead, whose wheels' flats lie in one line.
@@ -60,8 +60,9 @@ What the figures say:
   points on a line, one each, and no beam between them: of {of} rows at rest {four["rows"][0]} and {four["rows"][1]}
   became walls ({near}, {wide}), against {ring["rows"][0]} and {ring["rows"][1]} with five points. Such scans cannot
   distinguish the two, so the default is five. A team with fewer than four other robots may set `min_points: 4`.
-- Other sensors take a close, straight row at rest for a wall now and then, if the gaps let no beam through or noise
-  hides that it is round. Its half-space is where the row is, and it is dropped like any wall that beams go past.
+- Other sensors take a close, straight row of strangers at rest for a wall now and then, if the gaps let no beam
+  through or noise hides that it is round. Its half-space is where the row is, and it is dropped like any wall that
+  beams go past.
 - The 3 % of `robotarium` dominate its errors: {far[0]:.1f} deg and {far[1]:.0f} mm at 2.5 m, {fused[0]:.1f} deg and
   {fused[1]:.0f} mm after ten scans. The bias left then ({turned:.2f} deg, {moved:.1f} mm at most) is fusion's: a wall
   that is seen too near is believed to be seen better, so it weighs more.

@@ -11,6 +11,7 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.beams import next_beam
 from pbrg_mj.perception.points.memory import place_for
 from pbrg_mj.perception.points.parameters import JOINING, LEAST_JOINING
+from pbrg_mj.perception.scan.team_mates import is_team_mate
 
 MOST_LOST = 1  # beams without an echo between two of one thing
 
@@ -77,46 +78,11 @@ def _echoes(seen, pose, team, parameters):
         variance[k] = parameters.range_std**2 + (parameters.noise_ratio * r) ** 2
         pose_std[k] = math.sqrt(pose.position_var + r * r * pose.heading_var)
         reach = parameters.body_radius + 3.0 * (math.sqrt(variance[k]) + pose_std[k])
-        mates, start = places[0], (pose.x, pose.y)
-        if parameters.scan_time > 0.0:
-            mates = places[k]
+        mates, start = places[min(k, len(places) - 1)], (pose.x, pose.y)
+        if len(places) > 1:
             start = mates[own, 0], mates[own, 1]
-        echoes.heard[k] = not _is_team_mate((x[k], y[k]), start, reach, (mates, own), parameters)
+        echoes.heard[k] = not is_team_mate((x[k], y[k]), start, reach, (mates, own), parameters.half_cone)
     return echoes
-
-
-@kernel
-def _is_team_mate(echo, start, reach, team, parameters):
-    """Tell whether an echo of the beam that began at `start` may be within `reach` [m] of another robot's place."""
-    (x, y), (mates, own) = echo, team
-    found = False
-    for j in range(len(mates)):
-        if j != own and not found:
-            if parameters.half_cone > 0.0:
-                squared = _from_arc(
-                    mates[j, 0] - start[0], mates[j, 1] - start[1], (x - start[0], y - start[1]), parameters
-                )
-            else:
-                squared = (x - mates[j, 0]) ** 2 + (y - mates[j, 1]) ** 2
-            found = squared < reach * reach
-    return found
-
-
-@kernel
-def _from_arc(x, y, middle, parameters):
-    """Return the squared distance [m^2] of a place from the arc on which the echo of a cone may be.
-
-    All is seen from where the beam began; `middle` is that of the arc.
-    """
-    radius = math.sqrt(middle[0] ** 2 + middle[1] ** 2)
-    if radius == 0.0:
-        return x * x + y * y
-    along = (x * middle[0] + y * middle[1]) / radius
-    across = abs(x * middle[1] - y * middle[0]) / radius
-    if math.atan2(across, along) <= parameters.half_cone:
-        return (math.sqrt(x * x + y * y) - radius) ** 2
-    end = radius * math.cos(parameters.half_cone), radius * math.sin(parameters.half_cone)
-    return (along - end[0]) ** 2 + (across - end[1]) ** 2
 
 
 @kernel

@@ -12,5 +12,6 @@ In: ranges of one scan, directions of its beams, `LineParameters`. Out: `Lines` 
     corners         whose the points beside a corner are
     joined_ends     last points that may be another surface's, in the line and its covariance
     extract_lines   all of that, in this order
+    team_mates      which echoes are team-mates', and lines that they alone may make
     parameters      what it needs to know of the sensor and the estimator
 """

@@ -1,0 +1,98 @@
+"""Which echoes are team-mates': those within their radius of the places that the camera tells."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.scan.points import VARIANCE, R, X, Y
+
+
+class TeamMateModel(NamedTuple):
+    """What beams see of a team-mate."""
+
+    body_radius: float  # [m]; 0: places of team-mates are not known
+    half_cone: float  # half the width of a beam's view [rad]; 0: a ray
+
+
+@kernel
+def is_team_mate(echo, start, reach, team, half_cone):
+    """Tell whether an echo of the beam that began at `start` may be within `reach` [m] of another robot's place.
+
+    All in the world [m]; `team` are the places of all robots, (n, 2 or more), and this robot's number.
+    """
+    (x, y), (places, own) = echo, team
+    found = False
+    for j in range(len(places)):
+        if j != own and not found:
+            if half_cone > 0.0:
+                dx, dy = places[j, 0] - start[0], places[j, 1] - start[1]
+                squared = distance_from_arc(dx, dy, (x - start[0], y - start[1]), half_cone)
+            else:
+                squared = (x - places[j, 0]) ** 2 + (y - places[j, 1]) ** 2
+            found = squared < reach * reach
+    return found
+
+
+@kernel
+def distance_from_arc(x, y, middle, half_cone):
+    """Return the squared distance [m^2] of a place from the arc on which the echo of a cone may be.
+
+    All is seen from where the beam began; `middle` is that of the arc.
+    """
+    radius = math.sqrt(middle[0] ** 2 + middle[1] ** 2)
+    if radius == 0.0:
+        return x * x + y * y
+    along = (x * middle[0] + y * middle[1]) / radius
+    across = abs(x * middle[1] - y * middle[0]) / radius
+    if math.atan2(across, along) <= half_cone:
+        return (math.sqrt(x * x + y * y) - radius) ** 2
+    end = radius * math.cos(half_cone), radius * math.sin(half_cone)
+    return (along - end[0]) ** 2 + (across - end[1]) ** 2
+
+
+@kernel
+def without_team_mates(lines, count, work, pose, team, params):
+    """Drop lines that team-mates alone may make; return how many of the `count` of `lines` are left, in their order.
+
+    A line stays that would have points enough without those of team-mates: `team` are poses (n, 3), this robot's
+    number and the TeamMateModel, `work` the LineWorkspace of the scan.
+    """
+    if team[2].body_radius == 0.0:
+        return count
+    left = 0
+    for i in range(count):
+        if _has_points_enough(work, work.ranking[i], pose, team, params):
+            if left < i:
+                _move_line(lines, i, left)
+            left += 1
+    return left
+
+
+@kernel
+def _has_points_enough(work, line, pose, team, params):
+    poses, own, model = team
+    cos, sin, count = math.cos(pose.heading), math.sin(pose.heading), 0
+    for b in range(len(work.owner)):
+        if work.owner[b] == line:
+            point = work.points[b]
+            echo = pose.x + cos * point[X] - sin * point[Y], pose.y + sin * point[X] + cos * point[Y]
+            pose_std = math.sqrt(pose.position_var + point[R] ** 2 * pose.heading_var)
+            reach = model.body_radius + 3.0 * (math.sqrt(point[VARIANCE]) + pose_std)
+            if not is_team_mate(echo, (pose.x, pose.y), reach, (poses, own), model.half_cone):
+                count += 1
+                if count >= params.min_points:
+                    return True
+    return False
+
+
+@kernel
+def _move_line(lines, i, k):
+    """Write line i of a LineBuffer over line k."""
+    lines.angle[k], lines.offset[k] = lines.angle[i], lines.offset[i]
+    for row in range(2):
+        for column in range(2):
+            lines.covariance[k, row, column] = lines.covariance[i, row, column]
+    lines.low[k], lines.high[k] = lines.low[i], lines.high[i]
+    lines.free_low[k], lines.free_high[k] = lines.free_low[i], lines.free_high[i]

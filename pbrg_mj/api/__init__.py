@@ -2,6 +2,7 @@
 
 scenario      a file, a bundled name or data -> Scenario
 seeds         `1-8,20`
+files         names of files, checked before anything slow
 simulate      Scenario, governor -> Run, tick by tick or to the end; live server
 batch         many seeds side by side
 run           Run: arrays, numbers, figures, page, export

@@ -9,14 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from pbrg_mj.analysis.metrics.batch_metrics import WRITERS, arrays, batch_metrics, save_arrays
+from pbrg_mj.analysis.metrics.batch_metrics import arrays, batch_metrics, save_arrays
 from pbrg_mj.analysis.metrics.world_metrics import WorldMetrics, columns, summary, world_metrics
-from pbrg_mj.analysis.output_file import by_suffix
 from pbrg_mj.api.arrays import Arrays
+from pbrg_mj.api.files import check_arrays
 from pbrg_mj.api.scenario import Scenario, as_scenario
 from pbrg_mj.errors import InputError
 from pbrg_mj.kernel import clock
-from pbrg_mj.log.write.log_file import check_writable
 from pbrg_mj.loop.batch import BatchHistories, BatchSimulation, side_by_side
 from pbrg_mj.loop.one_by_one import run_worlds
 from pbrg_mj.loop.resources import check_memory
@@ -88,8 +87,7 @@ def batch(
     """
     scenario, seeds = as_scenario(scenario), tuple(seeds)
     if path is not None:  # before the runs, which take longer
-        by_suffix(Path(path), WRITERS)
-        check_writable(Path(path), force=force)
+        check_arrays(path, force=force)
     if not seeds:
         raise InputError("no seeds are given; at least one is needed", key="seeds")
     began = clock()

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from pbrg_mj.analysis.metrics.record_metrics import RecordMetrics
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics
+from pbrg_mj.api.files import log_path
 from pbrg_mj.api.garbage_collection import collecting_rarely
 from pbrg_mj.api.interrupt import Interrupted, interruptible
 from pbrg_mj.api.logs import metrics_of
@@ -25,7 +26,6 @@ from pbrg_mj.governor.problem.interface import Certificate, Governor
 from pbrg_mj.kernel import clock as clock  # for the command line
 from pbrg_mj.kernel import watching_compilation as watching_compilation
 from pbrg_mj.log.read.run import open_run
-from pbrg_mj.log.write.log_file import check_writable
 from pbrg_mj.log.write.writer import LogWriter
 from pbrg_mj.loop.network_warnings import network_warnings
 from pbrg_mj.loop.record import TickRecord
@@ -176,15 +176,6 @@ def serve(scenario: Scenario | str | Path, port: int = 8765) -> LiveServer:
     from pbrg_mj.log.live import LiveServer
 
     return LiveServer(as_scenario(scenario).settings, port)
-
-
-def log_path(path: str | Path, *, force: bool) -> Path:
-    """Return the path of a log to write. Raises InputError when it is not .mcap, or may not or cannot be written."""
-    path = Path(path)
-    if path.suffix != ".mcap":
-        raise InputError("a log's name ends in .mcap", file=str(path))
-    check_writable(path, force=force)  # before the simulation is built, which takes longer
-    return path
 
 
 def with_objects(scenario: Scenario, objects: Objects) -> Scenario:

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 import pbrg_mj as pbrg
+from pbrg_mj.api.files import check_arrays
 from pbrg_mj.api.seeds import seeds_of
 from pbrg_mj.cli.arguments import Duration, Force, Overrides, ScenarioName, ignore_mujoco_gl
 from pbrg_mj.cli.console import emit, emit_json
@@ -29,9 +30,12 @@ def batch(
 ) -> int:
     """Run seeds of a scenario, or worlds of a family, without logs. Exit code 1 when one was violated or diverged."""
     ignore_mujoco_gl()
+    wanted = seeds_of(seeds)
+    if output is not None:
+        check_arrays(output, force=force)
     loaded = pbrg.load(scenario, overrides or (), duration=duration)
     with compiling_noted():
-        made = pbrg.batch(loaded, seeds_of(seeds), path=output, force=force, threads=threads or os.cpu_count())
+        made = pbrg.batch(loaded, wanted, path=output, force=force, threads=threads or os.cpu_count())
     if json:
         emit_json(made.summary())
     else:

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 import pbrg_mj as pbrg
+from pbrg_mj.api.files import check_logs
 from pbrg_mj.cli.console import emit, emit_json
 
 
@@ -19,6 +20,7 @@ def compare(
     ] = None,
 ) -> None:
     """Compare the distributed answer with the centralized optimum: one table."""
+    check_logs(*logs)
     compared = pbrg.compare(*logs, metrics=metric or ())
     if json:
         emit_json(compared.as_dicts())

@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 
 import pbrg_mj as pbrg
+from pbrg_mj.api.files import check_logs
 from pbrg_mj.errors import InputError
 
 STILL = ".png"
@@ -38,6 +39,7 @@ def render(
         raise InputError("a still has one time: give --at, not --fps, --speed, --start or --end")
     if at is not None and not still:
         raise InputError("--at is for stills (.png); a video has --start and --end")
+    check_logs(log)
     hidden = tuple(filter(None, hide.split(",")))
     with _progress(wanted=not still) as shown:
         pbrg.render(

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 import pbrg_mj as pbrg
+from pbrg_mj.api.files import check_logs
 from pbrg_mj.cli.arguments import Force
 from pbrg_mj.cli.console import emit
 
@@ -18,4 +19,5 @@ def repair(
     force: Force = False,
 ) -> None:
     """Write a clean log of all that is whole in a damaged one."""
+    check_logs(log)
     emit("\n".join(pbrg.repair(log, output, force=force).lines()))

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 import pbrg_mj as pbrg
+from pbrg_mj.api.files import check_logs
 from pbrg_mj.cli.arguments import Log, ignore_mujoco_gl
 from pbrg_mj.cli.console import emit, emit_json
 from pbrg_mj.cli.progress import progress
@@ -28,6 +29,7 @@ def replay(
         raise InputError(f"--tolerance is {tolerance:g}; allowed: 0 or more")
     if view and verify:
         raise InputError("--view and --verify do not go together; allowed: one of them")
+    check_logs(log)
     if view:
         pbrg.open(log).view()
         return 0

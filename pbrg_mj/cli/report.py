@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 import pbrg_mj as pbrg
+from pbrg_mj.api.files import check_logs
 
 
 def report(
@@ -15,4 +16,5 @@ def report(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="REPORT", help="REPORT.html.")],
 ) -> None:
     """Write one self-contained page: numbers, figures, a video seen from above, the scenario."""
+    check_logs(*logs)
     pbrg.report(logs, output)

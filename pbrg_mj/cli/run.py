@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import pbrg_mj as pbrg
+from pbrg_mj.api.files import log_path
 from pbrg_mj.cli.arguments import Duration, Force, Overrides, ScenarioName, ignore_mujoco_gl
 from pbrg_mj.cli.console import emit, emit_json, note
 from pbrg_mj.cli.progress import progress
@@ -43,18 +44,19 @@ def run(
 ) -> int:
     """Run a scenario headlessly and write its log. Exit code 1 when it was violated or diverged."""
     ignore_mujoco_gl()
-    from pbrg_mj.api.profile import Profile
-    from pbrg_mj.api.simulate import log_path, record, robots_apart
-
+    wait, path = pacer(pace), output and log_path(output, force=force)  # what is wrong here need not wait for imports
     loaded = pbrg.load(scenario, overrides or (), seed=seed, duration=duration)
-    path = log_path(output or f"{loaded.name.rsplit('/', 1)[-1]}.mcap", force=force)
+    path = path or log_path(f"{loaded.name.rsplit('/', 1)[-1]}.mcap", force=force)
+    from pbrg_mj.api.profile import Profile
+    from pbrg_mj.api.simulate import record, robots_apart
+
     for line in loaded.warnings():
         note(f"warning: {line}")
     spent = Profile() if profile else None
     try:
         with (
             robots_apart(loaded, listen) if processes or listen else nullcontext() as robots,
-            _viewers(loaded, live=live, port=port, pace=pace, show=not quiet) as watch,
+            _viewers(loaded, wait, live=live, port=port, show=not quiet) as watch,
         ):
             if robots is not None and listen:
                 note(f"waiting for robots 1 to {loaded.settings.robots} at {robots.mailbox.address}")
@@ -70,10 +72,9 @@ def run(
 
 @contextmanager
 def _viewers(
-    loaded: Scenario, *, live: bool, port: int, pace: float | None, show: bool
+    loaded: Scenario, wait: Callable[[TickRecord], None], *, live: bool, port: int, show: bool
 ) -> Iterator[list[Callable[[TickRecord], object]]]:
     """Give what is to see every record after the log: progress, who waits for the clock, a live server."""
-    wait = pacer(pace)
     if live:
         with pbrg.serve(loaded, port) as serve:
             note(f"live at {serve.address}")

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 import pbrg_mj as pbrg
+from pbrg_mj.api.files import check_study_file
 from pbrg_mj.cli.arguments import ignore_mujoco_gl
 from pbrg_mj.cli.console import emit, emit_json
 from pbrg_mj.cli.study import Json, Study, StudyFolder, with_study_options
@@ -25,6 +26,7 @@ def sweep(
 
     A run that fails is a row of the table.
     """
+    check_study_file(file)
     ignore_mujoco_gl()
     made = study(pbrg.sweep, file, output)
     if json:

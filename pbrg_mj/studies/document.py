@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
+from pbrg_mj.api.files import check_study_file
 from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.diagnostics import KeyPath, dotted_key, yaml_text
 from pbrg_mj.scenario.families.checks import check_distributions
@@ -43,8 +44,7 @@ class StudyFile(Generic[Keys]):
 def read_study(path: str | Path, kind: type[Keys]) -> StudyFile[Keys]:
     """Return the file's keys. Raises InputError."""
     path = Path(path)
-    if not path.is_file():
-        raise InputError("is not there" if not path.exists() else "is no file", file=str(path))
+    check_study_file(path)
     text, file = read_text(path), str(path)
     document = read_document(text, file)
     if not isinstance(document.data, dict):

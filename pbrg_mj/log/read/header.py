@@ -12,11 +12,11 @@ from mcap.records import Attachment, Metadata
 
 from pbrg_mj.counts import counted
 from pbrg_mj.errors import InputError
+from pbrg_mj.log.read.existing import check_exists
 from pbrg_mj.log.read.mcap_records import MAGIC
 from pbrg_mj.log.schema import channels
 from pbrg_mj.log.schema.ending import Ending
 from pbrg_mj.log.schema.fields import SCHEMA_VERSION, Dims
-from pbrg_mj.log.write.log_file import partial_path
 from pbrg_mj.log.write.provenance import CENTRALIZED, PROCESSES
 from pbrg_mj.plugins import is_centralized
 from pbrg_mj.scenario.load import parse_scenario
@@ -122,12 +122,7 @@ def open_mcap(path: Path) -> Iterator[tuple[BinaryIO, int]]:
 
     Raises InputError when there is no such file, it cannot be read, or it is not an MCAP file.
     """
-    if not path.exists():
-        partial = partial_path(path)
-        kept = f"; what a run that was killed, or goes on, has written is in {partial}: see `pbrg repair`"
-        raise InputError(f"there is no such file{kept if partial.is_file() else ''}", file=str(path))
-    if not path.is_file():
-        raise InputError("this is not a file but a folder or a device; give a log", file=str(path))
+    check_exists(path)
     try:
         file = path.open("rb")
     except OSError as error:

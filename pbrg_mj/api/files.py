@@ -1,0 +1,38 @@
+"""Files that users name, checked at once: nothing that takes long is imported or computed before."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pbrg_mj.analysis.output_file import by_suffix
+from pbrg_mj.errors import InputError
+from pbrg_mj.log.read.existing import check_exists
+from pbrg_mj.log.write.log_file import check_writable
+
+
+def log_path(path: str | Path, *, force: bool) -> Path:
+    """Return the path of a log to write. Raises InputError when it is not .mcap, or may not or cannot be written."""
+    path = Path(path)
+    if path.suffix != ".mcap":
+        raise InputError("a log's name ends in .mcap", file=str(path))
+    check_writable(path, force=force)
+    return path
+
+
+def check_logs(*logs: str | Path) -> None:
+    """Raise InputError for the first log that is not there, or is no file."""
+    for log in logs:
+        check_exists(Path(log))
+
+
+def check_study_file(path: str | Path) -> None:
+    """Raise InputError when the file of a study is not there, or is no file."""
+    path = Path(path)
+    if not path.is_file():
+        raise InputError("is not there" if not path.exists() else "is no file", file=str(path))
+
+
+def check_arrays(path: str | Path, *, force: bool) -> None:
+    """Raise InputError when a batch's arrays may not or cannot be written here, or the name does not end in .npz."""
+    by_suffix(Path(path), {".npz": None})
+    check_writable(Path(path), force=force)

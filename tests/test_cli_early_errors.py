@@ -1,0 +1,71 @@
+"""What a user got wrong is told before anything slow: none of these command lines imports the simulator's libraries."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+RUN, BATCH = ("run", "paper/experiment_near"), ("batch", "paper/experiment_near")
+WRONG = {
+    ("run", "paper/experiment_near", "--duration", "0.1", "--output", "r"): "r: a log's name ends in .mcap",
+    (*RUN, "-o", "there.mcap"): "there.mcap: exists; --force",
+    (*RUN, "-o", "nowhere/r.mcap"): "cannot write nowhere/r.mcap: there is no folder nowhere",
+    (*RUN, "--pace", "-1"): "--pace is -1",
+    (*BATCH, "--seeds", "x"): "--seeds is 'x'",
+    (*BATCH, "-o", "r.txt"): "r.txt: the name ends in '.txt'; allowed: .npz",
+    (*BATCH, "-o", "there.npz"): "there.npz: exists; --force",
+    ("compare", "there.mcap", "nosuch.mcap"): "nosuch.mcap: there is no such file",
+    ("export", "nosuch.mcap", "-o", "r.npz"): "nosuch.mcap: there is no such file",
+    ("plot", "nosuch.mcap", "-o", "r.png"): "nosuch.mcap: there is no such file",
+    ("render", "nosuch.mcap", "-o", "r.mp4"): "nosuch.mcap: there is no such file",
+    ("report", "nosuch.mcap", "-o", "r.html"): "nosuch.mcap: there is no such file",
+    ("replay", "nosuch.mcap", "--verify"): "nosuch.mcap: there is no such file",
+    ("repair", "nosuch.mcap", "-o", "r.mcap"): "nosuch.mcap: there is no such file",
+    ("sweep", "nosuch.yaml", "-o", "r"): "nosuch.yaml: is not there",
+    ("tune", "nosuch.yaml", "-o", "r"): "nosuch.yaml: is not there",
+    ("falsify", "paper/experiment_near", "--search", "nosuch.yaml", "-o", "r"): "nosuch.yaml: is not there",
+}
+SLOW = ("numpy", "scipy", "numba", "mujoco", "mcap", "cvxpy")
+CODE = f"""
+import contextlib, io, json, sys
+sys.modules.update(dict.fromkeys({SLOW!r}))  # each import of one raises ImportError
+from pbrg_mj.cli.main import main
+told = []
+for arguments in json.load(sys.stdin):
+    with contextlib.redirect_stderr(io.StringIO()) as errors:
+        told.append((main(arguments), errors.getvalue()))
+print(json.dumps(told))
+"""
+
+
+@pytest.fixture(scope="module")
+def told(tmp_path_factory) -> dict[tuple[str, ...], tuple[int, str]]:
+    folder = tmp_path_factory.mktemp("early")
+    for name in ("there.mcap", "there.npz"):
+        (folder / name).touch()
+    given = json.dumps([list(arguments) for arguments in WRONG])
+    done = subprocess.run(
+        [sys.executable, "-c", CODE], input=given, capture_output=True, text=True, check=True, cwd=folder
+    )
+    assert {path.name for path in folder.iterdir()} == {"there.mcap", "there.npz"}
+    return {arguments: tuple(one) for arguments, one in zip(WRONG, json.loads(done.stdout), strict=True)}
+
+
+@pytest.mark.parametrize("arguments", WRONG, ids=" ".join)
+def test_what_is_wrong_is_told_before_anything_slow_is_imported(told, arguments):
+    code, errors = told[arguments]
+    assert errors.startswith(f"error: {WRONG[arguments]}")
+    assert errors.count("\n") == 1
+    assert code == 2
+
+
+def test_a_scenario_is_checked_before_the_simulator_is_imported(tmp_path):
+    code = (
+        "import sys; sys.modules['mujoco'] = None; from pbrg_mj.cli.main import main; "
+        "assert main(['run', 'paper/experiment_near', '--seed', '-1']) == 2; "
+        "assert main(['run', 'paper/nosuch']) == 2"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, cwd=tmp_path)

@@ -5,6 +5,7 @@ from pbrg_mj.analysis.metrics.outcome import formation_error, net_speed, outcome
 from tests.runs import resting, run, scenario, walled
 
 STEPS = 21  # of 0.5 s
+NOT_CONVEX = "the formation at r meets an obstacle, and what is free beside obstacles is not convex"
 
 
 def hands(plan, offset):
@@ -140,6 +141,16 @@ def test_a_moving_team_without_target_is_measured_from_r_and_says_why():
     assert found.word == "receding"
     assert found.reason is not None
     assert found.reason.startswith("at 1e+02 mm/s, 2 m short; the formation at r meets an obstacle")
+
+
+@pytest.mark.parametrize(("off", "told"), [(0.0499, ", at the governed m; "), (0.0501, "; ")])
+def test_before_a_wall_a_team_at_its_governed_reference_says_so(off, told):
+    box = {"center": (1.0, 0.0), "size": (0.5, 0.5)}
+    plan = scenario(plant="physics", world={"boxes": (box,)}, estimator={"scope": "own"})
+    q = np.full((STEPS, 2, 2), (-1.0, 0.0)) + np.array(plan.team.formation)
+    m = np.full((STEPS, 2, 2), (-1.0 - off, 0.0))
+    found = outcome(run(plan, ticks={"hand_true": q, "m": m}))
+    assert (found.word, found.reason) == ("stuck", f"2 m short{told}{NOT_CONVEX}")
 
 
 def test_the_trend_begins_with_the_last_reference():

@@ -138,6 +138,8 @@ def _ended(run: Run) -> Outcome:
     told = _words(word, found, float(distance[-1]))
     if found.arrival <= time[-1]:
         told = f"there for less than {rules.rest_time:g} s"
+    elif word == "stuck" and best.point is None and at_governed_reference(run, recent):
+        told += ", at the governed m"
     reason = "; ".join(filter(None, (told, best.reason)))
     return Outcome(word, reason, trend=found)
 
@@ -168,6 +170,12 @@ def _words(word: Word, found: Trend, distance: float) -> str:
         return f"{speed}, levelling off {found.limit:.2g} m short"
     steady = " at this speed" if np.isnan(found.limit) else ""
     return f"{speed}, there at {found.arrival:.4g} s{steady}"
+
+
+def at_governed_reference(run: Run, ticks: slice) -> bool:
+    """Tell whether every robot is within `outcome.tolerance` of its place m_j + b_j at all these ticks."""
+    off = run.ticks.hand_true[ticks] - run.ticks.m[ticks] - np.array(run.scenario.team.formation)
+    return bool(np.all(np.linalg.norm(off, axis=-1) <= run.scenario.outcome.tolerance))
 
 
 def net_speed(hand: np.ndarray, time: np.ndarray) -> np.ndarray:

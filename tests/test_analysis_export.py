@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.io import loadmat
 
+from pbrg_mj.analysis import export as exporting
 from pbrg_mj.analysis.export import RunArrays, export
 from pbrg_mj.analysis.figures.figure import plot
 from pbrg_mj.analysis.series import series
@@ -39,7 +40,10 @@ def test_npz_holds_every_array_bit_for_bit(tmp_path):
         assert str(file["scenario_yaml"]) == "seed: 1\n"
 
 
-def test_mat_holds_every_number_bit_for_bit(tmp_path):
+@pytest.mark.parametrize("block", [0, 2**20])
+def test_mat_holds_every_number_bit_for_bit(tmp_path, monkeypatch, block):
+    """Also where arrays count as large, and are written in columns."""
+    monkeypatch.setattr(exporting, "MAT_BLOCK", block)
     made = varied()
     export(made, tmp_path / "run.mat")
     file = loadmat(tmp_path / "run.mat")

@@ -77,8 +77,11 @@ def test_a_copy_in_another_process_holds_its_columns(both: tuple[Run, Run]) -> N
 
 
 @pytest.mark.parametrize("suffix", [".npz", ".mat", ".csv"])
-def test_files_are_those_that_whole_arrays_make(both: tuple[Run, Run], tmp_path: Path, suffix: str) -> None:
+def test_files_are_those_that_whole_arrays_make(
+    both: tuple[Run, Run], tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     held, stored = both
+    monkeypatch.setattr("pbrg_mj.analysis.export.MAT_BLOCK", 0)  # all arrays are written in columns
     path = pbrg.Run(stored).export(tmp_path / f"stored{suffix}")
     other, arrays = tmp_path / f"other{suffix}", dict(RunArrays(held))
     if suffix == ".npz":

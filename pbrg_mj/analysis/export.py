@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import csv
-import os
 import struct
-import tempfile
 import zipfile
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
+from io import BytesIO
 from itertools import chain
 from pathlib import Path
 from typing import BinaryIO
@@ -28,7 +27,9 @@ MAT_HEADER_LENGTH = 116  # free text at the start of a MAT-file, bytes
 MAT_FLAGS_LENGTH = 12  # behind it
 MAT_TAG = struct.Struct("=II")  # before every element: its type, and its length in bytes
 MAT_COMPRESSED = 15  # the type of an element that holds another one, compressed
-MAT_BLOCK = 2**20
+MAT_DOUBLES = 9  # the type of numbers
+MAT_LENGTH_AT = 32  # where an array's element has the length of its first axis, behind tag, flags and a tag
+MAT_BLOCK = 2**20  # bytes of an array that is written in columns
 
 
 def export(run: Run, path: Path) -> None:
@@ -77,23 +78,43 @@ def _write_npz(run: Run, path: Path) -> None:
 
 
 def _write_mat(run: Run, path: Path) -> None:
-    """Write what `scipy.io.savemat` would with compression, which holds an array four times to compress it."""
-    with tempfile.TemporaryFile(dir=path.parent) as plain, path.open("wb") as file:
-        savemat(plain, RunArrays(run), oned_as="column")  # pyright: ignore[reportArgumentType]
-        plain.seek(MAT_HEADER_LENGTH)
-        # savemat puts the date into the free text; the same run shall give the same bytes.
-        file.write(MAT_HEADER.ljust(MAT_HEADER_LENGTH) + plain.read(MAT_FLAGS_LENGTH))
-        while tag := plain.read(MAT_TAG.size):
-            plain.seek(-MAT_TAG.size, os.SEEK_CUR)
-            _compress(plain, MAT_TAG.size + MAT_TAG.unpack(tag)[1], file)
+    """Write what `scipy.io.savemat` would with compression, an array at a time."""
+    with path.open("wb") as file:
+        for name, values in RunArrays(run).items():
+            head, pieces = _mat_element(name, values)
+            if not file.tell():
+                # savemat puts the date into the free text; the same run shall give the same bytes.
+                file.write(MAT_HEADER.ljust(MAT_HEADER_LENGTH) + head[MAT_HEADER_LENGTH:])
+            _compress(pieces, file)
 
 
-def _compress(plain: BinaryIO, size: int, file: BinaryIO) -> None:
-    """Write the next `size` bytes of a MAT-file, an array with its tag, as a compressed element."""
+def _mat_element(name: str, values: np.ndarray) -> tuple[bytes, Iterable[bytes]]:
+    """Return a MAT-file's header, and an array as its element, in pieces: those of a large one are columns.
+
+    MATLAB has the first axis run fastest, so that savemat holds such an array three times.
+    """
+    large = values.dtype == np.float64 and values.ndim > 1 and values.nbytes > MAT_BLOCK
+    plain = BytesIO()
+    savemat(plain, {name: values[:1] if large else values}, oned_as="column")
+    whole = plain.getvalue()
+    head, element = whole[: MAT_HEADER_LENGTH + MAT_FLAGS_LENGTH], whole[MAT_HEADER_LENGTH + MAT_FLAGS_LENGTH :]
+    if not large:
+        return head, [element]
+    before = element[: -values[:1].nbytes - MAT_TAG.size]  # all but the numbers and their tag
+    kind, size = MAT_TAG.unpack_from(before)
+    lines = bytearray(before)
+    MAT_TAG.pack_into(lines, 0, kind, size - values[:1].nbytes + values.nbytes)
+    struct.pack_into("=i", lines, MAT_LENGTH_AT, len(values))
+    columns = (np.ascontiguousarray(values[(slice(None), *at[::-1])]) for at in np.ndindex(values.shape[:0:-1]))
+    return head, chain([bytes(lines), MAT_TAG.pack(MAT_DOUBLES, values.nbytes)], (one.tobytes() for one in columns))
+
+
+def _compress(pieces: Iterable[bytes], file: BinaryIO) -> None:
+    """Write an array of a MAT-file, with its tag, as a compressed element."""
     start, compressor = file.tell(), zlib.compressobj()
     file.write(bytes(MAT_TAG.size))
-    for first in range(0, size, MAT_BLOCK):
-        file.write(compressor.compress(plain.read(min(MAT_BLOCK, size - first))))
+    for piece in pieces:
+        file.write(compressor.compress(piece))
     file.write(compressor.flush())
     end = file.tell()
     file.seek(start)

@@ -40,6 +40,64 @@ def test_gymnasium_accepts_half_spaces_and_scans() -> None:
     check_env(TeamEnv(PHYSICS, observations="scans"), skip_render_check=True)
 
 
+WRONG_ACTIONS = {
+    "not finite": [np.array([np.nan, 0.0]), np.array([0.0, np.inf])],
+    "shape": [np.zeros(1), np.zeros(4), np.zeros((2, 2)), np.zeros(0), 0.5],
+    "no array of numbers": ["left", None, np.array(["a", "b"]), [[0.0], [0.0, 1.0]], np.array([{}, {}])],
+}
+
+
+@pytest.mark.parametrize("said", WRONG_ACTIONS)
+def test_wrong_actions_are_one_line_and_change_nothing(said: str) -> None:
+    alone, several = TeamEnv(IDEAL), parallel_env(IDEAL)
+    alone.reset(seed=3)
+    several.reset(seed=3)
+    for action in WRONG_ACTIONS[said]:
+        if action is not None:
+            with pytest.raises(pbrg.InputError, match=said):
+                alone.step(action)  # type: ignore[arg-type]
+            with pytest.raises(pbrg.InputError, match=said):
+                several.step({several.agents[0]: action})  # type: ignore[dict-item]
+    fresh = TeamEnv(IDEAL)
+    fresh.reset(seed=3)
+    expected = fresh.step(np.array([0.5, 0.25]))[0]
+    np.testing.assert_array_equal(alone.step(np.array([0.5, 0.25]))[0], expected)
+
+
+def test_no_step_is_taken_before_reset_after_the_end_or_after_close() -> None:
+    alone, several, worlds = TeamEnv(IDEAL), parallel_env(IDEAL), TeamVectorEnv(PHYSICS, 2, threads=1)
+    still, nobody = np.zeros(2), pytest.raises(pbrg.InputError, match="no episode is under way; call reset first")
+    with nobody:
+        alone.step(still)
+    with nobody:
+        several.step({"robot_5": still})
+    with nobody:
+        worlds.step(np.zeros((2, 2)))
+    alone.reset(seed=1)
+    while not any(alone.step(still)[2:4]):
+        pass
+    with nobody:
+        alone.step(still)
+    for env in (alone, several, worlds):
+        env.reset(seed=1)
+        env.close()
+        with nobody:
+            env.step({"robot_5": still} if env is several else still)  # type: ignore[arg-type]
+
+
+def test_wrong_seeds_are_one_line() -> None:
+    worlds = TeamVectorEnv(PHYSICS, 2, threads=1)
+    for env in (TeamEnv(IDEAL), parallel_env(IDEAL), worlds):
+        for seed in (-1, 0.5, "x"):
+            with pytest.raises(pbrg.InputError, match="seed: "):
+                env.reset(seed=[seed, 1] if env is worlds else seed)  # type: ignore[arg-type]
+    with pytest.raises(pbrg.InputError, match="seed: are 3; allowed: one, or 2"):
+        worlds.reset(seed=[1, 2, 3])
+    assert worlds.reset(seed=np.int64(4))[1]["seed"].tolist() == [4, 5]  # type: ignore[arg-type]
+    with pytest.raises(pbrg.InputError, match=r"shape \(2, 3\); allowed: 4 numbers"):
+        worlds.step(np.zeros((2, 3)))
+
+
 @pytest.mark.parametrize("kind", ["distributed", "certified"])
 @pytest.mark.parametrize("scenario", [IDEAL, PHYSICS], ids=["ideal", "physics"])
 def test_asking_for_the_operators_reference_is_the_run(scenario: pbrg.Scenario, kind: str) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from pbrg_mj.environments.observation import Layout
 from pbrg_mj.environments.options import Options
 from pbrg_mj.environments.reward import Step
-from pbrg_mj.errors import PlugInError
+from pbrg_mj.errors import InputError, PlugInError
 from pbrg_mj.loop.closed_loop import ClosedLoop
 from pbrg_mj.loop.tick import govern_and_command, initial_state, sense_and_perceive
 from pbrg_mj.loop.tick_data import ControlTick, ExternalCommand
@@ -26,6 +26,19 @@ class TrueState(NamedTuple):
     wall_contact: np.ndarray
     moving_contact: np.ndarray
     robot_contact: np.ndarray
+
+
+def finite_actions(actions: Any, agents: int) -> np.ndarray:
+    """Return actions as (agents, 2). Raises InputError for what are not as many finite numbers."""
+    try:
+        numbers = np.asarray(actions, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError("an action is no array of numbers") from None
+    if numbers.size != 2 * agents:
+        raise InputError(f"an action has the shape {numbers.shape}; allowed: {2 * agents} numbers")
+    if not np.isfinite(numbers).all():
+        raise InputError("an action is not finite; allowed: numbers from -1 to 1")
+    return numbers.reshape(agents, 2)
 
 
 class Episode:
@@ -64,9 +77,12 @@ class Episode:
         loop = self._loop
         return self.layout.observations(loop.scenario, loop.network, self._sensed, self._state.xi)[list(self.acting)]
 
-    def act(self, actions: np.ndarray) -> None:
-        """Take the acting robots' actions, (agents, 2), for the ticks to come; those beyond [-1, 1] are clipped."""
-        options, wanted = self._options, np.clip(np.asarray(actions, dtype=float), -1.0, 1.0)
+    def act(self, actions: Any) -> None:
+        """Take the acting robots' actions, (agents, 2), for the ticks to come; those beyond [-1, 1] are clipped.
+
+        Raises InputError for what are not as many finite numbers.
+        """
+        options, wanted = self._options, np.clip(finite_actions(actions, len(self.acting)), -1.0, 1.0)
         if options.actions == "velocities":
             self.take_command(ExternalCommand(velocity=options.speed * wanted))
         else:

@@ -62,7 +62,7 @@ class TeamParallelEnv(ParallelEnv):
             raise InputError("no episode is under way; call reset first")
         if missing := [one for one in self.agents if one not in actions]:
             raise InputError(f"there is no action of {', '.join(missing)}")
-        step = advance(episode, np.array([actions[one] for one in self.agents], dtype=float))
+        step = advance(episode, [actions[one] for one in self.agents])
         ended, acted = step.ended, self.agents
         rewards = self._by_agent(episode.rewards(step).tolist())
         terminated, truncated = dict.fromkeys(acted, ended), dict.fromkeys(acted, episode.timed_out and not ended)

@@ -38,8 +38,8 @@ class TeamEnv(gymnasium.Env):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """Begin the episode of a seed, or of the next one drawn; return observation and info."""
-        super().reset(seed=seed)
         number = self._worlds.next_seed(seed)
+        super().reset(seed=seed)
         self._episode = self._worlds.episode(number)
         return self._episode.observations().ravel(), {"seed": number}
 
@@ -48,6 +48,12 @@ class TeamEnv(gymnasium.Env):
         episode = self._episode
         if episode is None:
             raise InputError("no episode is under way; call reset first")
-        step = advance(episode, np.asarray(action).reshape(-1, 2))
+        step = advance(episode, action)
         reward, told = float(episode.rewards(step).mean()), dict(episode.info(step))
+        if step.ended or episode.timed_out:
+            self._episode = None
         return episode.observations().ravel(), reward, step.ended, episode.timed_out and not step.ended, told
+
+    def close(self) -> None:
+        """Let go of the world."""
+        self._episode = None

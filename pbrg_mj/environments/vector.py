@@ -14,7 +14,7 @@ from gymnasium.vector.utils import batch_space
 
 from pbrg_mj.api.scenario import Scenario
 from pbrg_mj.environments.batch_worlds import BatchWorlds
-from pbrg_mj.environments.episode import Episode
+from pbrg_mj.environments.episode import Episode, finite_actions
 from pbrg_mj.environments.observation import LIMIT
 from pbrg_mj.environments.options import Options
 from pbrg_mj.environments.worlds import Worlds
@@ -61,8 +61,12 @@ class TeamVectorEnv(VectorEnv):
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """Begin an episode in every world: of the seeds given, of `seed` and those after it, or of seeds drawn."""
-        given = [seed + world for world in range(self.num_envs)] if isinstance(seed, int) else seed
-        seeds = [self._worlds.next_seed(one) for one in given or [None] * self.num_envs]
+        if isinstance(seed, int | np.integer):
+            seed = [seed + world for world in range(self.num_envs)]  # pyright: ignore[reportAssignmentType]
+        given = seed or [None] * self.num_envs
+        if len(given) != self.num_envs:
+            raise InputError(f"are {len(given)}; allowed: one, or {self.num_envs}", key="seed")
+        seeds = [self._worlds.next_seed(one) for one in given]
         self._batch = BatchWorlds(self._worlds.first.loop, self.num_envs, self._threads)
         loops = (self._batch.loop(world, self._worlds.settings(one)) for world, one in enumerate(seeds))
         self._episodes = [Episode(loop, self._worlds.options) for loop in loops]
@@ -74,7 +78,8 @@ class TeamVectorEnv(VectorEnv):
         going = np.flatnonzero(~self._ended).tolist()
         if self._over or not going:
             raise InputError("no episode is under way; call reset first")
-        wanted = np.asarray(actions, dtype=float).reshape(self.num_envs, -1, 2)
+        agents = len(self._worlds.acting)
+        wanted = finite_actions(actions, self.num_envs * agents).reshape(self.num_envs, agents, 2)
         for world in going:
             self._episodes[world].act(wanted[world])
         for _ in range(self._episodes[going[0]].ticks_held):
@@ -89,6 +94,10 @@ class TeamVectorEnv(VectorEnv):
         self._over = self._episodes[going[0]].timed_out
         truncated = self._over & ~self._ended
         return self._observations(), rewards, self._ended.copy(), truncated, {"wall_margin_m": margins}
+
+    def close_extras(self, **_: Any) -> None:
+        """Let go of the worlds."""
+        self._episodes, self._over = [], True
 
     def _observations(self) -> np.ndarray:
         return np.stack([one.observations().ravel() for one in self._episodes])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -29,10 +30,15 @@ class Worlds:
         self.acting, self.layout = self.first.acting, self.first.layout
 
     def next_seed(self, seed: int | None) -> int:
-        """Return the seed given, or the next one drawn; a seed given is where drawing goes on from."""
+        """Return the seed given, or the next one drawn; a seed given is where drawing goes on from.
+
+        Raises InputError for one that is no whole number from 0.
+        """
         if seed is not None:
+            if not isinstance(seed, int | np.integer) or seed < 0:
+                raise InputError(f"is {seed!r}; allowed: whole numbers from 0", key="seed")
             self._random = np.random.default_rng(seed)
-            return seed
+            return int(seed)
         return int(self._random.integers(LARGEST_SEED))
 
     def episode(self, seed: int) -> Episode:
@@ -57,7 +63,7 @@ class Worlds:
         return Episode(Simulation.build(_without_optimum(settings)).loop, self.options)
 
 
-def advance(episode: Episode, actions: np.ndarray) -> Step:
+def advance(episode: Episode, actions: Any) -> Step:
     """Let the next step of an episode pass in its own world, and return what came of it."""
     episode.act(actions)
     world = episode.loop.world

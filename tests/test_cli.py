@@ -31,10 +31,18 @@ operator: {reference: [1, 0]}
 """
 
 
+class PlantedRuns(dict):
+    """Runs by the names of log files, which are there and empty."""
+
+    def __setitem__(self, name, planted):
+        Path(name).touch()
+        super().__setitem__(name, planted)
+
+
 @pytest.fixture
 def logs(monkeypatch, tmp_path):
     """Planted runs in place of log files, by name."""
-    found = {}
+    found = PlantedRuns()
     monkeypatch.setattr(reader, "open_run", lambda path: replaced(found[Path(path).name], path=str(path)))
     monkeypatch.setattr(api_logs, "log_metrics", lambda path: metrics(reader.open_run(path)))
     monkeypatch.setattr(api_logs, "open_reduced", lambda path, _: (reader.open_run(path),) * 2)

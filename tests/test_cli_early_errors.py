@@ -22,6 +22,9 @@ WRONG = {
     ("plot", "nosuch.mcap", "-o", "r.png"): "nosuch.mcap: there is no such file",
     ("render", "nosuch.mcap", "-o", "r.mp4"): "nosuch.mcap: there is no such file",
     ("report", "nosuch.mcap", "-o", "r.html"): "nosuch.mcap: there is no such file",
+    ("export", "there.mcap", "-o", "r.xlsx"): "r.xlsx: the name ends in '.xlsx'; allowed: .npz, .mat, .csv",
+    ("plot", "there.mcap", "-o", "r.gif"): "r.gif: the name ends in '.gif'; allowed: .pdf, .png, .svg",
+    ("report", "there.mcap", "-o", "r.txt"): "r.txt: the name ends in '.txt'; allowed: .html, .htm",
     ("replay", "nosuch.mcap", "--verify"): "nosuch.mcap: there is no such file",
     ("repair", "nosuch.mcap", "-o", "r.mcap"): "nosuch.mcap: there is no such file",
     ("sweep", "nosuch.yaml", "-o", "r"): "nosuch.yaml: is not there",
@@ -69,3 +72,14 @@ def test_a_scenario_is_checked_before_the_simulator_is_imported(tmp_path):
         "assert main(['run', 'paper/nosuch']) == 2"
     )
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, cwd=tmp_path)
+
+
+def test_the_names_that_are_checked_early_are_those_that_are_written():
+    from pbrg_mj.analysis import export
+    from pbrg_mj.analysis.figures import figure
+    from pbrg_mj.analysis.report import page
+    from pbrg_mj.api import files
+
+    assert tuple(export.WRITERS) == files.ARRAYS
+    assert tuple(figure.METADATA) == files.FIGURES
+    assert tuple(page.SUFFIXES) == files.PAGES

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pbrg_mj.analysis.output_file import by_suffix
+from pbrg_mj.analysis.output_file import by_suffix, check_place
 from pbrg_mj.errors import InputError
 from pbrg_mj.log.read.existing import check_exists
 from pbrg_mj.log.write.log_file import check_writable
+
+ARRAYS = (".npz", ".mat", ".csv")
+FIGURES = (".pdf", ".png", ".svg")
+PAGES = (".html", ".htm")
 
 
 def log_path(path: str | Path, *, force: bool) -> Path:
@@ -17,6 +21,12 @@ def log_path(path: str | Path, *, force: bool) -> Path:
         raise InputError("a log's name ends in .mcap", file=str(path))
     check_writable(path, force=force)
     return path
+
+
+def check_output(path: str | Path, suffixes: tuple[str, ...]) -> None:
+    """Raise InputError for a name that ends in none of the suffixes, and where no file can be made."""
+    by_suffix(Path(path), dict.fromkeys(suffixes))
+    check_place(Path(path))
 
 
 def check_logs(*logs: str | Path) -> None:

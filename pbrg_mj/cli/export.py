@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from pbrg_mj.api.files import check_logs
+from pbrg_mj.api.files import ARRAYS, check_logs, check_output
 from pbrg_mj.cli.arguments import Log
 
 
@@ -16,6 +16,7 @@ def export(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="OUT", help="OUT.npz, OUT.mat or OUT.csv.")],
 ) -> None:
     """Write a log's time series for NumPy, MATLAB or pandas."""
+    check_output(output, ARRAYS)
     check_logs(log)
     from pbrg_mj.api.logs import export_log
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from pbrg_mj.api.files import check_logs
+from pbrg_mj.api.files import FIGURES, check_logs, check_output
 from pbrg_mj.cli.arguments import Log
 
 PAPER = "trajectories,references"
@@ -21,6 +21,7 @@ def plot(
     ] = PAPER,
 ) -> None:
     """Draw the paper's two figures, trajectories with the line and references over time, or other panels."""
+    check_output(output, FIGURES)
     check_logs(log)
     from pbrg_mj.api.logs import plot_log
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 import pbrg_mj as pbrg
-from pbrg_mj.api.files import check_logs
+from pbrg_mj.api.files import PAGES, check_logs, check_output
 
 
 def report(
@@ -16,5 +16,6 @@ def report(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="REPORT", help="REPORT.html.")],
 ) -> None:
     """Write one self-contained page: numbers, figures, a video seen from above, the scenario."""
+    check_output(output, PAGES)
     check_logs(*logs)
     pbrg.report(logs, output)

@@ -1,5 +1,6 @@
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -213,6 +214,8 @@ def test_panels_are_chosen_on_the_command_line(tmp_path, monkeypatch, capsys):
     from pbrg_mj.analysis.figures import figure
     from pbrg_mj.api import logs as api_logs
 
+    monkeypatch.chdir(tmp_path)
+    Path("a.mcap").touch()
     drawn_panels = []
     monkeypatch.setattr(api_logs, "open_reduced", lambda path, quantities: (run(), run()))
     monkeypatch.setattr(api_logs, "plot", lambda run, path, panels: drawn_panels.append(panels))

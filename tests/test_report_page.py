@@ -154,19 +154,22 @@ def test_a_diverged_run_and_a_run_of_one_tick_can_be_shown():
     assert len(made(run(walled(), ticks=first))) > 10_000
 
 
+LOGS = ("a.mcap", "b.mcap")
+
+
 @pytest.fixture
 def logs(monkeypatch, tmp_path):
+    """Planted runs in place of log files, which are there and empty."""
     monkeypatch.setattr(api_logs, "report_log", lambda path, runs: report_run(replaced(run(), path=str(path)), runs))
     monkeypatch.chdir(tmp_path)
+    for name in LOGS:
+        (tmp_path / name).touch()
     return tmp_path
 
 
 def test_the_command_writes_one_page_of_all_logs(logs, capsys):
-    assert main(["report", "a.mcap", "b.mcap", "-o", "out.html"]) == 0
-    assert [video["log"] for video in json.loads(Parsed((logs / "out.html").read_text()).text("script")[0])] == [
-        "a.mcap",
-        "b.mcap",
-    ]
+    assert main(["report", *LOGS, "-o", "out.html"]) == 0
+    assert [video["log"] for video in json.loads(Parsed((logs / "out.html").read_text()).text("script")[0])] == [*LOGS]
     assert capsys.readouterr() == ("", "")
 
 
@@ -177,7 +180,7 @@ def test_a_wrong_name_or_place_is_one_line_and_exit_code_2(logs, capsys, output,
     assert told.startswith("error: ")
     assert says in told
     assert told.count("\n") == 1
-    assert not list(logs.iterdir())
+    assert sorted(path.name for path in logs.iterdir()) == [*LOGS]
 
 
 def test_a_wheel_holds_all_that_the_page_is_made_of(tmp_path):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -158,9 +160,11 @@ def test_a_log_cut_anywhere_films_what_whole_chunks_hold(draws, log, tmp_path, c
 @pytest.mark.render
 def test_a_model_that_does_not_compile_is_one_line_and_no_file(draws, monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(reader, "open_run", lambda path: run(model_xml="<mujoco><no/></mujoco>"))
-    assert main(["render", "run.mcap", "-o", str(tmp_path / "a.png"), "--hide", "beams"]) == 2
+    monkeypatch.chdir(tmp_path)
+    Path("run.mcap").touch()
+    assert main(["render", "run.mcap", "-o", "a.png", "--hide", "beams"]) == 2
     assert "the embedded model cannot be compiled" in capsys.readouterr().err
-    assert not list(tmp_path.iterdir())
+    assert [path.name for path in tmp_path.iterdir()] == ["run.mcap"]
 
 
 def test_scans_lie_on_the_wall_where_they_were_taken(log):
@@ -200,18 +204,20 @@ def test_wrong_arguments_are_one_line_and_no_file(arguments, says, monkeypatch, 
     monkeypatch.setattr(reader, "open_run", lambda path: run())
     monkeypatch.setattr(render, "working_backend", lambda: "egl")
     monkeypatch.chdir(tmp_path)
+    Path("run.mcap").touch()
     assert main(["render", "run.mcap", *arguments]) == 2
     said = capsys.readouterr().err
     assert said.startswith("error: ") and said.count("\n") == 1 and says in said
-    assert not list(tmp_path.iterdir())
+    assert [path.name for path in tmp_path.iterdir()] == ["run.mcap"]
 
 
 def test_without_gl_one_line_says_what_to_install(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(reader, "open_run", lambda path: run())
     monkeypatch.setattr(gl, "PROBE", "import sys; sys.exit('no library')")
     monkeypatch.chdir(tmp_path)
+    Path("run.mcap").touch()
     assert main(["render", "run.mcap", "-o", "a.mp4", "--hide", "beams"]) == 2
     said = capsys.readouterr().err
     assert said.count("\n") == 1
     assert "apt install libegl1 libgl1, or apt install libosmesa6" in said
-    assert not list(tmp_path.iterdir())
+    assert [path.name for path in tmp_path.iterdir()] == ["run.mcap"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import contextmanager, nullcontext
+from pathlib import Path
 
 import mujoco
 import mujoco.viewer
@@ -68,7 +69,9 @@ def test_a_display_that_does_not_answer_is_told_in_one_line(monkeypatch):
         viewer.view(run())
 
 
-def test_view_is_reached_from_replay_and_not_together_with_verify(monkeypatch, capsys):
+def test_view_is_reached_from_replay_and_not_together_with_verify(monkeypatch, tmp_path, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("near.mcap").touch()
     opened = []
     monkeypatch.setattr(reader, "open_run", lambda path: run(path=str(path)))
     monkeypatch.setattr(viewer, "view", opened.append)

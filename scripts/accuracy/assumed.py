@@ -47,7 +47,7 @@ def scenario_of(sensor: str, case: str, seed: int) -> Scenario:
     return Scenario.model_validate(given)
 
 
-def judged(sensor: str, case: str, seed: int) -> tuple[float, list[float]]:
+def evaluate(sensor: str, case: str, seed: int) -> tuple[float, list[float]]:
     """The normalised error squared of one wall, NaN for none, and by how much [m] half-spaces let in too far."""
     given = scenario_of(sensor, case, seed)
     random = np.random.default_rng([seed, 3])
@@ -56,7 +56,7 @@ def judged(sensor: str, case: str, seed: int) -> tuple[float, list[float]]:
     robot = Drive(given, corners, start, speed, turn)
     for _ in range(SCANS):
         robot.scan()
-    found = robot.judged()
+    found = robot.errors()
     square = found[int(random.integers(len(found)))][2] if found else np.nan
     pose = robot.pose((SCANS - 1) / given.sensors.beams.rate_hz)
     hand = pose[:2] + HAND * np.array([np.cos(pose[2]), np.sin(pose[2])])
@@ -72,7 +72,7 @@ def judged(sensor: str, case: str, seed: int) -> tuple[float, list[float]]:
 
 
 def row_of(sensor: str, case: str, seeds: int) -> str:
-    results = [judged(sensor, case, seed) for seed in range(seeds)]
+    results = [evaluate(sensor, case, seed) for seed in range(seeds)]
     squares = np.array([square for square, _ in results])
     too_far = np.concatenate([far for _, far in results])
     worst = max(1000 * too_far.max(), 0.0)

@@ -71,7 +71,7 @@ def squares(sensors: dict, seed: int) -> list[float]:
     row = [np.nan] * len(SCANS)
     for k in range(1, SCANS[-1] + 1):
         robot.scan()
-        if k in SCANS and (found := robot.judged()):
+        if k in SCANS and (found := robot.errors()):
             row[SCANS.index(k)] = found[int(random.integers(len(found)))][2]
     return row
 

@@ -123,7 +123,7 @@ class Drive:
         """The true pose (3,) at a time [s]."""
         return pose_at(self.start, self.speed, self.turn, time)
 
-    def judged(self) -> list[tuple[float, float, float]]:
+    def errors(self) -> list[tuple[float, float, float]]:
         """Angle error [rad], offset error [m] and normalised error squared of each track that binds.
 
         A track is of the wall nearest to the middle of its extent among those alike in angle.
@@ -155,7 +155,7 @@ def drive(given: Scenario, room: str, scans: tuple[int, ...]) -> np.ndarray:
     rows = np.full((len(scans), 3), np.nan)
     for k in range(1, scans[-1] + 1):
         robot.scan()
-        if k in scans and (found := robot.judged()):
+        if k in scans and (found := robot.errors()):
             rows[scans.index(k)] = found[int(random.integers(len(found)))]
     return rows
 

@@ -30,7 +30,7 @@ class CycleState(NamedTuple):
     known: np.ndarray | None  # (2,) by all others: what leaders held in the cycle before [m]; None in the first cycle
     status: Status
     team: tuple[np.ndarray, np.ndarray, np.ndarray] | None  # p, xi, headings in the cycle's first tick
-    judged: HalfSpaces | None  # in each robot's rows, those that its verdict is about, as far as there are verdicts
+    checked: HalfSpaces | None  # in each robot's rows, those that its verdict is about, as far as there are verdicts
 
 
 @dataclass(frozen=True)
@@ -56,9 +56,11 @@ class CycleGovernor:
             raise ValueError("the certified governor needs half-spaces and headings in the problem")
         if phase == 0:
             team = problem.p, problem.xi, np.array(problem.heading)
-            memory = memory._replace(team=team, judged=problem.half_spaces)
-        elif self._schedule.judging[phase].any():
-            memory = memory._replace(judged=_taken(memory.judged, problem.half_spaces, self._schedule.judging[phase]))
+            memory = memory._replace(team=team, checked=problem.half_spaces)
+        elif self._schedule.informed[phase].any():
+            memory = memory._replace(
+                checked=_taken(memory.checked, problem.half_spaces, self._schedule.informed[phase])
+            )
         sent = self._bytes(memory, phase)
         if phase == self.cycle_ticks - 1:
             memory = self._decided(problem, memory)
@@ -74,19 +76,19 @@ class CycleGovernor:
 
     def _decided(self, problem: Problem, memory: CycleState) -> CycleState:
         """Return the memory with the leaders' next m; where several held nothing, it is the mean of p."""
-        if memory.team is None or memory.judged is None:
+        if memory.team is None or memory.checked is None:
             raise ValueError("a cycle begins with its first tick")
         p, xi, heading = memory.team
         held = p.mean(axis=0) if memory.held is None else memory.held
         if memory.held is None:
             return memory._replace(held=held, known=held, status="ok")
         p, xi = self.model.predicted(p, xi, held, self.cycle_ticks - 1)
-        decided = self.decision.decide(memory.judged, (p, xi, heading), held, problem.reference)
+        decided = self.decision.decide(memory.checked, (p, xi, heading), held, problem.reference)
         return memory._replace(held=decided.m[0], known=held, status=decided.status)
 
     def _bytes(self, memory: CycleState, phase: int) -> np.ndarray:
         """Return what every robot sends to all its neighbours in a tick, (n,)."""
-        schedule, intervals = self._schedule, 0 if memory.judged is None else memory.judged.active.sum(axis=1)
+        schedule, intervals = self._schedule, 0 if memory.checked is None else memory.checked.active.sum(axis=1)
         verdict = ITEM.size + COUNT.size + INTERVAL.size * intervals
         sent = schedule.states[phase] * (ITEM.size + STATE.size) + schedule.verdicts[phase] @ verdict
         return (self.network.degree * sent).astype(np.int64)
@@ -99,7 +101,7 @@ class CycleGovernor:
 class CycleSchedule(NamedTuple):
     """In which ticks of a cycle robots say what; it depends on the graph alone."""
 
-    judging: np.ndarray  # (C, n) bool: who comes to know the whole team
+    informed: np.ndarray  # (C, n) bool: who comes to know the whole team
     states: np.ndarray  # (C, n) how many robots' states a robot passes on
     verdicts: np.ndarray  # (C, n, n) whether robot i passes on the verdict of robot j
 
@@ -109,19 +111,19 @@ class CycleSchedule(NamedTuple):
         hops = network.hops
         complete = hops.max(axis=1)  # rounds after which a robot knows everybody, and has its own verdict
         in_tick = np.arange(cycle_ticks)[:, None]
-        judging = np.maximum(complete - 1, 0) // rounds == in_tick
+        informed = np.maximum(complete - 1, 0) // rounds == in_tick
         states = (hops // rounds == in_tick[:, :, None]).sum(axis=2)
         verdicts = (complete[None, :] + hops) // rounds == in_tick[:, :, None]
-        return cls(judging, states, verdicts)
+        return cls(informed, states, verdicts)
 
 
-def _taken(judged: HalfSpaces | None, now: HalfSpaces, robots: np.ndarray) -> HalfSpaces:
-    """Return the half-spaces judged so far with those of some robots (n,) bool as they are now."""
-    if judged is None or judged is now:
+def _taken(checked: HalfSpaces | None, now: HalfSpaces, robots: np.ndarray) -> HalfSpaces:
+    """Return the half-spaces checked so far with those of some robots (n,) bool as they are now."""
+    if checked is None or checked is now:
         return now
     return HalfSpaces(
-        np.where(robots[:, None, None], now.G, judged.G),
-        np.where(robots[:, None], now.h, judged.h),
-        np.where(robots[:, None], now.active, judged.active),
-        np.where(robots[:, None, None], now.binds, judged.binds),
+        np.where(robots[:, None, None], now.G, checked.G),
+        np.where(robots[:, None], now.h, checked.h),
+        np.where(robots[:, None], now.active, checked.active),
+        np.where(robots[:, None, None], now.binds, checked.binds),
     )

@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pbrg_mj.governor.centralized.optimum import Optimum
+from pbrg_mj.governor.distributed import equations
+from pbrg_mj.governor.distributed.estimates import Estimates, Flow
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.governor.problem.rows import rho
 
@@ -80,3 +82,28 @@ def longest_step(modes: np.ndarray) -> float:
 def spectral_radius(factors: np.ndarray) -> float:
     """Return the largest factor of what moves."""
     return float(np.abs(factors[np.abs(factors - 1.0) > ZERO]).max())
+
+
+def differentiated_round(
+    problem: Problem, optimum: Optimum, rest: Estimates, flow: Flow
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return by how much a plain round moves estimates at `rest`, and its Jacobian there, by central differences.
+
+    The Jacobian is that of all numbers but the multipliers of rows that do not bind, which stay at 0.
+    """
+    moving = [np.ones_like(rest.z), np.ones_like(rest.zeta), optimum.multipliers > 1e-6, np.ones_like(rest.nu)]
+    places = np.flatnonzero(np.concatenate([part.reshape(-1) for part in moving]))
+    values, cuts = np.concatenate([part.reshape(-1) for part in rest]), np.cumsum([part.size for part in rest])[:-1]
+
+    def one_round(vector: np.ndarray) -> np.ndarray:
+        parts = np.split(vector, cuts)
+        estimates = Estimates(*(part.reshape(like.shape) for part, like in zip(parts, rest, strict=True)))
+        return np.concatenate([part.reshape(-1) for part in equations.run_rounds(problem, estimates, flow, 1)])
+
+    jacobian = np.empty((len(places), len(places)))
+    for column, place in enumerate(places):
+        off = np.zeros(len(values))
+        off[place] = 1e-6 * max(1.0, abs(values[place]))
+        change = one_round(values + off)[places] - one_round(values - off)[places]
+        jacobian[:, column] = change / (2.0 * off[place])
+    return one_round(values) - values, jacobian

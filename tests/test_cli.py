@@ -217,21 +217,22 @@ def test_export_and_plot_write_their_files(logs, capsys):
     assert capsys.readouterr() == ("", "")
 
 
-def test_help_waits_for_nothing_heavy():
-    code = (
-        "import sys; from pbrg_mj.cli.main import main; main(['--help']); "
-        "heavy = {'numpy', 'scipy', 'mujoco', 'numba', 'cvxpy', 'pydantic', 'mcap', 'rich', 'matplotlib'}; "
-        "assert not heavy & set(sys.modules), heavy & set(sys.modules)"
-    )
-    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, cwd=ROOT)
-
-
-def test_a_run_imports_nothing_slow_that_it_does_not_use():
-    code = (
-        "import sys, pbrg_mj.api.simulate; "
-        "slow = {'scipy.stats', 'scipy.ndimage', 'scipy.optimize', 'scipy.spatial', 'cvxpy', 'matplotlib', 'rich'}; "
-        "assert not slow & set(sys.modules), slow & set(sys.modules)"
-    )
+@pytest.mark.parametrize(
+    ("code", "heavy"),
+    [
+        (
+            "from pbrg_mj.cli.main import main; main(['--help'])",
+            {"numpy", "scipy", "mujoco", "numba", "cvxpy", "pydantic", "mcap", "rich", "matplotlib"},
+        ),
+        (
+            "import pbrg_mj.api.simulate",
+            {"scipy.stats", "scipy.ndimage", "scipy.optimize", "scipy.spatial", "cvxpy", "matplotlib", "rich"},
+        ),
+    ],
+    ids=["help", "run"],
+)
+def test_nothing_heavy_is_imported_that_is_not_used(code, heavy):
+    code += f"; import sys; assert not {heavy!r} & set(sys.modules), {heavy!r} & set(sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, cwd=ROOT)
 
 

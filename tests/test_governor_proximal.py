@@ -10,7 +10,7 @@ from pbrg_mj.governor.distributed.estimates import Estimates, Flow
 from pbrg_mj.governor.monitor.equilibrium import equilibrium
 from pbrg_mj.governor.stability.linear_step import linear_step_limit, steepest_gradients
 from pbrg_mj.governor.stability.proximal_step import proximal_step_bound
-from tests.linear_rounds import longest_step, modes_at, proximal_factors_at, spectral_radius
+from tests.linear_rounds import differentiated_round, longest_step, modes_at, proximal_factors_at, spectral_radius
 from tests.problems import FORMATION, RING, graph, problem
 from tests.test_governor_equations import close, random_network, random_team
 from tests.test_governor_stability import random_feasible
@@ -121,22 +121,9 @@ def test_the_linearised_round_is_that_of_the_equations():
         static, optimum, _, alpha = random_feasible(rng)
     flow, n = Flow(alpha, 0.1 * bound(static, alpha), proximal=True), static.network.robots
     rest = equilibrium(static, optimum, alpha, np.zeros(4 * n + 2))
-    moving = [np.ones_like(rest.z), np.ones_like(rest.zeta), optimum.multipliers > 1e-6, np.ones_like(rest.nu)]
-    places = np.flatnonzero(np.concatenate([part.reshape(-1) for part in moving]))
-    values, cuts = np.concatenate([part.reshape(-1) for part in rest]), np.cumsum([part.size for part in rest])[:-1]
-
-    def one_round(vector):
-        parts = np.split(vector, cuts)
-        estimates = Estimates(*(part.reshape(like.shape) for part, like in zip(parts, rest, strict=True)))
-        return np.concatenate([part.reshape(-1) for part in equations.run_rounds(static, estimates, flow, 1)])
-
-    np.testing.assert_allclose(one_round(values), values, atol=1e-4)
-    by_round = np.empty((len(places), len(places)))
-    for column, place in enumerate(places):
-        off = np.zeros(len(values))
-        off[place] = 1e-6 * max(1.0, abs(values[place]))
-        by_round[:, column] = (one_round(values + off)[places] - one_round(values - off)[places]) / (2.0 * off[place])
-    found = np.linalg.eigvals(by_round)
+    moved, jacobian = differentiated_round(static, optimum, rest, flow)
+    np.testing.assert_allclose(moved, 0.0, atol=1e-4)
+    found = np.linalg.eigvals(jacobian)
     for factor in proximal_factors_at(static, optimum, alpha, flow.step):
         assert np.abs(found - factor).min() < 1e-3
 

@@ -8,15 +8,14 @@ import numpy as np
 import pytest
 
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
-from pbrg_mj.governor.distributed import equations
-from pbrg_mj.governor.distributed.estimates import Estimates, Flow
+from pbrg_mj.governor.distributed.estimates import Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.distributed.rounds import run_rounds
 from pbrg_mj.governor.monitor.equilibrium import equilibrium
 from pbrg_mj.governor.problem.ball import input_rows
 from pbrg_mj.governor.problem.rows import rho, stacked
 from pbrg_mj.governor.stability.linear_step import linear_step_limit, most_robots_on_hull_edge, steepest_gradients
-from tests.linear_rounds import longest_step, modes_at
+from tests.linear_rounds import differentiated_round, longest_step, modes_at
 from tests.problems import FORMATION, GRAPHS, START, graph, problem
 
 WALLS = [(4, [1, 1], 3.0), (0, [0, 1], 2.2), (3, [1, 0.2], 2.5)]
@@ -101,23 +100,8 @@ def test_the_linearised_round_is_that_of_the_equations():
     while static.network.robots > 2:
         static, optimum, _, alpha = random_feasible(rng)
     flow, rest = Flow(alpha, 1e-3), equilibrium(static, optimum, alpha, np.zeros(10))
-    moving = [np.ones_like(rest.z), np.ones_like(rest.zeta), optimum.multipliers > 1e-6, np.ones_like(rest.nu)]
-    places = np.flatnonzero(np.concatenate([part.reshape(-1) for part in moving]))
-    values, cuts = np.concatenate([part.reshape(-1) for part in rest]), np.cumsum([part.size for part in rest])[:-1]
-
-    def one_round(vector):
-        parts = np.split(vector, cuts)
-        estimates = Estimates(*(part.reshape(like.shape) for part, like in zip(parts, rest, strict=True)))
-        return np.concatenate([part.reshape(-1) for part in equations.run_rounds(static, estimates, flow, 1)])
-
-    rates = np.empty((len(places), len(places)))
-    for column, place in enumerate(places):
-        off = np.zeros(len(values))
-        off[place] = 1e-6 * max(1.0, abs(values[place]))
-        change = one_round(values + off)[places] - one_round(values - off)[places]
-        rates[:, column] = change / (2.0 * off[place] * flow.step)
-        rates[column, column] -= 1.0 / flow.step
-    found = np.linalg.eigvals(rates)
+    _, jacobian = differentiated_round(static, optimum, rest, flow)
+    found = np.linalg.eigvals((jacobian - np.eye(len(jacobian))) / flow.step)
     for mode in modes_at(static, optimum, alpha):
         assert np.abs(found - mode).min() < 1e-3 * max(1.0, abs(mode))
 

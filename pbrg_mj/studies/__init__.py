@@ -1,6 +1,7 @@
 """Many runs of one question, written on the API: sweeps, and what is built on them.
 
 task          one run: scenario, settings, seed
+worker        a process that makes runs for another one
 run_task      a task -> its record
 backends      processes of this machine, or workers of Dask
 journal       finished runs on disk

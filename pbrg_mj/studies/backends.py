@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
+import signal
 import tempfile
 import warnings
-from collections.abc import Callable, Generator, Sequence
-from contextlib import closing
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import Any
@@ -65,7 +66,8 @@ def _processes(tasks: Sequence[Task], keep_logs: bool, jobs: int) -> Generator[R
     place = tempfile.TemporaryDirectory(prefix="pbrg-")  # what killed processes leave behind goes with it
     finished = False
     try:
-        made: Any = pool(one(task, keep_logs, worker=True, place=place.name) for task in tasks)
+        with _hangup_held():
+            made: Any = pool(one(task, keep_logs, parent=os.getpid(), place=place.name) for task in tasks)
         with warnings.catch_warnings(), closing(made) as results:
             warnings.filterwarnings("ignore", ".*have been cancelled")  # as Ctrl-C means them to be
             yield from results
@@ -76,6 +78,16 @@ def _processes(tasks: Sequence[Task], keep_logs: bool, jobs: int) -> Generator[R
         if not finished:
             get_reusable_executor().shutdown(wait=True, kill_workers=True)
         place.cleanup()
+
+
+@contextmanager
+def _hangup_held() -> Iterator[None]:
+    """Hold SIGHUP back: processes that are started meanwhile never get it, this one gets it afterwards."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGHUP})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _dask(tasks: Sequence[Task], keep_logs: bool, scheduler: str) -> Generator[Result, None, None]:

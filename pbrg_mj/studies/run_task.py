@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import logging
-import signal
 import tempfile
-import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
@@ -18,6 +16,7 @@ from pbrg_mj.analysis.metrics.samples import Statistics, WallClock
 from pbrg_mj.api.simulate import measure, record
 from pbrg_mj.log.write.provenance import versions
 from pbrg_mj.studies.task import Task
+from pbrg_mj.studies.worker import become_worker
 
 MACHINE = ("platform", "processor")  # of the versions: runs may be made on several machines
 LEFT_OUT = ("log", "scenario", "seed")  # of the metrics: a record has them already, or they are no property of the run
@@ -36,15 +35,15 @@ class Result:
     log: bytes | None = None
 
 
-def run_task(task: Task, keep_log: bool = False, worker: bool = False, place: str | None = None) -> Result:
+def run_task(task: Task, keep_log: bool = False, parent: int | None = None, place: str | None = None) -> Result:
     """Run a task. A run that fails is a record whose `status` is `failed`, with the `error` in one line.
 
-    `worker`: this is another process than the user's, to which Ctrl-C is left. `place`: the folder for its files, which
-    stay there if the process is killed. Raises OSError and MemoryError when the machine is short of something: that is
-    no property of the run.
+    `parent`: the process that wants the run, where this one was started for it; it ends with that one. `place`: the
+    folder for its files, which stay there if the process is killed. Raises OSError and MemoryError when the machine is
+    short of something: that is no property of the run.
     """
-    if worker and threading.current_thread() is threading.main_thread():
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if parent is not None:
+        become_worker(parent, place)
     with tempfile.TemporaryDirectory(prefix="pbrg-", dir=place) as folder, _silent():
         log = Path(folder) / "run.mcap"
         try:

@@ -1,0 +1,52 @@
+"""A process that makes runs for another one: signals are left to that one, and it ends when that one is gone."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import threading
+from functools import cache
+from time import sleep
+
+from pbrg_mj.api.interrupt import SIGNALS
+
+LOOK_UP = 0.5  # [s] between looks whether the parent is still there
+FAILED = 1  # exit code, which nobody is there to read
+
+
+def become_worker(parent: int, place: str | None = None) -> None:
+    """Leave Ctrl-C and the like to the parent, and end with it, also where it is killed in the middle of a run.
+
+    `parent`: the number of the process that started this one; of this process itself, nothing is done. `place`: the
+    folder of this process's files, which goes when the parent is gone. A worker may be told so again, with another
+    folder.
+    """
+    if parent == os.getpid():
+        return
+    for one in SIGNALS:
+        signal.signal(one, signal.SIG_IGN)
+    _watch(parent).place = place
+
+
+class _Watch(threading.Thread):
+    """Waits beside the runs for the parent's end: one that nobody takes a result from would wait for ever."""
+
+    def __init__(self, parent: int):
+        super().__init__(daemon=True)
+        self.parent = parent
+        self.place: str | None = None
+
+    def run(self) -> None:
+        while os.getppid() == self.parent:
+            sleep(LOOK_UP)
+        if self.place is not None:
+            shutil.rmtree(self.place, ignore_errors=True)  # where others write into it, the last one removes it
+        os._exit(FAILED)
+
+
+@cache
+def _watch(parent: int) -> _Watch:
+    watch = _Watch(parent)
+    watch.start()
+    return watch

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 import threading
@@ -233,3 +234,11 @@ def test_a_pipe_that_nobody_writes_into_is_an_empty_file(folder):
 def test_a_pipe_with_a_writer_is_read(folder):
     code, out, _ = pbrg("pbrg validate <(sleep 0.2; cat ideal.yaml)")
     assert (code, out.partition(":")[2]) == (0, " ok, 2 robots, ideal plant, 0.5 s\n")
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])
+def test_a_signal_s_exit_code_is_its_own(number, code, monkeypatch, capsys):
+    """Of any command, also where none of its parts says what is there."""
+    monkeypatch.setattr("pbrg_mj.cli.scenarios.emit", lambda *_: signal.raise_signal(number))
+    assert main(["list"]) == code
+    assert capsys.readouterr() == ("", "")

@@ -79,7 +79,7 @@ def run(
     simulation = Simulation.build(scenario.settings, objects)
     with collecting_rarely(), robots_apart(scenario) if processes else nullcontext() as robots:
         if robots is not None:
-            simulation = simulation.governed_by(robots)
+            simulation = _governed_apart(simulation, robots)
         if path is not None:
             _record(simulation, scenario, path, force, watch, profile, processes)
             return open_log(path)
@@ -104,7 +104,7 @@ def record(
     """
     path, simulation = log_path(log, force=force), Simulation.build(scenario.settings)
     if robots is not None:
-        simulation = simulation.governed_by(robots)
+        simulation = _governed_apart(simulation, robots)
     with collecting_rarely():
         _record(simulation, scenario, path, force, watch, profile, robots is not None)
     return metrics_of(path)
@@ -185,6 +185,12 @@ def with_objects(scenario: Scenario, objects: Objects) -> Scenario:
     """
     overrides = object_overrides(objects)
     return scenario.override(overrides) if overrides else scenario
+
+
+def _governed_apart(simulation: Simulation, robots: RobotProcesses) -> Simulation:
+    """Return the simulation with those robots, once all have come: no log is begun, and Ctrl-C ends the waiting."""
+    robots.gather()
+    return simulation.governed_by(robots)
 
 
 def _warn(scenario: Scenario, governor: Governor | RobotProgram | None) -> None:

@@ -8,16 +8,21 @@ import sys
 import threading
 import traceback
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import wraps
 from pathlib import Path
 from signal import SIGINT
 from types import TracebackType
+from typing import ParamSpec, TypeVar
 
 import typer
 
 from pbrg_mj.cli.console import ReaderGoneError, note
 from pbrg_mj.errors import InputError, PbrgError, Stopped
+
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
 
 FAILED, WRONG_INPUT, DEFECT, READER_GONE = 1, 2, 3, 141  # the last one as after a signal
 LONGEST = 400  # characters of an exception's text shown
@@ -32,8 +37,7 @@ def explain(error: BaseException, *, debug: bool) -> int:
     if isinstance(error, ReaderGoneError) or _is_reader_gone(error):
         return READER_GONE
     if isinstance(error, KeyboardInterrupt | typer.Abort):
-        stopped = error if isinstance(error, Stopped) else error.__cause__  # typer makes an Abort of it
-        return 128 + (stopped.signal if isinstance(stopped, Stopped) else SIGINT)
+        return _code_of(error)
     if debug:
         for line in traceback.format_exception(error):
             for text in line.splitlines():
@@ -41,6 +45,19 @@ def explain(error: BaseException, *, debug: bool) -> int:
     code, text = _verdict(error)
     note(f"error: {text}")
     return code
+
+
+def signals_as_codes(command: Callable[Arguments, Result]) -> Callable[Arguments, Result | int]:
+    """Return a command that returns 128 and the number of the signal that ends it: typer takes each for Ctrl-C."""
+
+    @wraps(command)
+    def ending(*arguments: Arguments.args, **options: Arguments.kwargs) -> Result | int:
+        try:
+            return command(*arguments, **options)
+        except KeyboardInterrupt as error:
+            return _code_of(error)
+
+    return ending
 
 
 @contextmanager
@@ -67,6 +84,10 @@ def one_line_each(*, debug: bool) -> Iterator[list[BaseException]]:
         yield failed
     finally:
         threading.excepthook, sys.unraisablehook, warnings.showwarning = hooks
+
+
+def _code_of(error: BaseException) -> int:
+    return 128 + (error.signal if isinstance(error, Stopped) else SIGINT)
 
 
 def _verdict(error: BaseException) -> tuple[int, str]:

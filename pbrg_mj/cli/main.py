@@ -39,7 +39,7 @@ from pbrg_mj.cli import (
 )
 from pbrg_mj.cli.answers import answering
 from pbrg_mj.cli.console import Notes, emit, keep_standard_streams
-from pbrg_mj.cli.failures import DEFECT, explain, one_line_each
+from pbrg_mj.cli.failures import DEFECT, explain, one_line_each, signals_as_codes
 
 NOTES = Notes(logging.WARNING)
 DEBUG = "--debug"
@@ -71,28 +71,32 @@ def _options(
     """A physics-based benchmark for distributed reference governors."""
 
 
-app.command("list")(answering(scenarios.list_scenarios))
-app.command("show")(answering(scenarios.show))
-app.command("draw")(answering(scenarios.draw))
-app.command("new")(answering(scenarios.new))
-app.command("schema")(answering(scenarios.schema))
-app.command("validate")(answering(scenarios.validate))
-app.command("run")(answering(run.run))
-app.command("robot")(answering(robot.robot))
-app.command("batch")(answering(batch.batch))
-app.command("sweep")(answering(sweep.sweep))
-app.command("tune")(answering(tune.tune))
-app.command("bench")(answering(bench.bench))
-app.command("falsify")(answering(falsify.falsify))
-app.command("compare")(answering(compare.compare))
-app.command("export")(answering(export.export))
-app.command("plot")(answering(plot.plot))
-app.command("render")(answering(render.render))
-app.command("report")(answering(report.report))
-app.command("replay")(answering(replay.replay))
-app.command("repair")(answering(repair.repair))
-app.command("reproduce")(answering(reproduce.reproduce))
-app.command("doctor")(answering(doctor.doctor))
+def _add(name: str, command: Callable[..., int | None]) -> None:
+    app.command(name)(signals_as_codes(answering(command)))
+
+
+_add("list", scenarios.list_scenarios)
+_add("show", scenarios.show)
+_add("draw", scenarios.draw)
+_add("new", scenarios.new)
+_add("schema", scenarios.schema)
+_add("validate", scenarios.validate)
+_add("run", run.run)
+_add("robot", robot.robot)
+_add("batch", batch.batch)
+_add("sweep", sweep.sweep)
+_add("tune", tune.tune)
+_add("bench", bench.bench)
+_add("falsify", falsify.falsify)
+_add("compare", compare.compare)
+_add("export", export.export)
+_add("plot", plot.plot)
+_add("render", render.render)
+_add("report", report.report)
+_add("replay", replay.replay)
+_add("repair", repair.repair)
+_add("reproduce", reproduce.reproduce)
+_add("doctor", doctor.doctor)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

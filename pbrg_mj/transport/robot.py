@@ -94,6 +94,8 @@ class RobotProcess:
             if came[0].kind is Kind.STOP:
                 away = f"the world at {self.world} sends robot {self.robot + 1} away"
                 raise PbrgError(f"{away}: another scenario, or the run is over")
+            if came[0].kind is Kind.HELLO:
+                until = monotonic() + SILENCE  # it is there, and waits for others
             if came[0].kind is Kind.START:
                 told = unpacked_start(came[0].body)
                 self._places = told.places

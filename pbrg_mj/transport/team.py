@@ -64,12 +64,23 @@ class RobotProcesses:
         """Know nobody yet."""
         self._places: dict[int, Address] = {}
 
+    def gather(self, patience: float = COMPILING) -> None:
+        """Wait until all robots have come. Raises PbrgError when one has ended, or `patience` [s] is over."""
+        until = monotonic() + patience
+        while missing := sorted(set(range(self.network.robots)) - set(self._places)):
+            for robot in missing:
+                if why := self.ended(robot):
+                    raise PbrgError(f"robot {robot + 1} has not come: {why}")
+            if monotonic() > until:
+                names = ", ".join(str(robot + 1) for robot in missing)
+                raise PbrgError(f"not come to {self.mailbox.address} within {patience:g} s: robots {names}")
+            for _ in self._received(LOOK_UP):
+                pass
+
     def init(self, problem: Problem) -> TeamMemory:
-        """Greet all robots, and have them start. Raises PbrgError when one does not come or cannot start."""
+        """Have all robots come and start. Raises PbrgError when one does not come or cannot start."""
         n = problem.network.robots
-        self._await(set(range(n)), Kind.HELLO, 0, lambda robot: None, COMPILING)
-        if missing := set(range(n)) - set(self._places):
-            raise PbrgError(f"robot {min(missing) + 1} has not come: {self.gone.get(min(missing), 'it is silent')}")
+        self.gather()
         self._await(set(range(n)), Kind.READY, 0, lambda robot: self._start(problem, robot), COMPILING)
         if self.gone:
             robot, why = min(self.gone.items())
@@ -162,6 +173,8 @@ class RobotProcesses:
                 self._places[one.robot] = place
             if self._places.get(one.robot) != place:
                 return
+            if one.kind is Kind.HELLO:  # the others may take longer than it waits for a world
+                self.mailbox.send(place, Datagram(Kind.HELLO, WORLD))
             if one.kind is Kind.FAILED:
                 raise PbrgError(f"robot {one.robot + 1}: {' '.join(one.body.decode(errors='replace').split())}")
             yield one

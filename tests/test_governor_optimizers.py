@@ -19,7 +19,8 @@ from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.team.network import Network
-from scripts.agreement.static import GRAPHS, facts, rounds_to_agree
+from scripts.agreement.linear_rate import nids_rate
+from scripts.agreement.static import BEST, GRAPHS, facts, rounds_to_agree
 from tests.problems import FORMATION, graph, half_spaces
 
 STIFFEST = {name: float(np.linalg.eigvalsh(static().network.laplacian)[-1]) for name, static in GRAPHS.items()}
@@ -34,6 +35,28 @@ def test_the_fast_optimizers_agree_within_so_many_rounds(name: str, most: int) -
         rounds = rounds_to_agree(optimizer, static, 200)
         assert rounds is not None
         assert rounds <= most
+
+
+@pytest.mark.parametrize(("step", "mixing"), [(0.5, 1.0), (0.7, 0.85)])
+def test_nids_comes_to_the_optimum_at_its_linear_rate(step: float, mixing: float) -> None:
+    static, optimizer = GRAPHS["ring of 5"](), Nids(step, mixing / STIFFEST["ring of 5"])
+    team, far = static.network, []
+    locals_ = [static.local(i) for i in range(team.robots)]
+    memories = [optimizer.start(facts(team, i), locals_[i]) for i in range(team.robots)]
+    for _ in range(81):
+        far.append(np.linalg.norm(optimizer.candidate(locals_[4], memories[4]) - BEST))
+        messages = np.array([optimizer.message(memory) for memory in memories])
+        heard = [messages[team.neighbours[team.first[i] : team.first[i + 1]]] for i in range(team.robots)]
+        memories = [optimizer.step_once(*one) for one in zip(locals_, memories, heard, strict=True)]
+    slope = np.polyfit(np.arange(20, 81), np.log(far[20:]), 1)[0]
+    assert np.exp(slope) == pytest.approx(nids_rate(team, static.owner, step, optimizer.weight), rel=0.01)
+
+
+def test_the_defaults_of_nids_have_the_least_linear_rate_on_the_ring_of_5() -> None:
+    static, stiffest = GRAPHS["ring of 5"](), STIFFEST["ring of 5"]
+    grid = [(step, mixing) for step in np.arange(0.05, 1.0, 0.05) for mixing in np.arange(0.1, 1.01, 0.1)]
+    best = min(grid, key=lambda one: nids_rate(static.network, static.owner, one[0], one[1] / stiffest))
+    assert best == pytest.approx((0.5, 1.0))
 
 
 def locals_of(problem: Problem, certificate: BallAtState) -> list[LocalProblem]:

@@ -2,6 +2,7 @@
 
 python -m scripts.agreement static    # rounds of a problem that stands still; some minutes
 python -m scripts.agreement moving    # gaps while the team drives; some minutes
+python -m scripts.agreement certified # NIDS and ADMM at one round a tick under the certified layer; some minutes
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from pbrg_mj.governor.optimizers.admm import Admm
 from pbrg_mj.governor.optimizers.flow_in_m import FlowInM
 from pbrg_mj.governor.optimizers.interface import Optimizer
 from pbrg_mj.governor.optimizers.nids import Nids
+from scripts.agreement.linear_rate import nids_rate
 from scripts.agreement.moving import Course, Moving, PaperFlow, Unverified, certified
 from scripts.agreement.static import GRAPHS, Static, rounds_of_paper_flow, rounds_to_agree
 
@@ -102,6 +104,19 @@ def moving_table() -> None:
             print_moving(f"certified {name}, {rounds} rounds", certified(*keys))
 
 
+def certified_table() -> None:
+    """Print NIDS and ADMM under the certified layer at one round a tick, and NIDS' rate near the optimum."""
+    team, owner = Course().team, 1
+    stiffest, one = float(np.linalg.eigvalsh(team.laplacian)[-1]), "governor.rounds=1"
+    for c, w in product((*STEPS, 0.55), MIXINGS):
+        keys = "governor.optimizer=nids", f"governor.nids.step={c}", f"governor.nids.mixing={w}"
+        rate = nids_rate(team, owner, c, w / stiffest)
+        print_moving(f"nids, step {c:g}, mixing {w:g}, rate {rate:.3f}", certified(one, *keys))
+    for c in PENALTIES:
+        keys = "governor.optimizer=admm", f"governor.admm.penalty={c}"
+        print_moving(f"admm, penalty {c:g}", certified(one, *keys))
+
+
 def print_moving(name: str, found: Moving) -> None:
     """Print one line of the table."""
     gap, violated, sent = found
@@ -109,4 +124,4 @@ def print_moving(name: str, found: Moving) -> None:
 
 
 if __name__ == "__main__":
-    {"static": static_table, "moving": moving_table}[sys.argv[1]]()
+    {"static": static_table, "moving": moving_table, "certified": certified_table}[sys.argv[1]]()

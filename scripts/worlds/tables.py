@@ -1,0 +1,78 @@
+"""Tables of measured worlds: a row a family, one table for the newest version and one for all before it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from worlds.data import COLUMNS, EVENTS, read
+
+from pbrg_mj.analysis.metrics.rates import Rate
+
+TO_PASS = ("boards", "boxes", "clutter", "columns", "doorway", "notched")  # families whose ways lead past things
+UNSEEN = "families/glass"  # no part of the sums: no beam sees it
+World = dict[str, Any]
+PASSED = {"passed after 8 s": "past_after_8_s", "passed": "past", "by sliding": "past_sliding"}
+
+
+def tables(set_ups: dict[str, dict[str, Any]]) -> str:
+    """Return the tables of each set-up and sensor."""
+    data, versions = read()
+    groups: dict[tuple[str, str], dict[str, list[World]]] = {}
+    for key, rows in sorted(data.items()):
+        set_up, name, *sensor = key.split(" ")
+        worlds = [dict(zip(COLUMNS, row, strict=True)) for row in rows.values()]
+        groups.setdefault((set_up, "".join(sensor)), {})[name] = worlds
+    found = []
+    for set_up, sensor in sorted(groups, key=lambda group: (list(set_ups).index(group[0]), group[1])):
+        families = groups[set_up, sensor]
+        settings = set_ups[set_up] | ({"sensors.beams.preset": sensor} if sensor else {})
+        heading = ", ".join(f"`{key}={value}`" for key, value in settings.items())
+        run = {world["version"] for worlds in families.values() for world in worlds}
+        *before, newest = [one for one in versions if one in run]
+        found += [table(f"{heading}, version {newest}", families, [newest])]
+        found += [table(f"{heading}, earlier versions {', '.join(before)}", families, before)] if before else []
+    return "\n".join(found)
+
+
+def table(heading: str, families: dict[str, list[World]], versions: list[str]) -> str:
+    heads = ["family", "worlds", "violated [95 %]", *EVENTS, "least margin [m]", *PASSED, "distance to go [m]"]
+    lines = [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)]
+    chosen = {name: [one for one in worlds if one["version"] in versions] for name, worlds in families.items()}
+    lines += [row(f"`{name}`", worlds, name.split("/")[1] in TO_PASS) for name, worlds in chosen.items() if worlds]
+    everything = [world for name, worlds in chosen.items() if name != UNSEEN for world in worlds]
+    for what, moving in (("all that stands still but glass", False), ("all with moving boxes", True)):
+        some = [world for world in everything if (world["moving_margin_m"] is not None) == moving]
+        lines += [row(f"**{what}**", some, False)] if some else []
+    return f"{heading}:\n\n" + "\n".join(lines) + "\n"
+
+
+def row(name: str, worlds: list[World], to_pass: bool) -> str:
+    cells = [name, str(len(worlds)), rate(sum(world["violated"] for world in worlds), len(worlds))]
+    cells += [total([world[flag] for world in worlds]) for flag in EVENTS.values()]
+    margins = [world["wall_margin_m"] for world in worlds if world["wall_margin_m"] is not None]
+    cells += [f"{min(margins):.3f}" if margins else "-"]
+    met = [world for world in worlds if world["met"]] if to_pass else []
+    cells += [passed(met, column) for column in PASSED.values()]
+    cells += [f"{np.median([world['final_distance_m'] for world in worlds]):.2f}"]
+    return f"| {' | '.join(cells)} |"
+
+
+def passed(worlds: list[World], column: str) -> str:
+    """Return in how many worlds all robots whose way meets something are beyond it; - where it was not looked at."""
+    known = [world for world in worlds if world[column] is not None]
+    if not known:
+        return "-"
+    past = sum(world[column] == world["met"] for world in known)
+    return f"{past} of {len(known)}: {rate(past, len(known))}"
+
+
+def total(counts: list[int | None]) -> str:
+    """Return the sum, or nothing where earlier versions did not count."""
+    return "-" if None in counts else str(sum(filter(None, counts)))
+
+
+def rate(count: int, trials: int) -> str:
+    found = Rate.of(count, trials)
+    share, low, high = (f"{round(100 * one, 1):g}" for one in (found.share, found.low, found.high))
+    return f"{share} % [{low}, {high}]"

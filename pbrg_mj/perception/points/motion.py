@@ -123,6 +123,7 @@ def _normal_flow(echoes, ranges, before, pose, parameters):
         along_x, along_y = past[b]["x"] - past[a]["x"], past[b]["y"] - past[a]["y"]
         length, far = math.sqrt(along_x * along_x + along_y * along_y), max(past[a]["range"], past[b]["range"])
         noise = past[a]["variance"] + past[b]["variance"]
+        # by the farther range, unlike in `detect`: more lines tell of rest, and gates drop those from thing to thing
         if length == 0.0 or length > max(JOINING * parameters.gap * far, LEAST_JOINING) + 3.0 * math.sqrt(noise):
             continue
         ux, uy = -along_y / length, along_x / length

@@ -65,17 +65,16 @@ def runs(ranges: np.ndarray, far: float) -> Iterator[np.ndarray]:
         yield np.array(run)
 
 
-def simplified(points: np.ndarray) -> np.ndarray:
-    """Return the corners (c, 2) of an outline that passes all of `points` (k, 2) within the tolerance."""
+def simplified(points: np.ndarray, tolerance: float = TOLERANCE) -> np.ndarray:
+    """Return the corners (c, 2) of an outline that passes all of `points` (k, 2) within the tolerance [m]."""
     if len(points) < 3:
         return points
-    along = points[-1] - points[0]
-    off = points - points[0]
-    across = np.abs(along[0] * off[:, 1] - along[1] * off[:, 0]) / max(float(np.hypot(*along)), 1e-9)
-    worst = int(across.argmax())
-    if across[worst] <= TOLERANCE:
+    off = distances(points, points[[0, -1]][None])[:, 0]
+    worst = int(off.argmax())
+    if off[worst] <= tolerance:
         return points[[0, -1]]
-    return np.concatenate([simplified(points[: worst + 1])[:-1], simplified(points[worst:])])
+    parts = simplified(points[: worst + 1], tolerance)[:-1], simplified(points[worst:], tolerance)
+    return np.concatenate(parts)
 
 
 def distances(points: np.ndarray, segments: np.ndarray) -> np.ndarray:

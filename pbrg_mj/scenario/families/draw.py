@@ -12,6 +12,7 @@ import numpy as np
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.diagnostics import Diagnostic, KeyPath, dotted_key, yaml_text
+from pbrg_mj.scenario.families.buildings import building_around, drawn_building
 from pbrg_mj.scenario.families.checks import check_draw
 from pbrg_mj.scenario.families.distributions import random_of, value, values
 from pbrg_mj.scenario.families.frame import PathFrame
@@ -71,6 +72,7 @@ def _pieces(draw: Draw, seed: int, document: Document, file: str) -> Iterator[Dr
     reference = frame.to_world(way["distance"], 0.0)
     yield DrawnValue(("operator", "reference"), reference, ("draw", "reference"))
     goal = np.array(reference) + formation
+    yield from _building(draw, seed, document, file, frame, way["distance"], start)
     for kind, (_, name) in SHAPES.items():
         for k in range(len(getattr(draw, kind))):
             path = ("draw", kind, k)
@@ -82,6 +84,20 @@ def _pieces(draw: Draw, seed: int, document: Document, file: str) -> Iterator[Dr
         many = isinstance(drawn, Distribution) and drawn.per_robot
         found = [value(drawn, random) for _ in start] if many else value(drawn, random)
         yield DrawnValue(tuple(name.split(".")), _lists(found), ("draw", "keys", name))
+
+
+def _building(
+    draw: Draw, seed: int, document: Document, file: str, frame: PathFrame, distance: float, start: np.ndarray
+) -> Iterator[DrawnValue]:
+    """Yield what stands in the seed's building, if there is one, about its place there."""
+    if not draw.buildings:
+        return
+    index = drawn_building(draw, seed)
+    path = ("draw", "buildings", index)
+    with _located(path, document, file):
+        found = building_around(draw, index, seed, frame, distance, start)
+    for name, entries in found.items():
+        yield from (DrawnValue(("world", name), entry, path, appended=True) for entry in entries)
 
 
 def _places(team: TeamDraw, seed: int) -> tuple[np.ndarray, np.ndarray]:

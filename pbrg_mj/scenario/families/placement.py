@@ -52,13 +52,13 @@ def _free(
     shape, _ = SHAPES[kind]
     for _ in range(MOST_DRAWS):
         entries = shape(values(section, random, leave=("count",)), frame, random)
-        if all((_distances(kind, entries, points) >= clearance).all() for points, clearance, _ in keep):
+        if all((distances(kind, entries, points) >= clearance).all() for points, clearance, _ in keep):
             return entries
     kept = " and ".join(f"{clearance:g} m from the robots' {what}" for _, clearance, what in keep)
     raise InputError(f"finds no place in {MOST_DRAWS} draws that keeps {kept}")
 
 
-def _distances(kind: str, entries: Entries, points: np.ndarray) -> np.ndarray:
+def distances(kind: str, entries: Entries, points: np.ndarray) -> np.ndarray:
     """Return the distance (k,) [m] of points (k, 2) from the nearest of the entries, 0 inside."""
     return np.min([_distances_to(SHAPES[kind][1], entry, points) for entry in entries], axis=0)
 

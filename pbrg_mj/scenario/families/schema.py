@@ -11,7 +11,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from pbrg_mj.scenario.schema import WHITE
-from pbrg_mj.scenario.schema.base import MOST_OBSTACLES, NonNegative, Number, Section
+from pbrg_mj.scenario.schema.base import MOST_OBSTACLES, NonNegative, Number, Positive, Section, Vector
 
 MOST_CHOICES = 1000
 MOST_ENTRIES = 100  # of each kind
@@ -193,6 +193,23 @@ class MovingBoxDraw(Repeated):
     begin: Drawn = Field(default=0.0, description="of its motion [s]")
 
 
+class BuildingDraw(Section):
+    """A building and a way through it; the team's centre starts on the way, which leads to the reference."""
+
+    walls: tuple[Annotated[tuple[Vector, ...], Field(min_length=2)], ...] = Field(
+        description="corners of outlines, in the building's frame [m]"
+    )
+    posts: tuple[Vector, ...] = Field(default=(), description="middles of single round posts [m]")
+    way: tuple[Vector, ...] = Field(
+        min_length=2,
+        description="corners of the way; the reference is where it first is draw.reference.distance off the start [m]",
+    )
+    within: Positive = Field(
+        default=7.0, description="of the team's centre at the start: what is farther is left out [m]"
+    )
+    thickness: Positive = Field(default=0.04, description="of walls and posts [m]")
+
+
 def _entries(what: str) -> Any:
     return Field(default=(), description=what, max_length=MOST_ENTRIES)
 
@@ -221,6 +238,7 @@ class Draw(Section):
     thresholds: tuple[ThresholdDraw, ...] = _entries("low bars on the floor")
     ramps: tuple[RampDraw, ...] = _entries("ways up and down")
     moving_boxes: tuple[MovingBoxDraw, ...] = _entries("boxes that move")
+    buildings: tuple[BuildingDraw, ...] = _entries("buildings, one of which is drawn")
     keys: dict[str, Drawn] = Field(
         default={}, description="any other key of the scenario by its dotted name, such as `sensors.beams.preset`"
     )

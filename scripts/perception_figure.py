@@ -19,6 +19,7 @@ from pbrg_mj.perception.points.beams import SeenBeams
 from pbrg_mj.perception.points.detect import add_scan
 from pbrg_mj.perception.points.estimator import PointEstimator, PointMemory
 from pbrg_mj.perception.points.known_free import edge_of_free
+from pbrg_mj.perception.points.memory import no_points
 from pbrg_mj.perception.track.world_frame import ScanPose
 from pbrg_mj.scenario.load import load_scenario
 from pbrg_mj.sensing.readings import Readings
@@ -78,7 +79,7 @@ def known_free(axes: Axes, seen: Seen) -> None:
     x, y, heading = seen.readings.body_pose[ROBOT]
     pose = ScanPose(x, y, heading, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     parameters, ranges = seen.estimator.parameters, seen.readings.ranges[ROBOT]
-    points = seen.memory.points[ROBOT].copy()
+    points = np.concatenate([seen.memory.points[ROBOT], no_points(1, len(ranges))[0]])
     beams, places = SeenBeams(ranges, parameters.directions), seen.readings.body_pose[None, :, :2].copy()
     echoes = add_scan(points, seen.memory.scans, beams, pose, (places, ROBOT), parameters)
     edge = edge_of_free(echoes, beams, pose, parameters)

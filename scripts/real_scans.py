@@ -90,7 +90,7 @@ def scenario_of(log: Log) -> Scenario:
 
 def binding(ranges: np.ndarray, parameters: PointParameters) -> np.ndarray:
     """Whether each echo binds, of one scan (beams,)."""
-    points = no_points(1, len(ranges), 2)[0]
+    points = no_points(1, len(ranges))[0]
     pose = ScanPose(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     beams = SeenBeams(ranges, parameters.directions)
     add_scan(points, 1, beams, pose, (np.zeros((1, 1, 2)), 0), parameters)

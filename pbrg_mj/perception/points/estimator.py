@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +14,7 @@ from pbrg_mj.perception.points.beams import SeenBeams
 from pbrg_mj.perception.points.deskew import PoseHistory, deskewed, no_poses, with_poses
 from pbrg_mj.perception.points.detect import add_scan
 from pbrg_mj.perception.points.known_free import edge_of_free
-from pbrg_mj.perception.points.memory import forget, no_points
+from pbrg_mj.perception.points.memory import copy_records, forget, no_points, places_used, room_after
 from pbrg_mj.perception.points.motion import PAST, PLACE, TRACK, TRACKS, closing_speeds
 from pbrg_mj.perception.points.parameters import PointParameters
 from pbrg_mj.perception.points.separate import separate
@@ -25,7 +25,8 @@ from pbrg_mj.sensing.readings import Readings
 class PointMemory(NamedTuple):
     """Every robot's points, its position at the last scan, and the half-spaces made of them. Never written to."""
 
-    points: np.ndarray  # (n, M) of POINT
+    points: np.ndarray  # (n, M) of POINT, no more than are needed
+    used: int  # of these M: those from here on are free
     anchors: np.ndarray  # (n,) of ANCHOR
     past: np.ndarray  # (n, lag, beams) of PAST
     places: np.ndarray  # (n, lag) of PLACE
@@ -49,9 +50,9 @@ class PointEstimator:
         n = len(self.formation)
         nothing = HalfSpaces.empty(n, self.slots)
         lag, beams = self.parameters.lag, len(self.parameters.directions)
-        points, anchors = no_points(n, beams, self.parameters.recent), np.zeros(n, dtype=ANCHOR)
         motion = np.zeros((n, lag, beams), PAST), np.zeros((n, lag), PLACE), np.zeros((n, TRACKS), TRACK)
-        return PointMemory(points, anchors, *motion, no_poses(n, self.parameters.frames), 0, nothing)
+        history = no_poses(n, self.parameters.frames)
+        return PointMemory(no_points(n, 0), 0, np.zeros(n, dtype=ANCHOR), *motion, history, 0, nothing)
 
     def step(self, readings: Readings, time: float, memory: PointMemory) -> tuple[HalfSpaces, PointMemory]:
         """Do what `step_towards` does for robots that stay where they are."""
@@ -68,27 +69,34 @@ class PointEstimator:
         history = with_poses(memory.history, readings, time, self.parameters)
         if not readings.new_scan:
             return memory.half_spaces, memory if history is memory.history else memory._replace(history=history)
-        points, anchors = memory.points.copy(), memory.anchors.copy()
-        motion = memory.past.copy(), memory.places.copy(), memory.tracks.copy()
-        before, known = memory.half_spaces, HalfSpaces.empty(len(self.formation), self.slots)
-        known.G[:], known.h[:], known.active[:] = before.G, before.h, before.active
-        closing = np.zeros(known.h.shape)
+        n, beams = len(self.formation), len(self.parameters.directions)
+        points = no_points(n, room_after(memory.used, beams, self.parameters.recent))
+        anchors, motion = np.empty_like(memory.anchors), (memory.past, memory.places, memory.tracks)
+        past, places, tracks = (np.empty_like(array) for array in motion)
+        known = _as_known(memory.half_spaces)
         targets = np.full(self.formation.shape, np.nan) if m is None else m + self.formation
         seen = tuple(deskewed(readings, history, self.robots, self.parameters))
         scans = (seen, readings.body_pose, readings.pose_frame, readings.scan_frame, time, memory.scans + 1)
-        written = (points, anchors, motion, (known.G, known.h, known.active, closing))
-        perceive_points(scans, self.parameters, self.robots, targets, written)
-        robots = np.arange(len(known.active))
-        known.binds[robots, :, robots] = known.active
-        known = replace(known, closing=closing)
-        return known, PointMemory(points, anchors, *motion, history, memory.scans + 1, known)
+        after = (points, anchors, past, places, tracks, (known.G, known.h, known.active, known.binds, known.closing))
+        used = perceive_points(scans, self.parameters, self.robots, targets, memory[:6], after)
+        return known, PointMemory(points, used, anchors, past, places, tracks, history, memory.scans + 1, known)
+
+
+def _as_known(before: HalfSpaces) -> HalfSpaces:
+    """Return the half-spaces of the scan before, which bind nobody yet and do not move."""
+    binds, closing = np.zeros(before.binds.shape, dtype=bool), np.zeros(before.h.shape)
+    return HalfSpaces(before.G.copy(), before.h.copy(), before.active.copy(), binds, closing)
 
 
 @kernel
-def perceive_points(scans, parameters, robots, targets, written):
-    """Write points, anchors and half-spaces after the scans of all robots that have beams."""
+def perceive_points(scans, parameters, robots, targets, before, after):
+    """Write points, anchors, motion and half-spaces `after` the scans of all robots that have beams.
+
+    `before` are the first members of PointMemory as they were. Returns how many places for points are used.
+    """
     (ranges, directions, bodies), poses, pose_frame, scan_frame, time, scan = scans
-    points, anchors, (past, places, tracks), (G, h, active, closing) = written
+    points, anchors, past, places, tracks, (G, h, active, binds, closing) = after
+    _copy(before, after)
     clock = Clock(pose_frame, scan_frame, time)
     for row in range(len(robots)):
         robot = robots[row]
@@ -109,3 +117,22 @@ def perceive_points(scans, parameters, robots, targets, written):
         closing_speeds((echoes, beams), motion, pose, parameters, half_spaces, closing[robot])
         for k in range(len(h[robot])):
             h[robot, k] -= parameters.reaction * closing[robot, k]
+    used = 0
+    for robot in range(len(points)):
+        used = max(used, places_used(points[robot]))
+        for k in range(active.shape[1]):
+            binds[robot, k, robot] = active[robot, k]
+    return used
+
+
+@kernel
+def _copy(before, after):
+    """Begin with what was known before."""
+    points, used, anchors, past, places, tracks = before
+    copy_records(anchors, len(anchors), after[1])
+    for robot in range(len(anchors)):
+        copy_records(points[robot], used, after[0][robot])
+        for scan in range(past.shape[1]):
+            copy_records(past[robot, scan], past.shape[2], after[2][robot, scan])
+        copy_records(places[robot], places.shape[1], after[3][robot])
+        copy_records(tracks[robot], tracks.shape[1], after[4][robot])

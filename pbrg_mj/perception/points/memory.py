@@ -28,9 +28,30 @@ PASSES = 2  # scans in which a beam must pass a point before it is gone
 HIDDEN = 2  # scans' worth of points that are remembered besides the recent scans'
 
 
-def no_points(robots: int, beams: int, recent: int) -> np.ndarray:
-    """Return the empty memory (robots, M) of POINT."""
-    return np.zeros((robots, (recent + HIDDEN) * beams), dtype=POINT)
+def no_points(robots: int, room: int) -> np.ndarray:
+    """Return the empty memory (robots, room) of POINT."""
+    return np.zeros((robots, room), dtype=POINT)
+
+
+def room_after(used: int, beams: int, recent: int) -> int:
+    """Return the room that one more scan needs where the first `used` places are in use."""
+    return min(used + beams, (recent + HIDDEN) * beams)
+
+
+@kernel
+def copy_records(before, count, after):
+    """Copy the first `count` records, each at once: NumPy copies them field by field, which takes ten times as long."""
+    for i in range(count):
+        after[i] = before[i]
+
+
+@kernel
+def places_used(points):
+    """Return how many places there are up to the last one in use."""
+    used = len(points)
+    while used > 0 and not points[used - 1]["live"]:
+        used -= 1
+    return used
 
 
 @kernel

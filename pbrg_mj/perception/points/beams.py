@@ -25,7 +25,7 @@ def nearest_beam(x, y, directions, parameters):
     beams = len(parameters.directions)
     beam = math.floor(ahead + 0.5)
     if parameters.closed:
-        beam %= beams
+        beam = _all_round(beam, beams)
     elif beam >= beams:
         beam = 0 if 2.0 * math.pi / parameters.gap - ahead < 0.5 else -1
     if parameters.scan_time > 0.0 and beam >= 0:
@@ -40,7 +40,7 @@ def beams_beside(x, y, heading, directions, parameters):
     beams = len(parameters.directions)
     a = math.floor((turns - math.floor(turns)) * 2.0 * math.pi / parameters.gap)
     if parameters.closed:
-        a %= beams
+        a = _all_round(a, beams)
     elif a + 1 >= beams:
         return -1, -1
     if parameters.scan_time > 0.0:
@@ -58,8 +58,14 @@ def next_beam(k, step, parameters):
     """Return the beam so many after beam k, -1 where beams do not go all the way round."""
     beams, other = len(parameters.directions), k + step
     if parameters.closed:
-        return other % beams
+        return _all_round(other, beams)
     return other if 0 <= other < beams else -1
+
+
+@kernel
+def _all_round(k, beams):
+    """Return k modulo the number of beams; hardly any k needs the division, which takes as long as ten additions."""
+    return k if 0 <= k < beams else k % beams
 
 
 @kernel

@@ -10,10 +10,10 @@ import numpy as np
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.beams import next_beam
 from pbrg_mj.perception.points.memory import place_for
-from pbrg_mj.perception.points.parameters import JOINING, LEAST_JOINING
+from pbrg_mj.perception.points.parameters import LEAST_JOINING, MOST_LOST
 from pbrg_mj.perception.scan.team_mates import is_team_mate
 
-MOST_LOST = 1  # beams without an echo between two of one thing
+ABOVE = 1.0 + 1e-9  # by which a bound is above what it bounds, however both are rounded
 
 
 class Echoes(NamedTuple):
@@ -94,10 +94,11 @@ def _neighbour(echoes, ranges, k, step, parameters):
             return -1
         if other != k and echoes.heard[other]:
             x, y = echoes.x[k] - echoes.x[other], echoes.y[k] - echoes.y[other]
-            across = min(ranges[k], ranges[other]) * math.sin(min(lost * parameters.gap, 0.5 * math.pi))
-            limit = max(JOINING * across, LEAST_JOINING)
-            limit += 3.0 * math.sqrt(echoes.variance[k] + echoes.variance[other])
-            return other if x * x + y * y <= limit * limit else -1
+            squared = x * x + y * y
+            limit = max(min(ranges[k], ranges[other]) * parameters.joining[lost - 1], LEAST_JOINING)
+            if squared > limit * limit:
+                limit += 3.0 * math.sqrt(echoes.variance[k] + echoes.variance[other])
+            return other if squared <= limit * limit else -1
     return -1
 
 
@@ -157,6 +158,9 @@ def _at_one_place(other, echo, beam, scan, parameters):
         return False
     (x, y, std, pose_std), (ux, uy, distance) = echo, beam
     dx, dy = other["x"] - x, other["y"] - y
+    across = abs(dx * uy - dy * ux)
+    if across > (parameters.gap * distance + 3.0 * (pose_std + other["pose_std"]) + 0.02) * ABOVE:
+        return False  # most are: no root is taken for them
     poses = 3.0 * math.sqrt(pose_std**2 + other["pose_std"] ** 2) + 0.02
     along = 3.0 * math.sqrt(std**2 + other["std"] ** 2) + poses
-    return abs(dx * ux + dy * uy) <= along and abs(dx * uy - dy * ux) <= parameters.gap * distance + poses
+    return abs(dx * ux + dy * uy) <= along and across <= parameters.gap * distance + poses

@@ -19,19 +19,27 @@ def next_face(places, count, window, path):
     nearest, best, gx, gy = nearest_point(places, count, path)
     if nearest < 0:
         return 0, 0.0, 0.0
-    enough = min(ROOM * best, best - LOSS)
+    enough, around = min(ROOM * best, best - LOSS), (places.x[nearest], places.y[nearest])
+    wider, size = places, count
     for radius in WINDOWS:
-        size = 0
-        for i in range(count):
-            x, y = places.x[i] - places.x[nearest], places.y[i] - places.y[nearest]
-            if x * x + y * y <= radius * radius:
-                copy_point(places, i, window, size)
-                size += 1
+        size, wider = _places_within(radius, around, wider, size, window), window
         gap, x, y = distance_to_hull(window.x, window.y, size, path)
         if gap >= enough and gap > 0.0:
             return size, x / gap, y / gap
     copy_point(places, nearest, window, 0)
     return 1, gx, gy
+
+
+@kernel
+def _places_within(radius, around, places, count, window):
+    """Write the places within a radius to `window`, which may be `places` itself; return how many there are."""
+    size = 0
+    for i in range(count):
+        x, y = places.x[i] - around[0], places.y[i] - around[1]
+        if x * x + y * y <= radius * radius:
+            copy_point(places, i, window, size)
+            size += 1
+    return size
 
 
 @kernel

@@ -17,12 +17,13 @@ class ObstaclePoints(NamedTuple):
     y: np.ndarray  # (M,) [m]
     std: np.ndarray  # (M,) of the range [m]
     inset: np.ndarray  # (M,) how far the hand point must stay from a place known as badly as the robot's pose [m]
+    squared: np.ndarray  # (M,) of the distance from the path [m^2], once `measure_from` has written it
 
 
 @kernel
 def empty_points(size):
     """Return room for `size` places."""
-    return ObstaclePoints(np.empty(size), np.empty(size), np.empty(size), np.empty(size))
+    return ObstaclePoints(np.empty(size), np.empty(size), np.empty(size), np.empty(size), np.empty(size))
 
 
 @kernel
@@ -56,6 +57,7 @@ def swap_points(places, i, k):
     places.y[i], places.y[k] = places.y[k], places.y[i]
     places.std[i], places.std[k] = places.std[k], places.std[i]
     places.inset[i], places.inset[k] = places.inset[k], places.inset[i]
+    places.squared[i], places.squared[k] = places.squared[k], places.squared[i]
 
 
 @kernel
@@ -80,20 +82,31 @@ def free_path(places, count, q, target, parameters):
 
 
 @kernel
+def measure_from(path, places, count):
+    """Write the squared distance of each place from the path."""
+    for i in range(count):
+        x, y = _from_path(path, places.x[i], places.y[i])
+        places.squared[i] = x * x + y * y
+
+
+@kernel
 def nearest_point(places, count, path):
     """Return the place nearest to the path, -1 for none; its distance [m] and the direction to it."""
-    ax, ay, bx, by = path
-    dx, dy = bx - ax, by - ay
-    length, nearest, best = dx * dx + dy * dy, -1, math.inf
-    gx, gy = 0.0, 0.0
+    nearest, best = -1, math.inf
     for i in range(count):
-        x, y = places.x[i] - ax, places.y[i] - ay
-        share = min(max((x * dx + y * dy) / length, 0.0), 1.0) if length > 0.0 else 0.0
-        x, y = x - share * dx, y - share * dy
-        squared = x * x + y * y
-        if 0.0 < squared < best:
-            nearest, best, gx, gy = i, squared, x, y
+        if 0.0 < places.squared[i] < best:
+            nearest, best = i, places.squared[i]
     if nearest < 0:
         return -1, 0.0, 0.0, 0.0
+    x, y = _from_path(path, places.x[nearest], places.y[nearest])
     distance = math.sqrt(best)
-    return nearest, distance, gx / distance, gy / distance
+    return nearest, distance, x / distance, y / distance
+
+
+@kernel
+def _from_path(path, x, y):
+    """Return the vector to a place from where the path is nearest to it."""
+    dx, dy = path[2] - path[0], path[3] - path[1]
+    x, y, length = x - path[0], y - path[1], dx * dx + dy * dy
+    share = min(max((x * dx + y * dy) / length, 0.0), 1.0) if length > 0.0 else 0.0
+    return x - share * dx, y - share * dy

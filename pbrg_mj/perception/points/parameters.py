@@ -19,6 +19,7 @@ MOST_ECHOES = 16
 ENOUGH = 432  # echoes that are remembered, six scans of 72 beams: what a noisy sensor misses in one is in another
 FALSE_ECHOES = 1e-5  # confirmed outliers a scan: one in three hours of scans
 SPAN = 0.3  # [s] between the scans whose difference is a speed: a thing at 0.1 m/s moves by more than ranges are wrong
+MOST_LOST = 1  # beams without an echo between two of one thing
 LEAST_JOINING = 0.2  # [m] robots are 0.2 m wide: they pass between no two echoes that are nearer than that
 
 
@@ -31,6 +32,7 @@ class PointParameters(NamedTuple):
     gap: float  # angle between beams [rad]
     closed: bool  # the beams go all the way round
     half_cone: float  # half the width of a beam's view [rad]; 0: a ray
+    joining: np.ndarray  # (MOST_LOST + 1,) most that neighbours are apart for their range, 0, 1, ... beams between lost
     unseen: float  # angle between the views of two beams [rad]: a corner may stick out there
     scan_time: float  # from the first beam of a scan to its end [s]; 0: all at once
     frames: int  # poses to remember, so many that they cover a scan and what came before
@@ -69,6 +71,7 @@ def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
         gap=gap,
         closed=beams.sweep_deg == 360.0,
         half_cone=0.5 * cone,
+        joining=np.array([JOINING * math.sin(min(k * gap, 0.5 * math.pi)) for k in range(1, MOST_LOST + 2)]),
         unseen=max(gap - cone, 0.0),
         scan_time=scan_time,
         frames=pose_frames(scenario, scan_time),

@@ -21,7 +21,13 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.face import clearance_along, next_face, offset, points_not_separated
-from pbrg_mj.perception.points.obstacle_points import copy_point, empty_points, free_path, obstacle_points
+from pbrg_mj.perception.points.obstacle_points import (
+    copy_point,
+    empty_points,
+    free_path,
+    measure_from,
+    obstacle_points,
+)
 
 SIDES = 4  # of the box around the path
 SAME_FACE = math.cos(math.radians(20.0))  # between the normals of one face in two scans
@@ -38,6 +44,7 @@ def separate(seen, q, target, parameters, half_spaces):
     G, h, active = half_spaces
     places, count = obstacle_points(seen[0], seen[1], parameters)
     window, path = empty_points(count), free_path(places, count, q, target, parameters)
+    measure_from(path, places, count)
     before = G.copy(), active.copy(), np.zeros(len(h), np.bool_)
     taken = before[2]
     faces, before_box, taken_before_box = 0, count, taken.copy()

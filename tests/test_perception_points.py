@@ -215,7 +215,25 @@ def test_points_need_the_scope_own():
 def test_memories_are_never_written_to():
     made, given = estimator()
     _, memory = made.step_towards(scan(given, WALL, np.zeros((1, 3)), 0), 0.0, made.init(), None)
-    before = memory.points.copy(), memory.anchors.copy(), memory.half_spaces.h.copy()
+    held = (memory.points, memory.anchors, memory.past, memory.places, memory.tracks, memory.half_spaces.h)
+    before = [array.tobytes() for array in held]
     made.step_towards(scan(given, WALL, np.full((1, 3), 0.1), 1), 0.1, memory, np.zeros((1, 2)))
-    for old, now in zip(before, (memory.points, memory.anchors, memory.half_spaces.h), strict=True):
-        np.testing.assert_array_equal(old, now)
+    for old, now in zip(before, held, strict=True):
+        assert old == now.tobytes()
+
+
+def test_how_much_room_a_memory_has_changes_nothing():
+    made, given = estimator()
+    narrow = wide = made.init()
+    most = 8 * given.sensors.beams.count
+    for frame in range(12):
+        pose = np.array([[0.05 * frame, 0.0, 0.1 * frame]])
+        seen = scan(given, L_SHAPE, pose, frame)
+        room = np.zeros((1, most - narrow.used), narrow.points.dtype)
+        wide = wide._replace(points=np.concatenate([wide.points[:, : wide.used], room], axis=1), used=most)
+        found, narrow = made.step_towards(seen, 0.1 * frame, narrow, np.array([[1.0, 0.0]]))
+        same, wide = made.step_towards(seen, 0.1 * frame, wide, np.array([[1.0, 0.0]]))
+        np.testing.assert_array_equal(found.h, same.h)
+        np.testing.assert_array_equal(found.G, same.G)
+        assert narrow.points.shape[1] < most
+    assert found.active.any()

@@ -136,6 +136,23 @@ def test_a_violated_run_exits_with_1(ideal, capsys):
     assert json.loads(capsys.readouterr().out)["outcome"] == "violated"
 
 
+@pytest.mark.skipif(sys.platform == "darwin", reason="its file names are UTF-8")
+def test_a_file_s_name_need_not_be_utf_8(ideal, capsys):
+    """The name goes into the log, where texts are UTF-8."""
+    file = os.fsdecode(b"bad\xff.yaml")
+    Path("ideal.yaml").rename(file)
+    assert main(["run", file, "--quiet"]) == 0
+    assert {path.name for path in Path().iterdir()} == {file, "bad\\xff.mcap"}
+    assert main(["compare", "bad\\xff.mcap", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)[0]["scenario"] == "bad\\xff"
+
+
+def test_a_backend_of_matplotlib_that_is_not_there_is_not_asked_for():
+    code = "from pbrg_mj.cli.main import main; assert main(['--version']) == 0; import matplotlib"
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "MPLBACKEND": "nosuch"}
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, env=environment)
+
+
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])
 def test_ctrl_c_and_other_ends_leave_a_whole_log(ideal, number, code):
     command = [sys.executable, "-m", "pbrg_mj.cli.main", "run", "ideal.yaml", "--duration", "5000"]

@@ -25,6 +25,9 @@ WRONG = {
     ("export", "there.mcap", "-o", "r.xlsx"): "r.xlsx: the name ends in '.xlsx'; allowed: .npz, .mat, .csv",
     ("plot", "there.mcap", "-o", "r.gif"): "r.gif: the name ends in '.gif'; allowed: .pdf, .png, .svg",
     ("report", "there.mcap", "-o", "r.txt"): "r.txt: the name ends in '.txt'; allowed: .html, .htm",
+    ("export", "there.mcap", "-o", "folder.csv"): "folder.csv: cannot write: Is a directory",
+    ("plot", "there.mcap", "-o", "folder.svg"): "folder.svg: cannot write: Is a directory",
+    ("report", "there.mcap", "-o", "folder.html"): "folder.html: cannot write: Is a directory",
     ("replay", "nosuch.mcap", "--verify"): "nosuch.mcap: there is no such file",
     ("repair", "nosuch.mcap", "-o", "r.mcap"): "nosuch.mcap: there is no such file",
     ("sweep", "nosuch.yaml", "-o", "r"): "nosuch.yaml: is not there",
@@ -49,11 +52,14 @@ def told(tmp_path_factory) -> dict[tuple[str, ...], tuple[int, str]]:
     folder = tmp_path_factory.mktemp("early")
     for name in ("there.mcap", "there.npz"):
         (folder / name).touch()
+    folders = {f"folder.{suffix}" for suffix in ("csv", "svg", "html")}
+    for name in folders:
+        (folder / name).mkdir()
     given = json.dumps([list(arguments) for arguments in WRONG])
     done = subprocess.run(
         [sys.executable, "-c", CODE], input=given, capture_output=True, text=True, check=True, cwd=folder
     )
-    assert {path.name for path in folder.iterdir()} == {"there.mcap", "there.npz"}
+    assert {path.name for path in folder.iterdir()} == {"there.mcap", "there.npz", *folders}
     return {arguments: tuple(one) for arguments, one in zip(WRONG, json.loads(done.stdout), strict=True)}
 
 

@@ -112,3 +112,9 @@ def test_a_world_answers_greetings_until_all_have_come(monkeypatch: pytest.Monke
     assert (came[0].kind, came[0].robot, came[1]) == (Kind.HELLO, WORLD, box.address)
     other.close()
     box.close()
+
+
+def test_a_robot_is_not_sent_to_port_0(capsys: pytest.CaptureFixture[str]) -> None:
+    """Any free port, for one who listens; nowhere, for one who connects."""
+    assert main(["robot", "paper/simulation_near", "1", "--connect", "127.0.0.1:0"]) == 2
+    assert capsys.readouterr() == ("", "error: no way to 127.0.0.1:0: nobody is at port 0\n")

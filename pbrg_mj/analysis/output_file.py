@@ -49,6 +49,8 @@ def write_text_atomically(path: Path, text: str) -> None:
 def check_place(path: Path) -> None:
     """Raise InputError, as `write_atomically` would, unless a file can be made here; before work that takes long."""
     check_regular(path)
+    if path.is_dir():
+        raise InputError(f"cannot write: {os.strerror(errno.EISDIR)}", file=str(path))
     folder = path.parent
     if not os.access(folder, os.W_OK | os.X_OK):
         error = errno.EACCES if folder.is_dir() else errno.ENOTDIR if folder.exists() else errno.ENOENT

@@ -102,6 +102,7 @@ _add("doctor", doctor.doctor)
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code; `arguments` default to the process's own."""
     keep_standard_streams()
+    os.environ.pop("MPLBACKEND", None)  # figures go to files; one that is not there would be an error of every figure
     logging.getLogger("pbrg_mj").addHandler(NOTES)
     given, debug = _without_debug(sys.argv[1:] if arguments is None else arguments)
     with one_line_each(debug=debug) as failed:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
@@ -46,7 +47,7 @@ def run(
     ignore_mujoco_gl()
     wait, path = pacer(pace), output and log_path(output, force=force)  # what is wrong here need not wait for imports
     loaded = pbrg.load(scenario, overrides or (), seed=seed, duration=duration)
-    path = path or log_path(f"{loaded.name.rsplit('/', 1)[-1]}.mcap", force=force)
+    path = path or log_path(os.fsdecode(f"{loaded.name.rsplit('/', 1)[-1]}.mcap".encode()), force=force)
     from pbrg_mj.api.profile import Profile
     from pbrg_mj.api.simulate import record, robots_apart
 

@@ -106,7 +106,7 @@ def _find(source: str | Path) -> tuple[Path, str]:
         raise InputError("the scenario's name is empty; allowed: a file, or a bundled name (see: pbrg list)")
     path = Path(source)
     if _exists(path) and not path.is_dir():
-        return path, path.stem
+        return path, os.fsencode(path.stem).decode("utf-8", "backslashreplace")  # as it stands in logs, in UTF-8
     bundled = bundled_scenarios() | bundled_families()
     name = path.as_posix().removesuffix(".yaml")
     if name in bundled:

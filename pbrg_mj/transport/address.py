@@ -33,6 +33,8 @@ class Address(NamedTuple):
         """Return this machine's own address on the way there. Raises InputError when there is no way."""
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             try:
+                if not self.port:
+                    raise InputError(f"no way to {self}: nobody is at port 0")
                 probe.connect(self)  # which sends nothing
             except OSError as error:
                 raise InputError(f"no way to {self}: {reason(error)}") from None
@@ -47,4 +49,4 @@ def reason(error: Exception) -> str:
     """Return in words why a socket cannot do what it is asked."""
     if isinstance(error, OSError) and error.errno == errno.EADDRINUSE:
         return "somebody else has it"
-    return str(error)
+    return (error.strerror if isinstance(error, OSError) else None) or str(error)

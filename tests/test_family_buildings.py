@@ -37,13 +37,15 @@ def world(seed: int, text: str = FAMILY, *overrides: str):
 
 @cache
 def seeds_of(walls: int) -> list[int]:
-    """Seeds whose building has so many walls in sight."""
-    return [seed for seed in range(1, 40) if len(world(seed).world.walls) == walls]
+    """Seeds whose building has so many walls in sight: about half of them."""
+    found = [seed for seed in range(1, 40) if len(world(seed).world.walls) == walls]
+    assert 10 < len(found) < 29
+    return found
 
 
 def test_a_seed_draws_one_of_the_buildings_and_a_place_on_its_way():
     first, second = seeds_of(3), seeds_of(1)
-    assert len(first) + len(second) == 39 and min(len(first), len(second)) > 10
+    assert len(first) + len(second) == 39
     places = []
     for seed in first:
         drawn = world(seed)

@@ -14,6 +14,7 @@ from pbrg_mj.scenario.load import load_scenario
 
 SCRIPTS = Path(__file__).parents[1] / "scripts"
 LOW, HIGH = np.array([-2.0, -1.5]), np.array([5.0, 2.0])  # of a room, in the log's frame [m]
+PASSER_BY = np.array([2.2, -0.7])  # stands there in three scans
 
 
 @pytest.fixture(autouse=True)
@@ -36,15 +37,18 @@ def ranges(place: np.ndarray, heading: float, random: np.random.Generator, n: in
 
 
 def log(folder: Path, heading: float = 0.0, n: int = 180) -> Path:
-    """A log of a robot that drives 3 m along the room and sees somebody in its way once, and once beside it."""
+    """A log of a robot that drives 3 m along the room and sees somebody in its way once, and thrice beside it."""
+    from walls_from_scans import bearings
+
     random, lines = np.random.default_rng(4), ["# a log\n", "PARAM x y\n"]
     for k in range(13):
         place = np.array([0.25 * k, 0.0])
         read = ranges(place, heading, random, n)
         if k == 4:
             read[n // 2 - 3 : n // 2 + 3] = 0.8
-        if k == 6:
-            read[n // 4 - 3 : n // 4 + 3] = 1.0
+        if k in (5, 6, 7):
+            off = PASSER_BY - place
+            read[np.abs(heading + bearings(n) - np.arctan2(off[1], off[0])) < 0.05] = np.hypot(*off)
         pose = [*place, heading]
         lines.append(" ".join(["FLASER", str(n), *(f"{one:.3f}" for one in read), *map(str, pose * 2), "0 host 0\n"]))
     file = folder / "room.log.gz"

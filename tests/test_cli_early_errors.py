@@ -13,6 +13,15 @@ WRONG = {
     ("run", "paper/experiment_near", "--duration", "0.1", "--output", "r"): "r: a log's name ends in .mcap",
     (*RUN, "-o", "there.mcap"): "there.mcap: exists; --force",
     (*RUN, "-o", "nowhere/r.mcap"): "cannot write nowhere/r.mcap: there is no folder nowhere",
+    (*RUN, "--seed", "-1"): "--seed is -1; allowed: a whole number at least 0 and less than 9223372036854775808",
+    ("robot", "paper/experiment_near", "1", "--connect", "localhost:1", "--seed", "-1"): "--seed is -1; allowed: ",
+    ("draw", "families/boxes", "--seed", str(2**63)): f"--seed is {2**63}; allowed: ",
+    ("run", "paper/nosuch"): "'paper/nosuch' is neither a file nor a bundled scenario; ",
+    ("batch", "paper/nosuch"): "'paper/nosuch' is neither a file nor a bundled scenario; ",
+    ("validate", "paper/nosuch"): "'paper/nosuch' is neither a file nor a bundled scenario; ",
+    ("show", "nosuch"): "'nosuch' is neither a file nor a bundled scenario; ",
+    ("reproduce", "-o", "full"): "full/experiment_near.mcap: exists; --force",
+    ("reproduce", "-o", "there.npz"): "there.npz: this is not a folder",
     (*RUN, "--pace", "-1"): "--pace is -1",
     (*BATCH, "--seeds", "x"): "--seeds is 'x'",
     (*BATCH, "-o", "r.txt"): "r.txt: the name ends in '.txt'; allowed: .npz",
@@ -20,6 +29,7 @@ WRONG = {
     ("compare", "there.mcap", "nosuch.mcap"): "nosuch.mcap: there is no such file",
     ("export", "nosuch.mcap", "-o", "r.npz"): "nosuch.mcap: there is no such file",
     ("plot", "nosuch.mcap", "-o", "r.png"): "nosuch.mcap: there is no such file",
+    ("render", "there.mcap", "-o", "r.avi"): "r.avi: the name ends in '.avi'; allowed: .mp4, .webm, .gif, .webp, .png",
     ("render", "nosuch.mcap", "-o", "r.mp4"): "nosuch.mcap: there is no such file",
     ("report", "nosuch.mcap", "-o", "r.html"): "nosuch.mcap: there is no such file",
     ("export", "there.mcap", "-o", "r.xlsx"): "r.xlsx: the name ends in '.xlsx'; allowed: .npz, .mat, .csv",
@@ -50,7 +60,8 @@ print(json.dumps(told))
 @pytest.fixture(scope="module")
 def told(tmp_path_factory) -> dict[tuple[str, ...], tuple[int, str]]:
     folder = tmp_path_factory.mktemp("early")
-    for name in ("there.mcap", "there.npz"):
+    (folder / "full").mkdir()
+    for name in ("there.mcap", "there.npz", "full/experiment_near.mcap"):
         (folder / name).touch()
     folders = {f"folder.{suffix}" for suffix in ("csv", "svg", "html")}
     for name in folders:
@@ -59,7 +70,7 @@ def told(tmp_path_factory) -> dict[tuple[str, ...], tuple[int, str]]:
     done = subprocess.run(
         [sys.executable, "-c", CODE], input=given, capture_output=True, text=True, check=True, cwd=folder
     )
-    assert {path.name for path in folder.iterdir()} == {"there.mcap", "there.npz", *folders}
+    assert {path.name for path in folder.iterdir()} == {"there.mcap", "there.npz", "full", *folders}
     return {arguments: tuple(one) for arguments, one in zip(WRONG, json.loads(done.stdout), strict=True)}
 
 
@@ -83,9 +94,13 @@ def test_a_scenario_is_checked_before_the_simulator_is_imported(tmp_path):
 def test_the_names_that_are_checked_early_are_those_that_are_written():
     from pbrg_mj.analysis import export
     from pbrg_mj.analysis.figures import figure
+    from pbrg_mj.analysis.metrics import paper_table
     from pbrg_mj.analysis.report import page
     from pbrg_mj.api import files
+    from pbrg_mj.video import encode
 
     assert tuple(export.WRITERS) == files.ARRAYS
     assert tuple(figure.METADATA) == files.FIGURES
     assert tuple(page.SUFFIXES) == files.PAGES
+    assert encode.SUFFIXES == files.PICTURES
+    assert paper_table.RUNS == files.PAPER

@@ -1,4 +1,4 @@
-"""Files that users name, checked at once: nothing that takes long is imported or computed before."""
+"""Files, scenarios and seeds that users name, checked at once: nothing slow is imported or computed before."""
 
 from __future__ import annotations
 
@@ -8,10 +8,13 @@ from pbrg_mj.analysis.output_file import by_suffix, check_place
 from pbrg_mj.errors import InputError
 from pbrg_mj.log.read.existing import check_exists
 from pbrg_mj.log.write.log_file import check_writable
+from pbrg_mj.scenario.find import find_scenario
 
 ARRAYS = (".npz", ".mat", ".csv")
 FIGURES = (".pdf", ".png", ".svg")
 PAGES = (".html", ".htm")
+PICTURES = (".mp4", ".webm", ".gif", ".webp", ".png")
+PAPER = ("simulation_near", "simulation_inadmissible", "experiment_near", "experiment_inadmissible")
 
 
 def log_path(path: str | Path, *, force: bool) -> Path:
@@ -46,3 +49,21 @@ def check_arrays(path: str | Path, *, force: bool) -> None:
     """Raise InputError when a batch's arrays may not or cannot be written here, or the name does not end in .npz."""
     by_suffix(Path(path), {".npz": None})
     check_writable(Path(path), force=force)
+
+
+def check_paper_folder(folder: str | Path, *, force: bool) -> None:
+    """Raise InputError when this is no folder, or the logs of the paper's runs may not or cannot be written in it."""
+    folder = Path(folder)
+    if not folder.exists():
+        return
+    if not folder.is_dir():
+        raise InputError("this is not a folder", file=str(folder))
+    for name in PAPER:
+        check_writable(folder / f"{name}.mcap", force=force)
+
+
+def check_scenario(source: str | Path, seed: int | None = None) -> None:
+    """Raise InputError when a scenario is neither a file nor a bundled one, or for a seed that none can have."""
+    find_scenario(source)
+    if seed is not None and not 0 <= seed < 2**63:
+        raise InputError(f"--seed is {seed}; allowed: a whole number at least 0 and less than {2**63}")

@@ -12,12 +12,12 @@ from pbrg_mj.analysis.metrics.paper_table import RUNS, as_json, markdown
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics
 from pbrg_mj.analysis.output_file import write_text_atomically
 from pbrg_mj.api.compare import Comparison
+from pbrg_mj.api.files import check_paper_folder
 from pbrg_mj.api.interrupt import Interrupted
 from pbrg_mj.api.run import Run
 from pbrg_mj.api.scenario import Scenario, load
 from pbrg_mj.api.simulate import Sink, run
 from pbrg_mj.errors import InputError
-from pbrg_mj.log.write.log_file import check_writable
 
 Watch = Callable[[Scenario], AbstractContextManager[Sink]]
 
@@ -55,11 +55,8 @@ def reproduce(
 def _prepare(folder: Path, *, force: bool) -> None:
     if find_spec("matplotlib") is None:  # before the runs, which take longer
         raise InputError("figures need matplotlib: pip install matplotlib")
-    if folder.exists() and not folder.is_dir():
-        raise InputError("this is not a folder", file=str(folder))
+    check_paper_folder(folder, force=force)
     folder.mkdir(parents=True, exist_ok=True)
-    for name in RUNS:
-        check_writable(folder / f"{name}.mcap", force=force)
 
 
 def _simulate(scenario: Scenario, path: Path, watch: Watch) -> tuple[Path, Run]:

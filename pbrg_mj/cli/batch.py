@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 import pbrg_mj as pbrg
-from pbrg_mj.api.files import check_arrays
+from pbrg_mj.api.files import check_arrays, check_scenario
 from pbrg_mj.api.seeds import seeds_of
 from pbrg_mj.cli.arguments import Duration, Force, Overrides, ScenarioName, ignore_mujoco_gl
 from pbrg_mj.cli.console import emit, emit_json
@@ -33,6 +33,7 @@ def batch(
     wanted = seeds_of(seeds)
     if output is not None:
         check_arrays(output, force=force)
+    check_scenario(scenario)
     loaded = pbrg.load(scenario, overrides or (), duration=duration)
     with compiling_noted():
         made = pbrg.batch(loaded, wanted, path=output, force=force, threads=threads or os.cpu_count())

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 import pbrg_mj as pbrg
-from pbrg_mj.api.files import check_study_file
+from pbrg_mj.api.files import check_scenario, check_study_file
 from pbrg_mj.cli.arguments import ScenarioName, ignore_mujoco_gl
 from pbrg_mj.cli.console import emit, emit_json
 from pbrg_mj.cli.study import Json, Study, StudyFolder, with_study_options
@@ -29,6 +29,7 @@ def falsify(
     The same command goes on after a kill. Exit code 1 when a failure was found.
     """
     check_study_file(search)
+    check_scenario(scenario)
     ignore_mujoco_gl()
     made = study(pbrg.falsify, scenario, search, output, budget=budget)
     if json:

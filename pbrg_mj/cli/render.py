@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 import pbrg_mj as pbrg
-from pbrg_mj.api.files import check_logs
+from pbrg_mj.api.files import PICTURES, check_logs, check_output
 from pbrg_mj.errors import InputError
 
 STILL = ".png"
@@ -40,6 +40,7 @@ def render(
     if at is not None and not still:
         raise InputError("--at is for stills (.png); a video has --start and --end")
     check_logs(log)
+    check_output(output, PICTURES)
     hidden = tuple(filter(None, hide.split(",")))
     with _progress(wanted=not still) as shown:
         pbrg.render(

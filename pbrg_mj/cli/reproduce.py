@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import pbrg_mj as pbrg
+from pbrg_mj.api.files import PAPER, check_paper_folder
 from pbrg_mj.cli.arguments import Force, ignore_mujoco_gl
 from pbrg_mj.cli.console import emit, emit_json, note
 from pbrg_mj.cli.progress import progress
@@ -31,14 +32,14 @@ def reproduce(
     The same files at every repetition: wall-clock times are left out. Exit code 1 when a run was violated or diverged.
     """
     ignore_mujoco_gl()
-    from pbrg_mj.api.reproduce import RUNS
+    check_paper_folder(output, force=force)
 
     numbers = count(1)
 
     @contextmanager
     def watch(scenario: Scenario) -> Iterator[Callable[[TickRecord], None]]:
         if sys.stderr.isatty():
-            note(f"{next(numbers)} of {len(RUNS)}: {scenario.name.removeprefix('paper/')}")
+            note(f"{next(numbers)} of {len(PAPER)}: {scenario.name.removeprefix('paper/')}")
         with progress(scenario.settings.timing.duration, True) as shown:
             yield shown
 

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 import pbrg_mj as pbrg
+from pbrg_mj.api.files import check_scenario
 from pbrg_mj.cli.arguments import Duration, Overrides, ScenarioName, ignore_mujoco_gl
 
 
@@ -23,6 +24,7 @@ def robot(
     Scenario, seed, duration and overrides are those of the run. Exit code 1 when no world answers or it is gone.
     """
     ignore_mujoco_gl()
+    check_scenario(scenario, seed)
     from pbrg_mj.api.simulate import run_robot
 
     run_robot(pbrg.load(scenario, overrides or (), seed=seed, duration=duration), number, connect)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import pbrg_mj as pbrg
-from pbrg_mj.api.files import log_path
+from pbrg_mj.api.files import check_scenario, log_path
 from pbrg_mj.cli.arguments import Duration, Force, Overrides, ScenarioName, ignore_mujoco_gl
 from pbrg_mj.cli.console import emit, emit_json, note
 from pbrg_mj.cli.progress import progress
@@ -46,6 +46,7 @@ def run(
     """Run a scenario headlessly and write its log. Exit code 1 when it was violated or diverged."""
     ignore_mujoco_gl()
     wait, path = pacer(pace), output and log_path(output, force=force)  # what is wrong here need not wait for imports
+    check_scenario(scenario, seed)
     loaded = pbrg.load(scenario, overrides or (), seed=seed, duration=duration)
     path = path or log_path(os.fsdecode(f"{loaded.name.rsplit('/', 1)[-1]}.mcap".encode()), force=force)
     from pbrg_mj.api.profile import Profile

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 import pbrg_mj as pbrg
+from pbrg_mj.api.files import check_scenario
 from pbrg_mj.api.text import plain
 from pbrg_mj.cli.arguments import BundledName, FamilyName, Force, Overrides, ScenarioNames
 from pbrg_mj.cli.console import emit, emit_json, note
@@ -32,6 +33,7 @@ def list_scenarios(
 
 def show(name: BundledName) -> None:
     """Print a scenario's or a family's YAML, comments included."""
+    check_scenario(name)
     loaded = pbrg.load(name)
     emit((loaded.family_yaml or loaded.yaml).rstrip("\n"))
 
@@ -44,6 +46,7 @@ def draw(
     overrides: Overrides = None,
 ) -> None:
     """Print or write the concrete scenario that a seed draws from a family of worlds."""
+    check_scenario(family, seed)
     world = pbrg.draw(family, seed, overrides or (), path=output, force=force)
     if output is None:
         emit(world.yaml.rstrip("\n"))
@@ -80,6 +83,7 @@ def validate(files: ScenarioNames) -> int:
     wrong = 0
     for file in files:
         try:
+            check_scenario(file)
             scenario = pbrg.load(file)
         except InputError as error:
             note(f"error: {error}")

@@ -1,6 +1,7 @@
 """From YAML to a frozen, validated `Scenario`.
 
 load              a file or bundled name, with overrides -> Scenario
+find              a file or bundled name -> the file
 bundled           where the bundled scenarios and models are
 parse             YAML text -> data with line numbers -> overrides -> Scenario
 polygons          simple polygons in convex parts

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,9 +10,9 @@ from pathlib import Path
 from typing import BinaryIO
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.scenario.bundled import bundled_families, bundled_scenarios
 from pbrg_mj.scenario.diagnostics import yaml_text
 from pbrg_mj.scenario.families.draw import draw_world, is_family
+from pbrg_mj.scenario.find import find_scenario
 from pbrg_mj.scenario.parse.document import MOST_BYTES, TOO_LARGE, Document, read_document, write_document
 from pbrg_mj.scenario.parse.overrides import apply_overrides
 from pbrg_mj.scenario.parse.renamed_keys import rename_keys
@@ -53,7 +52,7 @@ def load_scenario(source: str | Path, overrides: Sequence[str] = ()) -> LoadedSc
 
 def scenario_text(source: str | Path) -> tuple[str, str, str]:
     """Return the YAML text of a file or a bundled scenario, its name, and the file. Raises InputError."""
-    path, name = _find(source)
+    path, name = find_scenario(source)
     return read_text(path), name, str(path)
 
 
@@ -98,31 +97,6 @@ def _document(text: str, file: str) -> Document:
             line=1,
         )
     return rename_keys(document, file)
-
-
-def _find(source: str | Path) -> tuple[Path, str]:
-    """Return the file, and the scenario's name. A file goes before a bundled scenario of the same name."""
-    if not str(source):
-        raise InputError("the scenario's name is empty; allowed: a file, or a bundled name (see: pbrg list)")
-    path = Path(source)
-    if _exists(path) and not path.is_dir():
-        return path, os.fsencode(path.stem).decode("utf-8", "backslashreplace")  # as it stands in logs, in UTF-8
-    bundled = bundled_scenarios() | bundled_families()
-    name = path.as_posix().removesuffix(".yaml")
-    if name in bundled:
-        return bundled[name], name
-    if _exists(path):
-        raise InputError("is a folder; allowed: a scenario's YAML file", file=str(path))
-    near = difflib.get_close_matches(name, bundled, n=1)
-    hint = f"did you mean {near[0]}?" if near else "see: pbrg list"
-    raise InputError(f"{yaml_text(str(source))} is neither a file nor a bundled scenario; {hint}")
-
-
-def _exists(path: Path) -> bool:
-    try:
-        return path.exists()
-    except OSError:  # a name that is too long, a folder that may not be searched
-        return False
 
 
 def read_text(path: Path) -> str:

@@ -14,11 +14,14 @@ from pathlib import Path
 import numba
 import numpy as np
 import pytest
-from numba.core import event
+from llvmlite.binding import ffi
+from numba.core import errors, event, ir
+from numba.core.postproc import PostProcessor
 from numba.core.runtime import _nrt_python, rtsys
 
 import pbrg_mj
 from pbrg_mj.kernel import cache_folder, clock, kernel, watching_compilation
+from pbrg_mj.kernel.compiler import IS_TESTED
 from pbrg_mj.kernel.decorator import Kernel
 from pbrg_mj.kernel.fingerprint import fingerprint
 from pbrg_mj.kernel.stopwatch import not_counted
@@ -176,6 +179,38 @@ def test_what_a_kernel_calls_is_neither_optimised_nor_made_code_of_by_itself():
     assert seen == ["outer"]
     assert inner(1.0) == 2.0  # and Python may call it all the same
     assert not inner._twin.overloads[(numba.float64,)].library._compiled
+
+
+@compiled
+@pytest.mark.skipif(not IS_TESTED, reason="numba compiles as it does")
+def test_a_constant_that_is_an_argument_is_no_type_of_its_own():
+    @kernel
+    def scaled(x, pair):
+        factor, power = pair
+        return factor * x**power
+
+    @kernel
+    def outer(x, n):
+        return scaled(x, (2, 1)) + scaled(x, (3, 2)) + scaled(x, (n, n))
+
+    assert outer(2.0, 1) == 2.0 * 2.0 + 3.0 * 4.0 + 2.0
+    assert len(scaled._twin.overloads) == 1
+
+
+@compiled
+@pytest.mark.skipif(not IS_TESTED, reason="numba compiles as it does")
+def test_numba_is_as_it_was_after_a_kernel_that_cannot_be_compiled():
+    @kernel
+    def wrong(x):
+        return x.nothing
+
+    def state():
+        return ir.Loc.strformat, errors.WarningsFixer.catch_warnings, list(ffi.lib._lock._cblist), PostProcessor.run
+
+    before = state()
+    with pytest.raises(errors.TypingError, match=r'File ".*test_kernel\.py", line \d+'):
+        wrong(1.0)
+    assert state() == before
 
 
 @compiled

@@ -4,6 +4,7 @@
     compiler         how they are compiled: with the numba this is written for as below, else as numba does by default
     pipeline         numba's passes as kernels need them
     numba_functions  numba's own functions in kernels: np.empty, min, operators
+    quiet            numba without events, colours and warnings while it compiles
     lowering         arguments and parts of them, without counting references
     elements         elements of arrays
     libraries        one library of machine code for all that a call from Python leads to

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import cache
+from types import BuiltinFunctionType
 from typing import Any
 
 from numba.core import ir, types
@@ -32,12 +33,13 @@ def lean_numba(dispatcher: type[CPUDispatcher]) -> Iterator[None]:
     dict.__setitem__(dispatcher_registry, CPU, dispatcher)  # numba's own refuses to set a key again
     NRTContext.get_meminfos, CPUContext.get_arg_packer, ir.Inst._rec_list_vars = _references, _packer, _variables
     typing.resolve_function_type = _remembering(typing.resolve_function_type)
+    typing.resolve_value_type = _remembering_operators(typing.resolve_value_type)
     try:
         yield
     finally:
         dict.__setitem__(dispatcher_registry, CPU, numbas)
         NRTContext.get_meminfos, CPUContext.get_arg_packer, ir.Inst._rec_list_vars = meminfos, packer, variables
-        del typing.resolve_function_type
+        del typing.resolve_function_type, typing.resolve_value_type
 
 
 def _remembering(resolve: Callable[..., Any]) -> Callable[..., Any]:
@@ -55,6 +57,20 @@ def _remembering(resolve: Callable[..., Any]) -> Callable[..., Any]:
             if signature is not None:
                 _signatures[key] = signature
         return signature
+
+    return found
+
+
+def _remembering_operators(resolve: Callable[..., Any]) -> Callable[..., Any]:
+    """Return numba's search for the type of a constant, which searches once for functions such as `operator.add`."""
+    known: dict[Any, Any] = {}
+
+    def found(value: Any) -> Any:
+        if type(value) is not BuiltinFunctionType:
+            return resolve(value)
+        if value not in known:
+            known[value] = resolve(value)
+        return known[value]
 
     return found
 

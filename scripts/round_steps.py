@@ -1,6 +1,6 @@
 """At how many random optima rounds of some lengths are unstable: the tables of docs/theory.md.
 
-python -m scripts.round_steps 600 [--seed 7]    # a second each
+python -m scripts.round_steps 600 [--seed 7]    # 0.15 s each
 
 The optima, and the round linearised at each, are those of tests/test_governor_stability.py and
 tests/test_governor_proximal.py.

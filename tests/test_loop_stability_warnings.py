@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 
 from pbrg_mj.cli.main import main
-from pbrg_mj.loop.stability_warnings import stability_warnings
+from pbrg_mj.governor.stability.proximal_step import proximal_step_bound
+from pbrg_mj.loop.stability_warnings import stability_warnings, step_bound
 from pbrg_mj.scenario.load import load_scenario
+from pbrg_mj.team.graph import network
 
 
 def paper(*overrides):
@@ -59,3 +61,17 @@ def test_the_run_warns_beforehand_and_says_diverged_afterwards(tmp_path, capsys)
     assert json.loads(printed.out)["outcome"] == "diverged"
     assert main(["validate", "paper/simulation_near"]) == 0
     assert "warning" not in capsys.readouterr().err
+
+
+def test_what_bounds_a_round_is_told_by_its_name():
+    explicit, proximal = step_bound(paper()), step_bound(paper("governor.integration=proximal"))
+    assert "(explicit): linear modes alone are stable up to" in explicit
+    assert explicit.endswith("no bound is proved for explicit rounds")
+    assert "(proximal): proved to converge below" in proximal
+    assert (
+        step_bound(paper("governor.kind=centralized"))
+        == "no rounds whose length is bounded (governor.kind: centralized)"
+    )
+    team = network(paper())
+    bound = proximal_step_bound(team, 7.0, 5 * paper().estimator.half_spaces_per_robot)
+    assert f"below {bound:.2g} s" in step_bound(paper("governor.integration=proximal", "governor.alpha=7.0"))

@@ -15,7 +15,7 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.loop.network_warnings import network_warnings
 from pbrg_mj.loop.resources import resource_warnings
 from pbrg_mj.loop.response_warnings import response_warnings
-from pbrg_mj.loop.stability_warnings import stability_warnings
+from pbrg_mj.loop.stability_warnings import stability_warnings, step_bound
 from pbrg_mj.plugins import is_centralized
 from pbrg_mj.scenario.bundled import bundled_families, bundled_scenarios
 from pbrg_mj.scenario.families.json_schema import family_json_schema
@@ -69,6 +69,10 @@ class Scenario:
         """Return one line for everything that makes a run likely to fail; empty when no risk is known."""
         one = self.settings
         return [*resource_warnings(one), *network_warnings(one), *stability_warnings(one), *response_warnings(one)]
+
+    def step_bound(self) -> str:
+        """Return one line: how long a round of the distributed governor is and may be, and what that rests on."""
+        return step_bound(self.settings)
 
     def __repr__(self) -> str:
         """Name the scenario."""

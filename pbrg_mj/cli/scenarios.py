@@ -78,7 +78,10 @@ def schema(
         write_schema(output, family=family)
 
 
-def validate(files: ScenarioNames) -> int:
+def validate(
+    files: ScenarioNames,
+    step: Annotated[bool, typer.Option("--step", help="Print how long a round of the governor may be, too.")] = False,
+) -> int:
     """Check scenario files."""
     wrong = 0
     for file in files:
@@ -91,6 +94,8 @@ def validate(files: ScenarioNames) -> int:
         else:
             one = scenario.settings
             emit(f"{plain(file)}: ok, {counted(one.robots, 'robot')}, {one.plant} plant, {one.timing.duration:g} s")
+            if step:
+                emit(f"{plain(file)}: {scenario.step_bound()}")
             for line in scenario.warnings():
                 note(f"warning: {plain(file)}: {line}")
     return 2 if wrong else 0

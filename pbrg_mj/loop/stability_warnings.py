@@ -1,4 +1,4 @@
-"""Warnings before a run: steps or delays that are unstable by linear theory."""
+"""Before a run: how long a round may be, and warnings of steps or delays that are unstable by linear theory."""
 
 from __future__ import annotations
 
@@ -28,6 +28,20 @@ def stability_warnings(scenario: Scenario) -> list[str]:
     return [*_pre_stabiliser(scenario), *_governor(scenario)]
 
 
+def step_bound(scenario: Scenario) -> str:
+    """Return one line: how long a round of the distributed governor is and may be, and what that rests on."""
+    if scenario.governor.kind != "distributed":
+        return f"no rounds whose length is bounded (governor.kind: {scenario.governor.kind})"
+    given = f"rounds of {round_step(scenario):.3g} s ({scenario.governor.integration}): "
+    if scenario.robots > MOST_ROBOTS:
+        return f"{given}what they may be is not computed for more than {MOST_ROBOTS} robots"
+    if scenario.governor.integration == "proximal":
+        bound = _proximal_bound(scenario, network(scenario))
+        return f"{given}proved to converge below {bound:.2g} s, of a problem that is held and messages in their round"
+    limit = linear_step_limit(network(scenario), scenario.governor.alpha, _gradients(scenario))
+    return f"{given}linear modes alone are stable up to {limit:.2g} s; no bound is proved for explicit rounds"
+
+
 def _pre_stabiliser(scenario: Scenario) -> Iterator[str]:
     """Yield what is known of a team that hears p and xi late: of the longest delay, on all links."""
     messages, team = exchange(scenario), network(scenario)
@@ -55,9 +69,13 @@ def _governor(scenario: Scenario) -> list[str]:
     team = network(scenario)
     if scenario.governor.integration == "proximal":
         return list(_proximal_step(scenario, team))
-    ball = BallCertificate.of(scenario, team)
-    gradients = steepest_gradients(team, ball.formation, ball.inputs, ball.growth)
+    gradients = _gradients(scenario)
     return list(_step(scenario, gradients)) or list(_delay(scenario, gradients))
+
+
+def _gradients(scenario: Scenario) -> np.ndarray:
+    ball = BallCertificate.of(scenario, network(scenario))
+    return steepest_gradients(network(scenario), ball.formation, ball.inputs, ball.growth)
 
 
 def _step(scenario: Scenario, gradients: np.ndarray) -> Iterator[str]:
@@ -71,13 +89,17 @@ def _step(scenario: Scenario, gradients: np.ndarray) -> Iterator[str]:
 
 
 def _proximal_step(scenario: Scenario, team: Network) -> Iterator[str]:
-    step, rows = round_step(scenario), scenario.estimator.half_spaces_per_robot * scenario.robots
-    bound = proximal_step_bound(team, scenario.governor.alpha, rows)
+    step, bound = round_step(scenario), _proximal_bound(scenario, team)
     if step >= bound:
         yield (
             f"a round of {step:.3g} s may be too long for alpha = {scenario.governor.alpha:g} on this graph: proximal "
             f"rounds are proved to converge up to {bound:.2g} s. More rounds, or a smaller step, help"
         )
+
+
+def _proximal_bound(scenario: Scenario, team: Network) -> float:
+    rows = scenario.estimator.half_spaces_per_robot * scenario.robots
+    return proximal_step_bound(team, scenario.governor.alpha, rows)
 
 
 def _delay(scenario: Scenario, gradients: np.ndarray) -> Iterator[str]:

@@ -18,18 +18,25 @@ class SeenBeams(NamedTuple):
 
 
 @kernel
-def nearest_beam(x, y, directions, parameters):
-    """Return the beam nearest to the direction of (x, y) in the body frame, -1 for none within half a gap."""
-    turns = (math.atan2(y, x) - parameters.first) / (2.0 * math.pi)
-    ahead = (turns - math.floor(turns)) * 2.0 * math.pi / parameters.gap
-    beams = len(parameters.directions)
+def layout(parameters):
+    """Return what tells a beam's direction, without the rest: handing over all parameters takes longer than its use."""
+    return parameters.first, parameters.gap, len(parameters.directions), parameters.closed
+
+
+@kernel
+def nearest_beam(x, y, layout):
+    """Return the beam nearest to the direction of (x, y) in the body frame, -1 for none within half a gap.
+
+    For beams that are apart evenly; where a scan takes time, `nearest_from` goes on from there.
+    """
+    first, gap, beams, closed = layout
+    turns = (math.atan2(y, x) - first) / (2.0 * math.pi)
+    ahead = (turns - math.floor(turns)) * 2.0 * math.pi / gap
     beam = math.floor(ahead + 0.5)
-    if parameters.closed:
+    if closed:
         beam = _all_round(beam, beams)
     elif beam >= beams:
-        beam = 0 if 2.0 * math.pi / parameters.gap - ahead < 0.5 else -1
-    if parameters.scan_time > 0.0 and beam >= 0:
-        return _nearest_from(beam, x, y, directions, parameters)
+        beam = 0 if 2.0 * math.pi / gap - ahead < 0.5 else -1
     return beam
 
 
@@ -46,7 +53,7 @@ def beams_beside(x, y, heading, directions, parameters):
     if parameters.scan_time > 0.0:
         cos, sin = math.cos(heading), math.sin(heading)
         x, y = cos * x + sin * y, cos * y - sin * x
-        a = _nearest_from(a, x, y, directions, parameters)
+        a = nearest_from(a, x, y, directions, parameters)
         if directions[a, 0] * y - directions[a, 1] * x < 0.0:
             a = next_beam(a, -1, parameters)
         return (a, next_beam(a, 1, parameters)) if a >= 0 else (-1, -1)
@@ -69,7 +76,7 @@ def _all_round(k, beams):
 
 
 @kernel
-def _nearest_from(k, x, y, directions, parameters):
+def nearest_from(k, x, y, directions, parameters):
     """Return the beam nearest to a direction, from beam k on: beams of a scan that takes time are apart unevenly."""
     for _ in range(len(directions)):
         best, most = k, directions[k, 0] * x + directions[k, 1] * y

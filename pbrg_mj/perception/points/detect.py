@@ -140,27 +140,27 @@ def _confirmed(points, scan, asked, pose, parameters):
     ux, uy = echo[0] - pose.x, echo[1] - pose.y
     distance = math.sqrt(ux * ux + uy * uy)
     ux, uy = ux / distance, uy / distance
-    found = 0
+    found, beside = 0, parameters.gap * distance
     for i in range(len(points)):
-        if _at_one_place(points[i], echo, (ux, uy, distance), scan, parameters):
+        if _at_one_place(points[i], echo, (ux, uy, beside), scan, parameters.recent):
             found += 1
     if found < needed:
         return False
     for i in range(len(points)):
-        if _at_one_place(points[i], echo, (ux, uy, distance), scan, parameters):
+        if _at_one_place(points[i], echo, (ux, uy, beside), scan, parameters.recent):
             points[i]["binds"] = True
     return True
 
 
 @kernel
-def _at_one_place(other, echo, beam, scan, parameters):
-    if not other["live"] or not 0 < scan - other["scan"] <= parameters.recent:
+def _at_one_place(other, echo, beam, scan, recent):
+    if not other["live"] or not 0 < scan - other["scan"] <= recent:
         return False
-    (x, y, std, pose_std), (ux, uy, distance) = echo, beam
+    (x, y, std, pose_std), (ux, uy, beside) = echo, beam
     dx, dy = other["x"] - x, other["y"] - y
     across = abs(dx * uy - dy * ux)
-    if across > (parameters.gap * distance + 3.0 * (pose_std + other["pose_std"]) + 0.02) * ABOVE:
+    if across > (beside + 3.0 * (pose_std + other["pose_std"]) + 0.02) * ABOVE:
         return False  # most are: no root is taken for them
     poses = 3.0 * math.sqrt(pose_std**2 + other["pose_std"] ** 2) + 0.02
     along = 3.0 * math.sqrt(std**2 + other["std"] ** 2) + poses
-    return abs(dx * ux + dy * uy) <= along and across <= parameters.gap * distance + poses
+    return abs(dx * ux + dy * uy) <= along and across <= beside + poses

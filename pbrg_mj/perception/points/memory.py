@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.points.beams import nearest_beam
+from pbrg_mj.perception.points.beams import layout, nearest_beam, nearest_from
 
 POINT = np.dtype(
     [(name, np.float64) for name in ("x", "y", "std", "pose_std", "bulge", "time")]
@@ -64,7 +64,7 @@ def forget(points, scan, beams, pose, parameters):
     - A point that is hidden, or outside of what the beams reach, stays until `memory` is over.
     """
     ranges, directions = beams
-    cos, sin = math.cos(pose.heading), math.sin(pose.heading)
+    cos, sin, even = math.cos(pose.heading), math.sin(pose.heading), layout(parameters)
     for i in range(len(points)):
         point = points[i]
         if not point["live"]:
@@ -74,7 +74,9 @@ def forget(points, scan, beams, pose, parameters):
             continue
         x, y = point["x"] - pose.x, point["y"] - pose.y
         x, y = cos * x + sin * y, cos * y - sin * x
-        beam = nearest_beam(x, y, directions, parameters)
+        beam = nearest_beam(x, y, even)
+        if parameters.scan_time > 0.0 and beam >= 0:
+            beam = nearest_from(beam, x, y, directions, parameters)
         if beam < 0 or parameters.blocked[beam] or math.isnan(ranges[beam]):
             continue
         dx, dy = directions[beam, 0], directions[beam, 1]

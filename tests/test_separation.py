@@ -181,6 +181,52 @@ def test_the_formation_is_reached_and_displacements_go() -> None:
     np.testing.assert_allclose(ticks[-1].hand_world, team["formation"], atol=1e-3)
 
 
+def approach(w: np.ndarray, theta: float, normals: np.ndarray, offsets: np.ndarray) -> float:
+    """Return by how much n.w exceeds the room of some row, at worst, while w turns by theta."""
+    turned = np.exp(1j * theta * np.linspace(0.0, 1.0, 2001)) * complex(*w)
+    return float(np.max(normals @ np.stack([turned.real, turned.imag]) - offsets[:, None]))
+
+
+def test_a_robot_that_turns_while_it_lags_goes_no_faster_than_other_robots_allow_then() -> None:
+    rng, n, slowed, left = np.random.default_rng(311), 5, 0, 0
+    for _ in range(40):
+        q, u = 0.3 * rng.normal(size=(n, 2)), rng.normal(size=(n, 2))
+        problem, keeper = random_problem(rng, n, 0, q), filter_of(rng, n)
+        problem = replace(problem, p=q - keeper.formation)
+        before = keeper.filtered(problem, q, np.zeros((n, 2)), u)
+        turning, slow = rng.uniform(0.2, 3.0), rng.uniform(0.01, 0.1)
+        after = replace(keeper, turning=turning, slow=slow).filtered(problem, q, np.zeros((n, 2)), u)
+        assert problem.heading is not None
+        for j in range(n):
+            normals, offsets = rows_of(keeper, problem, q, u, j)
+            across = np.cos(problem.heading[j]) * before[j, 1] - np.sin(problem.heading[j]) * before[j, 0]
+            speed = np.linalg.norm(before[j])
+            share = np.linalg.norm(after[j]) / speed if speed > 0.0 else 1.0
+            np.testing.assert_allclose(share * before[j], after[j], atol=1e-12)
+            excess = [
+                approach(one * before[j], one * turning * across, normals, offsets) for one in (share, 1.01 * share)
+            ]
+            if speed <= slow:
+                assert share == 1.0
+            elif share == pytest.approx(1.0, abs=1e-12):
+                assert excess[0] < 2e-9
+                left += 1
+            else:
+                assert excess[0] < 2e-9 or np.linalg.norm(after[j]) == pytest.approx(slow)
+                assert excess[1] > 0
+                slowed += 1
+    assert slowed > 20
+    assert left > 20
+
+
+@pytest.mark.slow
+def test_in_physics_a_robot_that_turns_beside_another_does_not_touch_it() -> None:
+    scenario = pbrg.load("families/boards", {"set_up": "recommended"}, duration=2.5, seed=10209).settings
+    simulation = Simulation.build(scenario)
+    for _ in simulation.control_ticks():
+        assert not simulation.loop.world.truth().robot_contact.any()
+
+
 @pytest.mark.parametrize("name", ["paper/experiment_near", "paper/simulation_inadmissible", "scale/eight_robots"])
 def test_the_papers_runs_are_not_filtered(name: str) -> None:
     loop = Simulation.build(pbrg.load(name).settings).loop
@@ -194,6 +240,17 @@ def test_the_recommended_set_up_keeps_bodies_apart_or_what_the_formation_leaves(
     narrow = {**keys, "team.formation": [[0.0, 0.0], [0.15, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]]}
     assert separation(pbrg.load("paper/experiment_near", narrow).settings) == 0.15
     assert separation(pbrg.load("paper/simulation_near", keys).settings) is None
+
+
+def test_only_robots_that_turn_to_go_aside_are_slowed_by_turning() -> None:
+    def of(name: str, robot: str) -> SeparationFilter:
+        keys = {"control.separation": 0.3, "governor.kind": "certified", "robot": robot}
+        return SeparationFilter.of(pbrg.load(name, keys).settings, 0.0, NOTHING)
+
+    model, turning = load_robot_model(), of("paper/experiment_near", "generic")
+    assert turning.turning == pytest.approx(0.25 / turning.gain / model.hand_offset)
+    assert turning.slow * 0.25 / turning.gain * np.pi / 2 == pytest.approx(0.02)
+    assert of("paper/simulation_near", "generic").turning == of("paper/experiment_near", "omni").turning == 0.0
 
 
 def test_behind_all_that_lags_an_approach_is_critically_damped() -> None:

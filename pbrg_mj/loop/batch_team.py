@@ -22,7 +22,7 @@ from pbrg_mj.vehicle.drive import DifferentialDrive, Motor, compensated_friction
 from pbrg_mj.vehicle.hand_point import write_hand_points
 from pbrg_mj.world.scene.robot import load_robot_model
 
-NO_FILTER = np.zeros((0, 2)), (0.0, 0.0, 0.0, 0.0), False
+NO_FILTER = np.zeros((0, 2)), (0.0,) * 6, False
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class BatchTeam:
         """What the kernels take: graph, formation, control, sizes, motor, and the facets and numbers of separation."""
         apart, separation = self.separation, NO_FILTER
         if apart is not None:
-            separation = apart.facets, (apart.distance, apart.margin, apart.gain, apart.tick), True
+            separation = apart.facets, apart.numbers, True
         return self.network.arrays, self.formation, self.control, self.sizes, self.motor, separation
 
 

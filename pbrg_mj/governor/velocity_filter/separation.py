@@ -18,6 +18,8 @@ A half-space whose h falls at the rate c, the closing speed of what it keeps off
 so that h - G.q_j falls by the rate gamma at most (a control barrier function that depends on time). Where that is a
 retreat that other rows do not leave, the largest share of all retreats that they leave takes its place.
 
+In physics w is scaled down where robots turn: turning.py.
+
 Both robots of a pair take half, so ||q_i - q_j|| stays above d if it was, and below d it never falls; nobody crosses a
 half-space. Both are exact with w held for a tick and gamma tick <= 1 (docs/distances.md). Half-planes between pairs of
 robots: Wang, Ames and Egerstedt, IEEE T-RO 33(3), 2017.
@@ -31,8 +33,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from pbrg_mj.governor.certificate.projection import nearest_allowed
+from pbrg_mj.governor.certificate.speed import turning_offset
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.governor.velocity_filter.interface import known_half_spaces
+from pbrg_mj.governor.velocity_filter.turning import turning_share
 from pbrg_mj.kernel import kernel
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.world.scene.robot import load_robot_model
@@ -51,6 +55,13 @@ class SeparationFilter:
     gain: float  # gamma [1/s]
     facets: np.ndarray  # (F, 2) facet.w <= 1 in the body's axes: what the wheels can do [s/m]
     tick: float  # [s]
+    turning: float = 0.0  # tau / l: by how much a robot turns in its lag, per velocity across its heading [rad s/m]
+    slow: float = 0.0  # [m/s] no velocity is scaled below it because of turning
+
+    @property
+    def numbers(self) -> tuple[float, float, float, float, float, float]:
+        """What `write_driven` takes: distance, margin, gain, tick, turning, slow."""
+        return self.distance, self.margin, self.gain, self.tick, self.turning, self.slow
 
     @classmethod
     def of(cls, scenario: Scenario, margin: float, facets: np.ndarray) -> SeparationFilter:
@@ -59,15 +70,17 @@ class SeparationFilter:
         A distance x above d that falls by gamma x behind a lag tau, tau x'' + x' + gamma x = 0, is critically damped
         at gamma = 1 / (4 tau).
         """
-        distance, lag = separation(scenario), scenario.timing.tick
+        distance, lag, turning, slow = separation(scenario), scenario.timing.tick, 0.0, 0.0
         if distance is None:
             raise ValueError("the scenario asks for no separation")
         if scenario.plant == "physics":
             camera, radio = scenario.assumed_sensors.camera, scenario.radio
-            motors = load_robot_model(scenario.robot).time_constant
-            lag += motors + 1.0 / camera.rate_hz + camera.delay + radio.delay + radio.jitter
+            robot = load_robot_model(scenario.robot)
+            lag += robot.time_constant + 1.0 / camera.rate_hz + camera.delay + radio.delay + radio.jitter
+            turning = lag / turning_offset(robot)
+            slow = MARGIN / (0.5 * math.pi * lag)
         formation = np.array(scenario.team.formation, dtype=float)
-        return cls(formation, distance, margin, 1.0 / (4.0 * lag), facets, scenario.timing.tick)
+        return cls(formation, distance, margin, 1.0 / (4.0 * lag), facets, scenario.timing.tick, turning, slow)
 
     def filtered(self, problem: Problem, hand_world: np.ndarray, m: np.ndarray, velocity: np.ndarray) -> np.ndarray:
         """Return w (n, 2) [m/s] for u, `velocity`. Raises ValueError for a problem without half-spaces or headings."""
@@ -79,7 +92,7 @@ class SeparationFilter:
             (*known_half_spaces(problem), spaces.closing_speeds),
             (hand_world, problem.p, self.formation, velocity),
             (problem.heading, self.facets),
-            (self.distance, self.margin, self.gain, self.tick),
+            self.numbers,
             driven,
         )
         return driven
@@ -102,10 +115,13 @@ def separation(scenario: Scenario) -> float | None:
 
 @kernel
 def write_driven(half_spaces, state, wheels, numbers, driven):
-    """Write w; `half_spaces` are G, h, active, binds, closing; `state` q, p, b and u, each (n, 2)."""
+    """Write w; `half_spaces` are G, h, active, binds, closing; `state` q, p, b and u, each (n, 2).
+
+    `wheels` are the headings (n,) and the facets (F, 2), `numbers` those of SeparationFilter.
+    """
     q, p, formation, u = state
     heading, facets = wheels
-    distance, margin, gain, tick = numbers
+    distance, margin, gain, tick, turning, slow = numbers
     n, (owners, slots) = len(q), half_spaces[1].shape
     displacement = np.empty((n, 2))
     for j in range(n):
@@ -120,12 +136,15 @@ def write_driven(half_spaces, state, wheels, numbers, driven):
         wx, wy = scale * x, scale * y
         speed = math.inf if _pushed(half_spaces, q, j, margin, gain) else math.sqrt(wx * wx + wy * wy)
         retreats[:] = 0.0
-        rows = _robots_in_the_way(q, j, (distance, gain, speed), normals, offsets)
+        robots = _robots_in_the_way(q, j, (distance, gain, speed), normals, offsets)
         written = normals, offsets, retreats
-        rows = _half_spaces_in_the_way(half_spaces, moved, j, (margin, gain, tick, speed), written, rows)
+        rows = _half_spaces_in_the_way(half_spaces, moved, j, (margin, gain, tick, speed), written, robots)
         found, x, y = _nearest_velocity(wx, wy, normals[:rows], offsets[:rows], retreats[:rows])
         scale = _scale(x, y, heading[j], facets) if found else 0.0  # but for rounding, 0 is allowed
-        driven[j, 0], driven[j, 1] = scale * x, scale * y
+        x, y = scale * x, scale * y
+        theta = turning * (math.cos(heading[j]) * y - math.sin(heading[j]) * x)
+        share = turning_share(x, y, theta, slow, normals[:robots], offsets[:robots])
+        driven[j, 0], driven[j, 1] = share * x, share * y
 
 
 @kernel

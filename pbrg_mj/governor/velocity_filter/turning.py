@@ -1,0 +1,59 @@
+"""How much slower a robot goes past another one because it turns while motors and camera lag.
+
+What was asked for at one heading is driven at another. With the hand point l ahead of the body, a velocity w turns the
+robot at omega = w_y / l, w_y its part across the heading, and behind a lag tau the hand point moves at R(theta) w with
+theta = tau omega. So of w the largest share s is driven that meets the rows of other robots all the way there:
+
+    n.(R(a) s w) <= room    for a from 0 to s theta.
+
+The left side grows with s where it is positive, so that the largest share is found by bisection.
+
+A robot that must turn to go past another one would stand if every share had to. A quarter turn at the speed v costs at
+most pi / 2 tau v of the distance: where that is no more than what the distance has to spare, nothing is scaled.
+"""
+
+from __future__ import annotations
+
+import math
+
+from pbrg_mj.kernel import kernel
+
+BISECTIONS = 12  # of the share
+ROUNDING = 1e-9  # [m/s] velocities that slide along a row exceed it by as much
+
+
+@kernel
+def turning_share(x, y, theta, slow, normals, offsets):
+    """Return the largest share, at most 1, of the velocity (x, y) [m/s] that meets the rows while it turns.
+
+    `theta` [rad] is by what the whole velocity turns the robot while it lags; `normals` (k, 2) and `offsets` (k,) [m/s]
+    are n and room. A share that is as slow as `slow` [m/s] need not meet them.
+    """
+    speed, largest = math.sqrt(x * x + y * y), 1.0
+    if theta == 0.0 or speed <= slow:
+        return largest
+    for k in range(len(offsets)):
+        towards = normals[k, 0] * x + normals[k, 1] * y
+        beside = normals[k, 1] * x - normals[k, 0] * y
+        if _approach(largest, theta, towards, beside) <= offsets[k] + ROUNDING:
+            continue
+        low, high = slow / speed, largest
+        for _ in range(BISECTIONS):
+            share = 0.5 * (low + high)
+            if _approach(share, theta, towards, beside) <= offsets[k] + ROUNDING:
+                low = share
+            else:
+                high = share
+        largest = low
+    return largest
+
+
+@kernel
+def _approach(share, theta, towards, beside):
+    """Return the largest n.R(a) share w for a from 0 to share theta; n.w is `towards`, n.R(pi/2) w `beside`."""
+    turn = abs(share * theta)
+    side = beside if theta > 0.0 else -beside
+    c, s = math.cos(turn), math.sin(turn)
+    if side > 0.0 and side * c <= towards * s:  # on its way w points along n
+        return share * math.sqrt(towards * towards + side * side)
+    return share * max(towards, c * towards + s * side)

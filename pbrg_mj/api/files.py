@@ -8,13 +8,13 @@ from pbrg_mj.analysis.output_file import by_suffix, check_place
 from pbrg_mj.errors import InputError
 from pbrg_mj.log.read.existing import check_exists
 from pbrg_mj.log.write.log_file import check_writable
+from pbrg_mj.scenario.bundled import PAPER_RUNS as PAPER
 from pbrg_mj.scenario.find import find_scenario
 
 ARRAYS = (".npz", ".mat", ".csv")
 FIGURES = (".pdf", ".png", ".svg")
 PAGES = (".html", ".htm")
 PICTURES = (".mp4", ".webm", ".gif", ".webp", ".png")
-PAPER = ("simulation_near", "simulation_inadmissible", "experiment_near", "experiment_inadmissible")
 
 
 def log_path(path: str | Path, *, force: bool) -> Path:

@@ -8,6 +8,9 @@ from typing import Literal
 PACKAGE = Path(__file__).resolve().parents[1]
 FAMILIES = "families"  # the folder among the scenarios that holds them
 
+# The paper's runs, in the folder `paper`.
+PAPER_RUNS = ("simulation_near", "simulation_inadmissible", "experiment_near", "experiment_inadmissible")
+
 
 def data_dir(kind: Literal["models", "scenarios"]) -> Path:
     """Return the folder of the bundled models or scenarios.

@@ -7,8 +7,9 @@ from collections.abc import Iterator, Sequence
 
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics
 from pbrg_mj.analysis.metrics.table import LAYOUT, WRAPPED, cell, shown, text
+from pbrg_mj.scenario.bundled import PAPER_RUNS
 
-RUNS = ("simulation_near", "simulation_inadmissible", "experiment_near", "experiment_inadmissible")
+RUNS = PAPER_RUNS
 """The bundled scenarios under `paper/`, in the order of the paper's figures 4, 5, 7 and 8."""
 
 LEFT_OUT = {"wall clock"}  # groups of numbers that differ from one repetition to the next

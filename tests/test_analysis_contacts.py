@@ -13,7 +13,7 @@ from pbrg_mj.analysis.metrics.batch_metrics import batch_metrics
 from pbrg_mj.analysis.metrics.contacts import FIELDS
 from pbrg_mj.analysis.metrics.outcome import outcome
 from pbrg_mj.analysis.metrics.run_metrics import metrics
-from pbrg_mj.loop.batch import BatchHistories
+from pbrg_mj.loop.batch_histories import BatchHistories
 from pbrg_mj.scenario.schema.scenario import Contacts
 from tests.runs import resting, run, scenario, walled
 

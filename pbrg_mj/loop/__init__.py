@@ -7,6 +7,8 @@ tick_data           what a tick sees, concludes and hands to the next
 monitor             certificates, wind-up and the centralized optimum of ticks that have passed
 record              everything one tick produced
 batch               many seeds of one scenario at once
+batch_group         those of them that one thread steps
+batch_histories     what is kept of their runs
 batch_team          the teams of a batch: what they have in common, their states, how they move, compiled
 batch_control       their governors, compiled
 one_by_one          worlds that cannot be stepped so, or differ: one after the other

@@ -23,7 +23,7 @@ from pbrg_mj.scenario.schema import Scenario
 
 
 class BatchControl(Protocol):
-    """Governor and control of W worlds; threads take worlds of their own."""
+    """Governor and control of W worlds."""
 
     team: BatchTeam
     states: TeamStates
@@ -36,8 +36,8 @@ class BatchControl(Protocol):
         """Take the governor's first estimates in every world, from the poses known by now."""
         ...
 
-    def step(self, worlds: range, reference: np.ndarray) -> None:
-        """Bring m, xi and commands of some worlds to the next tick."""
+    def step(self, reference: np.ndarray) -> None:
+        """Bring m, xi and commands of all worlds to the next tick."""
         ...
 
 
@@ -96,10 +96,9 @@ class DistributedBatch:
                 array[world] = value
             states.m[world], states.diverged[world] = memory.m, memory.diverged
 
-    def step(self, worlds: range, reference: np.ndarray) -> None:
+    def step(self, reference: np.ndarray) -> None:
         """Do the tick's rounds, then control."""
         _step_distributed(
-            (worlds.start, worlds.stop),
             self.states.arrays,
             self._spaces,
             self._estimates,
@@ -130,20 +129,19 @@ class CertifiedBatch:
         """Hold what `CertifiedGovernor.init` does."""
         self._held[:] = [p.mean(axis=0) for p in self.states.p(self.team)]
 
-    def step(self, worlds: range, reference: np.ndarray) -> None:
+    def step(self, reference: np.ndarray) -> None:
         """Decide, then control."""
-        share, states = (worlds.start, worlds.stop), self.states.arrays
-        _step_certified(share, states, self._spaces, self._held, reference, self._decision, self.team.packed)
+        _step_certified(self.states.arrays, self._spaces, self._held, reference, self._decision, self.team.packed)
 
 
 @kernel
-def _step_distributed(worlds, states, half_spaces, estimates, rows, operator, governor, team):
+def _step_distributed(states, half_spaces, estimates, rows, operator, governor, team):
     """Do for each of the worlds what `tick` does between perception and physics, with the paper's governor."""
     pose, xi, displacement, m, diverged, _ = states
     (r, reach), (gains, rounds, beyond) = operator, governor
     graph, shape = team[0], team[1].shape
     q, p, near = np.empty(shape), np.empty(shape), np.empty(shape)
-    for w in range(*worlds):
+    for w in range(len(pose)):
         write_places(pose[w], displacement[w], team, q, p)
         write_near_references(p, r, reach, near)
         before = (estimates[0][w], estimates[1][w], estimates[2][w], estimates[3][w])
@@ -157,13 +155,13 @@ def _step_distributed(worlds, states, half_spaces, estimates, rows, operator, go
 
 
 @kernel
-def _step_certified(worlds, states, half_spaces, held, r, decision, team):
+def _step_certified(states, half_spaces, held, r, decision, team):
     """Do the same with the certified governor."""
     pose, xi, displacement, m, _, _ = states
     G, h, active, binds, _ = half_spaces
     (certificate, limits), shape = decision, team[1].shape
     q, p = np.empty(shape), np.empty(shape)
-    for w in range(*worlds):
+    for w in range(len(pose)):
         write_places(pose[w], displacement[w], team, q, p)
         spaces, state = (G[w], h[w], active[w], binds[w]), (p, xi[w], pose[w][:, 2], held[w], r)
         write_predicted_next(spaces, state, certificate, limits, m[w])

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 
 from pbrg_mj.governor.certificate.evaluate import VIOLATED, predicted_rows, worst_rows
-from pbrg_mj.loop.batch import BatchHistories
+from pbrg_mj.loop.batch_histories import BatchHistories
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.schema import Reference, Scenario

@@ -23,6 +23,7 @@ import numpy as np
 
 from pbrg_mj.loop.batch import BatchSimulation
 from pbrg_mj.loop.batch_control import CertifiedBatch, DistributedBatch
+from pbrg_mj.loop.batch_group import WorldGroup
 from pbrg_mj.world.plant.batch import PlantBatch
 from performance.batch import WORLDS
 from performance.closed_loop import RECOMMENDED, bare_model, recorded_commands, scenario
@@ -32,10 +33,10 @@ TURNS = 20
 STAGES = (
     (PlantBatch, "advance", "physics"),
     (PlantBatch, "truth", "truth"),
-    (BatchSimulation, "_sense_and_perceive", "sensing and perception"),
+    (WorldGroup, "_sense_and_perceive", "sensing and perception"),
     (DistributedBatch, "step", "governor and control"),
     (CertifiedBatch, "step", "governor and control"),
-    (BatchSimulation, "_violated", "certificates"),
+    (WorldGroup, "_violated", "certificates"),
 )
 DISABLED = {
     "bare": (),

@@ -10,7 +10,7 @@ import numpy as np
 
 from pbrg_mj.analysis.metrics.world_metrics import summary, world_metrics
 from pbrg_mj.analysis.output_file import by_suffix, write_atomically
-from pbrg_mj.loop.batch import BatchHistories
+from pbrg_mj.loop.batch_histories import BatchHistories
 from pbrg_mj.scenario.schema import Scenario
 
 

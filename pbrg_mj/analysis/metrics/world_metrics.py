@@ -10,7 +10,7 @@ import numpy as np
 from pbrg_mj.analysis.metrics.avoidance import MovingContact, MovingContactTotals
 from pbrg_mj.analysis.metrics.rates import Rate
 from pbrg_mj.governor.certificate.evaluate import NAMES, predicted_rows
-from pbrg_mj.loop.batch import BatchHistories
+from pbrg_mj.loop.batch_histories import BatchHistories
 from pbrg_mj.scenario.schema import Scenario, operator_reference
 
 

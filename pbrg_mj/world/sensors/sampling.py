@@ -27,7 +27,7 @@ class Sampler:
     physics_step: float  # [s]
     delay: float = 0.0  # from taking a sample to holding it [s]
 
-    @property
+    @cached_property
     def every_step(self) -> bool:
         """Whether each physics step brings a new sample."""
         return self._samples_per_step >= 1
@@ -83,7 +83,8 @@ class Sampler:
 
     def step(self, frame: int) -> int:
         """Return the physics step at which sample `frame` is taken."""
-        return frame if self.every_step else math.ceil(frame / self._samples_per_step)
+        samples, steps = self._ratio
+        return frame if self.every_step else -(-frame * steps // samples)  # rounded up
 
     @cached_property
     def _ratio(self) -> tuple[int, int]:

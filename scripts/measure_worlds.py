@@ -29,7 +29,7 @@ import pbrg_mj as pbrg
 from pbrg_mj.analysis.metrics.world_metrics import world_metrics
 from pbrg_mj.api.seeds import seeds_of
 from pbrg_mj.loop.batch_histories import BatchHistories
-from pbrg_mj.loop.one_by_one import run_world
+from pbrg_mj.loop.sequential import run_world
 from pbrg_mj.scenario.schema import Scenario
 
 PAGE = ROOT / "docs" / "worlds.md"

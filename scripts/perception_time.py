@@ -13,7 +13,7 @@ from statistics import median
 from time import perf_counter
 
 from pbrg_mj.loop.simulation import Simulation
-from pbrg_mj.perception.estimator import GuidedEstimator
+from pbrg_mj.perception.estimator import GoalDirectedEstimator
 from pbrg_mj.scenario.load import load_scenario
 
 DEFAULT = ("sensing/ideal_sensor", "obstacles/corner", "obstacles/corridor", "obstacles/box")
@@ -35,7 +35,7 @@ def time_scans(name: str, overrides: Sequence[str] = ()) -> tuple[int, int, floa
         memory = estimator.init()
         for readings, time, held in scans:
             began = perf_counter()
-            if isinstance(estimator, GuidedEstimator):
+            if isinstance(estimator, GoalDirectedEstimator):
                 _, memory = estimator.step_towards(readings, time, memory, held)
             else:
                 _, memory = estimator.step(readings, time, memory)

@@ -21,7 +21,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pbrg_mj.analysis.metrics.run_metrics import metrics
-from pbrg_mj.governor.stability.linear_step import linear_step_limit, steepest_gradients
+from pbrg_mj.governor.stability.linear_step import linear_step_limit, max_gradient_norms
 from pbrg_mj.log.read.run import open_run
 from pbrg_mj.log.write.writer import LogWriter
 from pbrg_mj.loop.simulation import Simulation
@@ -104,7 +104,7 @@ def limit() -> float:
     """Return the predicted largest step of a round [s] for the experiments."""
     scenario = load_scenario("paper/experiment_near").scenario
     team = network(scenario)
-    gradients = steepest_gradients(team, np.array(scenario.team.formation), None)
+    gradients = max_gradient_norms(team, np.array(scenario.team.formation), None)
     return linear_step_limit(team, scenario.governor.alpha, gradients)
 
 

@@ -13,7 +13,7 @@ import argparse
 import numpy as np
 
 from pbrg_mj.governor.problem.rows import rho
-from pbrg_mj.governor.stability.linear_step import linear_step_limit, steepest_gradients
+from pbrg_mj.governor.stability.linear_step import linear_step_limit, max_gradient_norms
 from tests.linear_rounds import longest_step, modes_at, proximal_factors_at, spectral_radius
 from tests.test_governor_proximal import bound
 from tests.test_governor_stability import random_feasible
@@ -24,7 +24,7 @@ ROUNDING = 1e-9  # of a factor
 def steps_at(rng: np.random.Generator) -> dict[str, float | bool]:
     """Return what holds at one random optimum."""
     static, optimum, formation, alpha = random_feasible(rng)
-    limit = linear_step_limit(static.network, alpha, steepest_gradients(static.network, formation, None))
+    limit = linear_step_limit(static.network, alpha, max_gradient_norms(static.network, formation, None))
     bend = rho(optimum.m, static.p, static.xi)
     kappa = alpha * static.network.robots * float(optimum.multipliers.sum()) / bend
     true, proximal = longest_step(modes_at(static, optimum, alpha)), bound(static, alpha)

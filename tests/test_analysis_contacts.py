@@ -101,7 +101,7 @@ def test_events_say_who_met_whom():
 
 def test_a_batch_tells_walls_and_robots_apart():
     plan = walled()
-    histories = BatchHistories.blank(plan, (1, 2, 3, 4))
+    histories = BatchHistories.empty(plan, (1, 2, 3, 4))
     for name in ("hand_world", "m", "wall_margin"):
         getattr(histories, name)[:] = 1.0
     for name in ("wall_contact", "robot_contact", "diverged"):

@@ -205,7 +205,7 @@ def test_ctrl_c_leaves_a_whole_log_and_raises_interrupted(scenario, tmp_path):
         pbrg.run(scenario, log=path, watch=[press])
     left = open_run(path)
     assert (len(left.ticks.time), left.damage) == (41, None)
-    assert left.how_it_ended == "interrupted (SIGINT)"
+    assert left.ending_text == "interrupted (SIGINT)"
     assert issubclass(pbrg.Interrupted, KeyboardInterrupt)
     assert not issubclass(pbrg.Interrupted, Exception)
 

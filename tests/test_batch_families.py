@@ -12,7 +12,7 @@ import pbrg_mj as pbrg
 from pbrg_mj.analysis.metrics.rates import Rate
 from pbrg_mj.cli.main import main
 from pbrg_mj.loop.batch import side_by_side
-from pbrg_mj.loop.one_by_one import run_worlds
+from pbrg_mj.loop.sequential import run_worlds
 from pbrg_mj.scenario.load import load_scenario
 
 SHORT = {"timing.duration": 0.3}

@@ -11,11 +11,11 @@ import pytest
 
 from pbrg_mj.analysis.metrics.run_metrics import metrics
 from pbrg_mj.analysis.metrics.table import COLUMN_WIDTH, LAYOUT, cell, comparison_table, shown
-from pbrg_mj.analysis.text import plain
 from pbrg_mj.api import doctor as checkup
 from pbrg_mj.api import logs as api_logs
 from pbrg_mj.cli.main import main
 from pbrg_mj.log.read import run as reader
+from pbrg_mj.text import plain
 from pbrg_mj.video import gl
 from tests.needs import need_module
 from tests.runs import replaced, run, walled
@@ -167,7 +167,7 @@ def test_ctrl_c_and_other_ends_leave_a_whole_log(ideal, number, code):
     assert errors == "interrupted; the log so far: ideal.mcap\n"
     assert not Path("ideal.mcap.part").exists()
     found = reader.open_run("ideal.mcap")
-    assert (found.damage, found.how_it_ended) == (None, f"interrupted ({signal.Signals(number).name})")
+    assert (found.damage, found.ending_text) == (None, f"interrupted ({signal.Signals(number).name})")
     assert len(found.ticks.time) >= 1
 
 

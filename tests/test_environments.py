@@ -235,7 +235,7 @@ def test_an_episode_that_ends_early_pays_for_the_time_left() -> None:
     env.reset(seed=1)
     env.step(np.zeros(2))
     away, touched = np.tile([2.0, 0.0], (n, 1)), np.arange(n) == 1
-    step = steps[0]._replace(hand_world=steps[0].target + away, lasted=0.1, left=3.0, touched=touched)
+    step = steps[0]._replace(hand_world=steps[0].target + away, duration=0.1, remaining=3.0, touched=touched)
     np.testing.assert_allclose(distance_reward(step), -6.2 - 10.0 * touched)
     np.testing.assert_allclose(distance_reward(step._replace(touched=np.zeros(n, dtype=bool))), -0.2)
 

@@ -10,7 +10,7 @@ import pytest
 
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.certified.robot import FEW, CertifiedProgram, repeats_for
-from pbrg_mj.governor.messaging.carrier import CarriedGovernor
+from pbrg_mj.governor.messaging.networked import NetworkedGovernor
 from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer, RobotFacts
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.governor.registry import certificate, governor
@@ -38,7 +38,7 @@ def program_of(scenario: Scenario, cycle_ticks: int = 1, repeats: int = 1) -> Ce
 @pytest.mark.parametrize("name", ["obstacles/corner", "team/two_leaders"])
 def test_the_compiled_governor_is_the_robots_program_bit_for_bit(name: str) -> None:
     scenario = certified(name, "timing.duration=1.5")
-    compiled, carried = governor(scenario), CarriedGovernor(program_of(scenario), scenario.governor.rounds)
+    compiled, carried = governor(scenario), NetworkedGovernor(program_of(scenario), scenario.governor.rounds)
     leaders = np.array(scenario.team.leaders) - 1
     ours = theirs = None
     for tick in Simulation.build(scenario).control_ticks():
@@ -88,7 +88,7 @@ def governor_rows(n: int):
 
 @pytest.mark.parametrize("rounds", [1, 3])
 def test_a_private_number_travels_one_link_a_round_and_bytes_are_counted(rounds: int) -> None:
-    problem, carried = path_problem(6), CarriedGovernor(Gossip(), rounds)
+    problem, carried = path_problem(6), NetworkedGovernor(Gossip(), rounds)
     memory = carried.init(problem)
     for tick in range(1, 4):
         solution, memory = carried.step(problem, memory)
@@ -102,7 +102,7 @@ def test_a_message_to_no_neighbour_is_an_error() -> None:
             return {5: b"here"}, memory
 
     problem = path_problem(6)
-    carried = CarriedGovernor(Loud(), 1)
+    carried = NetworkedGovernor(Loud(), 1)
     with pytest.raises(ValueError, match="robot 1 sends to robot 6, which is no neighbour"):
         carried.step(problem, carried.init(problem))
 

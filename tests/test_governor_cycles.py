@@ -14,7 +14,7 @@ from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.certified.compiled import CompiledDecision
 from pbrg_mj.governor.certified.cycles import CycleGovernor
 from pbrg_mj.governor.certified.robot import CertifiedProgram
-from pbrg_mj.governor.messaging.carrier import CarriedGovernor
+from pbrg_mj.governor.messaging.networked import NetworkedGovernor
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.governor.registry import governor
@@ -62,7 +62,7 @@ def test_cycles_of_several_ticks_at_once_are_the_robots_programs(
     )
     limits = (SpeedLimit.of(model, grid, disc_facets(2.0, 6), 0.1), SightLimit.of(grid, np.array([0]), 1.0))
     program = CertifiedProgram(team, certificate, model, limits, np.inf, cycle_ticks, 1)
-    carried = CarriedGovernor(program, rounds)
+    carried = NetworkedGovernor(program, rounds)
     at_once = CycleGovernor(team, model, CompiledDecision.of(certificate, limits, np.inf), rounds, cycle_ticks)
     p, xi, spaces = 0.3 * rng.normal(size=(n, 2)), np.zeros((n, 2)), HalfSpaces.empty(n, 2)
     ours = theirs = None
@@ -105,4 +105,4 @@ def test_large_teams_run_at_once() -> None:
     chosen = governor(load_scenario("scale/twenty_robots", keys).scenario)
     assert isinstance(chosen, CycleGovernor)
     late = governor(load_scenario("scale/twenty_robots", [*keys, "network.delay_rounds=1"]).scenario)
-    assert isinstance(late, CarriedGovernor)
+    assert isinstance(late, NetworkedGovernor)

@@ -8,7 +8,7 @@ import pytest
 from pbrg_mj.governor.distributed.estimates import Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.stability.delay_margin import DelayedRounds, delay_margin
-from pbrg_mj.governor.stability.linear_step import linear_step_limit, steepest_gradients
+from pbrg_mj.governor.stability.linear_step import linear_step_limit, max_gradient_norms
 from tests.channels import channel, links, uneven
 from tests.problems import FORMATION, GRAPHS, START, graph, problem
 
@@ -74,7 +74,7 @@ def grows(name, alpha, delay, walls):
 def test_rounds_hold_at_the_margin_and_fall_apart_not_far_beyond(name, alpha):
     network = graph(GRAPHS[name])
     rounds = DelayedRounds(network, alpha, STEP, np.full(len(network.neighbours), 400))
-    margin = delay_margin(rounds, steepest_gradients(network, FORMATION, None))
+    margin = delay_margin(rounds, max_gradient_norms(network, FORMATION, None))
     assert margin is not None
     for walls in ([], WALLS):
         assert not grows(name, alpha, margin, walls)
@@ -85,13 +85,13 @@ def test_the_papers_ring_bears_four_tenths_of_a_second_whatever_the_step():
     network = graph()
     for step in (1e-3, 5e-3):
         rounds = DelayedRounds(network, 2.0, step, np.full(10, round(0.8 / step)))
-        margin = delay_margin(rounds, steepest_gradients(network, FORMATION, None))
+        margin = delay_margin(rounds, max_gradient_norms(network, FORMATION, None))
         assert margin is not None
         assert margin * step == pytest.approx(0.39, abs=0.0055)
 
 
 def test_too_long_a_step_has_no_margin_at_all():
-    network, gradients = graph(), steepest_gradients(graph(), FORMATION, None)
+    network, gradients = graph(), max_gradient_norms(graph(), FORMATION, None)
     allowed = linear_step_limit(network, 7.0, gradients)
     nothing_late = np.zeros(10, dtype=np.int64)
     assert delay_margin(DelayedRounds(network, 7.0, 0.999 * allowed, nothing_late), gradients) is None

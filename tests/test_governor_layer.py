@@ -12,10 +12,10 @@ from pbrg_mj.governor.certificate.directional_ball import DirectionalBall
 from pbrg_mj.governor.certificate.evaluate import rows_of_model, worst_rows
 from pbrg_mj.governor.certificate.predictive import PredictiveCertificate
 from pbrg_mj.governor.certificate.team_model import TeamModel
-from pbrg_mj.governor.certified.at_once import LayerGovernor
 from pbrg_mj.governor.certified.consensus import Verdict
 from pbrg_mj.governor.certified.layer import FREE, LayerProgram, PredictedTeam, decision
-from pbrg_mj.governor.messaging.carrier import CarriedGovernor
+from pbrg_mj.governor.certified.vectorized import LayerGovernor
+from pbrg_mj.governor.messaging.networked import NetworkedGovernor
 from pbrg_mj.governor.problem.ball import BallCertificate, ball_rows
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.governor.problem.rows import row_values
@@ -46,7 +46,7 @@ def test_the_layer_at_once_is_the_robots_program(name: str, keys: list[str]) -> 
     scenario = layered(name, *keys, "timing.duration=0.6")
     at_once = governor(scenario)
     assert isinstance(at_once, LayerGovernor)
-    carried = CarriedGovernor(at_once.layer, scenario.governor.rounds)
+    carried = NetworkedGovernor(at_once.layer, scenario.governor.rounds)
     leaders, exact = np.array(scenario.team.leaders) - 1, scenario.governor.optimizer != "paper_flow"
     ours = theirs = None
     for tick in Simulation.build(scenario).control_ticks():
@@ -112,7 +112,7 @@ class Course:
         size = np.linalg.norm(np.concatenate([(p - m) @ G, xi @ G]))
         return float(self.judge.growth * size + G @ m + (self.formation @ G).max() - self.spaces.h[1, 0])
 
-    def drive(self, carried: CarriedGovernor, ticks: int, seed: int) -> tuple[float, float]:
+    def drive(self, carried: NetworkedGovernor, ticks: int, seed: int) -> tuple[float, float]:
         """Return the worst violation at any tick, and how far m went."""
         rng, p, xi = np.random.default_rng(seed), np.tile([-0.2, 0.1], (5, 1)), np.zeros((5, 2))
         p = p + 0.02 * rng.normal(size=(5, 2))
@@ -147,7 +147,7 @@ def test_the_certificate_holds_at_every_tick_however_late_or_lost_messages_are(
 ) -> None:
     course = Course(certificate, "governor.optimizer=nids", *keys)
     carried = governor(course.scenario)
-    assert isinstance(carried, CarriedGovernor)
+    assert isinstance(carried, NetworkedGovernor)
     worst, path = course.drive(carried, 900, seed=61)
     assert worst <= 1e-8
     assert path > 0.05
@@ -167,10 +167,10 @@ class Adversary(Channel):
         return now + np.maximum(self.schedule[first : first + rounds], 0)
 
 
-def scheduled(course: Course, schedule: np.ndarray) -> CarriedGovernor:
+def scheduled(course: Course, schedule: np.ndarray) -> NetworkedGovernor:
     """The layer with cycles of two ticks, as if all messages were in time, while this is what happens to them."""
     carried = governor(course.scenario)
-    assert isinstance(carried, CarriedGovernor)
+    assert isinstance(carried, NetworkedGovernor)
     assert isinstance(carried.program, LayerProgram)
     program = replace(carried.program, cycle_ticks=2, repeats=1)
     lines = Adversary(

@@ -8,7 +8,7 @@ import pytest
 from pbrg_mj.governor.distributed import equations, rounds
 from pbrg_mj.governor.distributed.estimates import Estimates, Flow
 from pbrg_mj.governor.monitor.equilibrium import equilibrium
-from pbrg_mj.governor.stability.linear_step import linear_step_limit, steepest_gradients
+from pbrg_mj.governor.stability.linear_step import linear_step_limit, max_gradient_norms
 from pbrg_mj.governor.stability.proximal_step import proximal_step_bound
 from tests.linear_rounds import differentiated_round, longest_step, modes_at, proximal_factors_at, spectral_radius
 from tests.problems import FORMATION, RING, graph, problem
@@ -106,7 +106,7 @@ def test_rounds_at_the_bound_decay_at_random_optima_where_explicit_ones_do_not()
     rng, explicit_unstable = np.random.default_rng(33), 0
     for _ in range(20):
         static, optimum, formation, alpha = random_feasible(rng)
-        limit = linear_step_limit(static.network, alpha, steepest_gradients(static.network, formation, None))
+        limit = linear_step_limit(static.network, alpha, max_gradient_norms(static.network, formation, None))
         for step in (0.98 * bound(static, alpha), 0.5 * bound(static, alpha)):
             assert spectral_radius(proximal_factors_at(static, optimum, alpha, step)) <= 1.0 + 1e-9
         explicit_unstable += longest_step(modes_at(static, optimum, alpha)) < 0.98 * limit
@@ -149,5 +149,5 @@ def test_the_bound_is_of_graph_and_rows():
     assert proximal_step_bound(ring, 7.0, 75.0) == pytest.approx(np.sqrt(0.75 / (7 * 75)))
     assert proximal_step_bound(graph([], (0,), 1), 3.0, 0.0) == pytest.approx(0.5)
     assert proximal_step_bound(ring, 7.0, 75.0) > 4 * linear_step_limit(
-        ring, 7.0, steepest_gradients(ring, FORMATION, None)
+        ring, 7.0, max_gradient_norms(ring, FORMATION, None)
     )

@@ -11,7 +11,7 @@ import pbrg_mj as pbrg
 from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid
 from pbrg_mj.governor.certificate.predictive import PredictiveCertificate
 from pbrg_mj.governor.certificate.team_model import TeamModel
-from pbrg_mj.governor.messaging.carrier import CarriedGovernor
+from pbrg_mj.governor.messaging.networked import NetworkedGovernor
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.governor.registry import governor
@@ -155,7 +155,7 @@ def rollout(name: str, *overrides: str) -> Scenario:
 def test_the_team_at_once_is_the_robots_program_bit_for_bit(name: str) -> None:
     scenario = rollout(name, "timing.duration=0.4", "governor.rounds=40")
     ours = governor(scenario)
-    carried = CarriedGovernor(RolloutProgram(ours.plan), scenario.governor.rounds)
+    carried = NetworkedGovernor(RolloutProgram(ours.plan), scenario.governor.rounds)
     one = other = None
     for tick in Simulation.build(scenario).control_ticks():
         one = ours.init(tick.problem) if one is None else one
@@ -220,7 +220,7 @@ def test_whatever_is_lost_a_leader_moves_by_everybodys_verdicts_or_not_at_all() 
     links = len(team.neighbours)
     nobody = np.zeros((0, 3), dtype=np.int64)
     lossy = Channel(np.zeros(links, dtype=np.int64), 0.0, Loss.independent(0.003), 7, nobody, 1)
-    carried = CarriedGovernor(RolloutProgram(plan), plan.exchanges, lossy)
+    carried = NetworkedGovernor(RolloutProgram(plan), plan.exchanges, lossy)
     memory, moved, response, walls = carried.init(problem), 0, None, {(2, 0): Wall(True, 0.6, 0.8, 4.0)}
     for _ in range(60):
         held = memory.robots[4].held

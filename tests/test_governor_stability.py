@@ -14,7 +14,7 @@ from pbrg_mj.governor.distributed.rounds import run_rounds
 from pbrg_mj.governor.monitor.equilibrium import equilibrium
 from pbrg_mj.governor.problem.ball import input_rows
 from pbrg_mj.governor.problem.rows import rho, stacked
-from pbrg_mj.governor.stability.linear_step import linear_step_limit, most_robots_on_hull_edge, steepest_gradients
+from pbrg_mj.governor.stability.linear_step import linear_step_limit, max_gradient_norms, max_robots_on_hull_edge
 from tests.linear_rounds import differentiated_round, longest_step, modes_at
 from tests.problems import FORMATION, GRAPHS, START, graph, problem
 
@@ -35,7 +35,7 @@ def blows_up(network, walls, alpha, step, inputs=None):
 @pytest.mark.parametrize("name", ["ring", "path", "kite"])
 def test_the_flow_holds_at_the_predicted_step_and_falls_apart_not_far_beyond(name, alpha):
     network = graph(GRAPHS[name])
-    step = linear_step_limit(network, alpha, steepest_gradients(network, FORMATION, None))
+    step = linear_step_limit(network, alpha, max_gradient_norms(network, FORMATION, None))
     for walls in ([], WALLS[:1], WALLS):
         assert not blows_up(network, walls, alpha, step)
     assert any(blows_up(network, walls, alpha, 5.0 * step) for walls in (WALLS[:1], WALLS))
@@ -45,8 +45,8 @@ def test_the_flow_holds_at_the_predicted_step_and_falls_apart_not_far_beyond(nam
 @pytest.mark.parametrize("limit", [2.5, 8.0])  # infeasible, and binding
 def test_so_it_does_with_input_rows_and_their_curvature(alpha, limit):
     inputs = input_rows(graph(), 1.0, limit)
-    step = linear_step_limit(graph(), alpha, steepest_gradients(graph(), FORMATION, inputs))
-    assert step < 0.5 * linear_step_limit(graph(), alpha, steepest_gradients(graph(), FORMATION, None))
+    step = linear_step_limit(graph(), alpha, max_gradient_norms(graph(), FORMATION, inputs))
+    assert step < 0.5 * linear_step_limit(graph(), alpha, max_gradient_norms(graph(), FORMATION, None))
     for walls in ([], WALLS):
         assert not blows_up(graph(), walls, alpha, step, inputs)
     assert any(blows_up(graph(), walls, alpha, 40.0 * step, inputs) for walls in ([], WALLS))
@@ -81,7 +81,7 @@ def test_how_often_a_round_at_the_linear_limit_is_unstable_at_random_optima():
     for _ in range(60):
         static, optimum, formation, alpha = random_feasible(rng)
         n = static.network.robots
-        limit = linear_step_limit(static.network, alpha, steepest_gradients(static.network, formation, None))
+        limit = linear_step_limit(static.network, alpha, max_gradient_norms(static.network, formation, None))
         stiffness = alpha * n * optimum.multipliers.sum() / rho(optimum.m, static.p, static.xi)
         true = longest_step(modes_at(static, optimum, alpha))
         unstable += true < 0.98 * limit
@@ -110,7 +110,7 @@ def test_the_steepest_gradient_bounds_that_of_all_rows_together():
     rng = np.random.default_rng(3)
     inputs = input_rows(graph(), 1.0, 2.0)
     for rows_of_inputs in (None, inputs):
-        bound = steepest_gradients(graph(), FORMATION, rows_of_inputs)
+        bound = max_gradient_norms(graph(), FORMATION, rows_of_inputs)
         for _ in range(200):
             static = problem([(int(rng.integers(5)), rng.normal(size=2), 1.0)], rng.normal(size=(5, 2)), [0.0, 0.0])
             rows = static.rows if rows_of_inputs is None else stacked(static.rows, inputs)
@@ -123,11 +123,11 @@ def test_the_steepest_gradient_bounds_that_of_all_rows_together():
 
 
 def test_robots_abreast_are_counted_on_the_hulls_edges():
-    assert most_robots_on_hull_edge(FORMATION) == 3  # robots 1, 5, 4 on the diagonal; so do 2, 3, 4 at the bottom
-    assert most_robots_on_hull_edge(np.zeros((1, 2))) == 1
-    assert most_robots_on_hull_edge(np.array([[0.0, 0.0], [1.0, 0.0]])) == 2
-    assert most_robots_on_hull_edge(np.array([[np.cos(a), np.sin(a)] for a in np.arange(7)])) == 2
+    assert max_robots_on_hull_edge(FORMATION) == 3  # robots 1, 5, 4 on the diagonal; so do 2, 3, 4 at the bottom
+    assert max_robots_on_hull_edge(np.zeros((1, 2))) == 1
+    assert max_robots_on_hull_edge(np.array([[0.0, 0.0], [1.0, 0.0]])) == 2
+    assert max_robots_on_hull_edge(np.array([[np.cos(a), np.sin(a)] for a in np.arange(7)])) == 2
     grid = np.array([[x, y] for x in range(4) for y in range(3)], dtype=float)
-    assert most_robots_on_hull_edge(grid) == 4
+    assert max_robots_on_hull_edge(grid) == 4
     inside = np.vstack([grid[[0, 2, 9, 11]], [[1.0, 1.0], [2.0, 1.0]]])
-    assert most_robots_on_hull_edge(inside) == 2
+    assert max_robots_on_hull_edge(inside) == 2

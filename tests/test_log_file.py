@@ -79,7 +79,7 @@ def test_two_commands_at_once_leave_one_whole_log(tmp_path: Path) -> None:
     said = next(text for text, code in ends if code == 2)
     assert said.count("\n") == 1 and ("another run" in said or "exists" in said)
     left = open_run(tmp_path / "one.mcap")
-    assert (left.damage, left.how_it_ended) == (None, "finished")
+    assert (left.damage, left.ending_text) == (None, "finished")
     assert left.scenario.seed == 1 + [code for _, code in ends].index(0)
 
 
@@ -142,7 +142,7 @@ def test_what_a_killed_run_left_is_kept_and_named(tmp_path: Path, monkeypatch, c
     assert partial.read_bytes() == before
     assert main(["repair", "log.mcap.part", "-o", "log.mcap"]) == 0
     clean = open_run("log.mcap")
-    assert (clean.damage, clean.how_it_ended) == (None, "not said (killed?)")
+    assert (clean.damage, clean.ending_text) == (None, "not said (killed?)")
     assert len(clean.ticks.time) >= 10
     write(Path("log.mcap"), force=True)
     assert not partial.exists() and len(open_run("log.mcap").ticks.time) == 20
@@ -192,7 +192,7 @@ def test_a_log_says_how_much_it_holds_and_why_it_ends(tmp_path: Path) -> None:
                     raise error
         except BaseException as caught:
             assert caught is error
-        return open_run(path).how_it_ended
+        return open_run(path).ending_text
 
     assert end(None) == "stopped"
     assert end(KeyboardInterrupt()) == "interrupted (SIGINT)"
@@ -219,7 +219,7 @@ def test_a_governor_that_raises_leaves_a_log_that_says_so(tmp_path: Path) -> Non
         pbrg.run(pbrg.load("paper/simulation_near", duration=1.0), Raising(), path)
     left = open_run(path)
     assert (left.damage, len(left.ticks.time)) == (None, 30)
-    assert left.how_it_ended.startswith("error: ") and "out of ideas" in left.how_it_ended
+    assert left.ending_text.startswith("error: ") and "out of ideas" in left.ending_text
 
 
 def test_every_command_repeats_why_a_log_ends(tmp_path: Path, monkeypatch, capsys) -> None:
@@ -252,7 +252,7 @@ def test_every_command_repeats_why_a_log_ends(tmp_path: Path, monkeypatch, capsy
 
 def test_an_earlier_log_says_nothing_and_a_planted_one_is_whole() -> None:
     assert open_run(EARLIER).ending is None
-    assert run(scenario()).how_it_ended == "finished"
+    assert run(scenario()).ending_text == "finished"
 
 
 def test_a_signal_that_is_ignored_stays_ignored() -> None:

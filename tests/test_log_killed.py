@@ -64,7 +64,7 @@ def test_a_killed_run_keeps_what_was_on_the_disk_and_replays(tmp_path: Path, par
         run = open_run(log)
         assert len(run.ticks.time) >= before > 0
         assert run.damage in ("the file ends before its end mark", "the file ends inside a record")
-        assert run.how_it_ended == "not said (killed?)"
+        assert run.ending_text == "not said (killed?)"
         found = verify(log)
         assert (found.first, found.ticks, found.damage) == (None, len(run.ticks.time), run.damage)
         log.unlink()

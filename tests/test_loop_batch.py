@@ -7,7 +7,7 @@ import pytest
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.loop.batch import BatchSimulation, side_by_side
-from pbrg_mj.loop.one_by_one import run_world
+from pbrg_mj.loop.sequential import run_world
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_scenario
 

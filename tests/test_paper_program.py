@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.governor.messaging.carrier import CarriedGovernor
+from pbrg_mj.governor.messaging.networked import NetworkedGovernor
 from pbrg_mj.governor.registry import governor
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_scenario
@@ -48,7 +48,7 @@ def test_programs_of_robots_are_the_compiled_rounds_bit_for_bit(case):
     name, *keys = CASES[case]
     scenario = load_scenario(name, ["timing.duration=0.7", "reference.solver=none", *keys]).scenario
     programs = governor(scenario.model_copy(update={"governor": replaced(scenario.governor, backend="program")}))
-    assert isinstance(programs, CarriedGovernor)
+    assert isinstance(programs, NetworkedGovernor)
     memory, statuses = None, set()
     for tick in Simulation.build(scenario).control_ticks():
         memory = programs.init(tick.problem) if memory is None else memory

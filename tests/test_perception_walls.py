@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pbrg_mj.perception.scan.extract_lines import Lines, extract_lines, extract_lines_into, line_buffer, line_workspace
+from pbrg_mj.perception.scan.extract_lines import Lines, extract_lines, line_buffer, line_workspace, write_lines
 from tests.raycast import Scene, cast
 from tests.scans import SENSORS, Sensor, four_robots, planted, sensor
 
@@ -87,8 +87,8 @@ def test_anything_may_be_in_a_scan(beams: int) -> None:
 def test_the_kernel_writes_what_the_function_returns() -> None:
     ranges = DEFAULT.look(CORNER, np.zeros(3), np.random.default_rng(4))
     work, out = line_workspace(72), line_buffer(72)
-    extract_lines_into(np.full(72, 1.0), DEFAULT.directions, DEFAULT.params, work, out)  # leaves its traces
-    count = extract_lines_into(ranges, DEFAULT.directions, DEFAULT.params, work, out)
+    write_lines(np.full(72, 1.0), DEFAULT.directions, DEFAULT.params, work, out)  # leaves its traces
+    count = write_lines(ranges, DEFAULT.directions, DEFAULT.params, work, out)
     lines = extract_lines(ranges, DEFAULT.directions, DEFAULT.params)
     assert count == len(lines) == 2
     for name in ("angle", "offset", "covariance", "low", "high", "free_low", "free_high"):
@@ -101,7 +101,7 @@ def test_four_robots_are_no_walls(preset: str) -> None:
     work, out = line_workspace(of.beams.count), line_buffer(of.beams.count)
     for _ in range(10_000):
         exact = cast(Scene((), four_robots(random)), np.zeros(3), of.beams.count, of.beams.range_max)
-        assert extract_lines_into(of.disturb(exact, random), of.directions, of.params, work, out) == 0
+        assert write_lines(of.disturb(exact, random), of.directions, of.params, work, out) == 0
 
 
 RECALL = {"generic": 0.985, "ideal": 0.985, "robotarium": 0.97, "tof_ring": 0.95, "lidar": 0.985}

@@ -14,7 +14,7 @@ from pydantic import BaseModel
 import pbrg_mj as pbrg
 from pbrg_mj import plugins
 from pbrg_mj.errors import InputError, PlugInError
-from pbrg_mj.governor.messaging.carrier import CarriedGovernor
+from pbrg_mj.governor.messaging.networked import NetworkedGovernor
 from pbrg_mj.governor.plug_in_program import PlugInRobots, robots_of_scenario
 from pbrg_mj.loop.network_warnings import network_warnings
 from pbrg_mj.scenario.load import load_scenario, parse_scenario
@@ -181,7 +181,7 @@ class Quiet:
 def test_every_robot_has_a_program_of_its_own():
     scenario = load_scenario("paper/simulation_near").scenario
     robots = robots_of_scenario(scenario, Quiet())
-    assert isinstance(robots, PlugInRobots) and isinstance(robots.inner, CarriedGovernor)
+    assert isinstance(robots, PlugInRobots) and isinstance(robots.inner, NetworkedGovernor)
     programs = robots.inner.program.programs  # type: ignore[attr-defined]
     assert len({id(one.met) for one in programs}) == 5
 
@@ -234,10 +234,10 @@ def test_an_installed_program_is_named_by_a_scenario(monkeypatch):
 
 
 def test_logs_of_earlier_versions_say_by_the_governors_name():
-    from pbrg_mj.log.read.header import Embedded
+    from pbrg_mj.log.read.header import EmbeddedFiles
 
     scenario = parse_scenario(pbrg.load("paper/simulation_near", {"governor.kind": "centralized"}).yaml, file="x.yaml")
-    embedded = Embedded("a.mcap", {"pbrg": {"schema": "1"}})
+    embedded = EmbeddedFiles("a.mcap", {"pbrg": {"schema": "1"}})
     assert embedded._centralized(scenario)
     embedded.metadata["pbrg"]["centralized"] = "false"
     assert not embedded._centralized(scenario)

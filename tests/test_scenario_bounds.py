@@ -11,7 +11,7 @@ from annotated_types import Ge, Gt, Le, Lt
 
 import pbrg_mj as pbrg
 from pbrg_mj.errors import InputError
-from pbrg_mj.governor.stability.linear_step import most_robots_on_hull_edge
+from pbrg_mj.governor.stability.linear_step import max_robots_on_hull_edge
 from pbrg_mj.loop import resources
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.checks.check import MOST_FINDINGS, check
@@ -139,7 +139,7 @@ def test_the_robots_abreast_are_those_of_comparing_all_lines():
             if along.any() and (beside.min() >= 0 or beside.max() <= 0):
                 most = max(most, int(np.sum(beside == 0)))
         corner = max(int(np.sum((b == one).all(axis=1))) for one in b)
-        assert most_robots_on_hull_edge(b) == max(most, corner if len(np.unique(b, axis=0)) == 1 else most)
+        assert max_robots_on_hull_edge(b) == max(most, corner if len(np.unique(b, axis=0)) == 1 else most)
 
 
 def grid(n):

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 import pbrg_mj as pbrg
-from pbrg_mj.governor.messaging.carrier import CarriedGovernor
+from pbrg_mj.governor.messaging.networked import NetworkedGovernor
 from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer
 from pbrg_mj.governor.problem.interface import Solution
 from pbrg_mj.governor.problem.rows import ALL_MOTION, Rows
@@ -52,17 +52,17 @@ class Killed(BaseException):
 @contextmanager
 def apart(scenario: Scenario, **keys: Any) -> Iterator[RobotProcesses]:
     """Give robots that run in threads as they would in processes; `keys` are those of `RobotProcess`."""
-    carried, graph, dead = keys.pop("carried", None) or robot_programs(scenario), network(scenario), set()
+    governor, graph, dead = keys.pop("governor", None) or robot_programs(scenario), network(scenario), set()
     world = Mailbox()
 
     def be(robot: int) -> None:
         try:
-            RobotProcess(carried, graph, robot, world.address, keys.get("digest", DIGEST)).run()
+            RobotProcess(governor, graph, robot, world.address, keys.get("digest", DIGEST)).run()
         except (Killed, Exception):
             dead.add(robot)
 
     team = RobotProcesses(
-        carried, graph, DIGEST, world, lambda robot: "killed by SIGKILL" if robot in dead else None, 0.01
+        governor, graph, DIGEST, world, lambda robot: "killed by SIGKILL" if robot in dead else None, 0.01
     )
     threads = [Thread(target=be, args=(robot,)) for robot in range(graph.robots)]
     for thread in threads:
@@ -99,7 +99,7 @@ def test_robots_apart_are_the_programs_in_one_process_bit_for_bit(case: str) -> 
     scenario = loaded(**CASES[case])
     inside = loaded(**{key: value for key, value in CASES[case].items() if key != "network.loss"})
     programs = robot_programs(scenario)
-    alone = solutions(scenario, CarriedGovernor(**{**vars(programs), "channel": None}))
+    alone = solutions(scenario, NetworkedGovernor(**{**vars(programs), "channel": None}))
     with apart(inside if "network.loss" not in CASES[case] else scenario) as team:
         together = solutions(scenario, team)
     assert len(together) == 21
@@ -189,8 +189,8 @@ def test_a_robot_that_is_killed_is_silent_and_the_others_go_on(caplog: pytest.Lo
     """Prepared for loss, the paper's programs count it as lost after the timeout, and hold."""
     scenario = loaded(duration=0.4, **{"network.loss": 0.1, "network.neighbour_timeout": 0.05})
     whole = robot_programs(scenario)
-    carried = CarriedGovernor(**{**vars(whole), "program": killed_at(12, 2, whole.program)})
-    with apart(scenario, carried=carried) as team:
+    governor = NetworkedGovernor(**{**vars(whole), "program": killed_at(12, 2, whole.program)})
+    with apart(scenario, governor=governor) as team:
         found = solutions(scenario, team)
     assert team.gone == {2: "killed by SIGKILL"}
     lines = [one.getMessage() for one in caplog.records]
@@ -206,8 +206,8 @@ def test_a_robot_that_is_killed_is_silent_and_the_others_go_on(caplog: pytest.Lo
 def test_the_certified_leader_moves_no_more_without_everybodys_verdict() -> None:
     scenario = loaded(duration=0.3, **{"governor.kind": "certified"})
     whole = robot_programs(scenario)
-    carried = CarriedGovernor(**{**vars(whole), "program": killed_at(10, 0, whole.program)})
-    with apart(scenario, carried=carried) as team:
+    governor = NetworkedGovernor(**{**vars(whole), "program": killed_at(10, 0, whole.program)})
+    with apart(scenario, governor=governor) as team:
         found = solutions(scenario, team)
     leader = [one.m[4] for one in found]
     assert (leader[9] != leader[5]).any()
@@ -222,13 +222,13 @@ def test_a_program_that_fails_ends_the_run_in_one_line() -> None:
     whole = robot_programs(scenario)
     program = type("Broken", (type(whole.program),), {"begin": broken})(**vars(whole.program))
     with (
-        apart(scenario, carried=CarriedGovernor(**{**vars(whole), "program": program})) as team,
+        apart(scenario, governor=NetworkedGovernor(**{**vars(whole), "program": program})) as team,
         pytest.raises(pbrg.PbrgError, match=r"^robot \d: no way out$"),
     ):
         solutions(scenario, team)
 
 
-def strangers(ports: Callable[[], list[Address]], over: Event) -> None:
+def unknown(ports: Callable[[], list[Address]], over: Event) -> None:
     """Send nonsense, and what looks like messages of the world's or a robot's, until it is over."""
     random, box = np.random.default_rng(3), Mailbox()
     while not over.is_set():
@@ -251,7 +251,7 @@ def test_nonsense_and_strangers_change_no_bit() -> None:
             known = list(team._places.values())
             return [team.mailbox.address, *known] if len(known) == scenario.robots else known
 
-        sender = Thread(target=strangers, args=(ports, over))
+        sender = Thread(target=unknown, args=(ports, over))
         sender.start()
         try:
             found = solutions(scenario, team)

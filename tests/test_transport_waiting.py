@@ -35,14 +35,14 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every look at the clock is 10 s after the one before."""
     for module in (robots, teams):
         monkeypatch.setattr(module, "monotonic", count(0.0, 10.0).__next__)
-    monkeypatch.setattr(Mailbox, "receive", lambda self, patience: None)
+    monkeypatch.setattr(Mailbox, "receive", lambda self, timeout: None)
 
 
 @pytest.mark.usefixtures("clock")
 def test_a_world_without_robots_names_them_after_five_minutes() -> None:
     world = team(Mailbox())
     with pytest.raises(PbrgError, match=rf"^not come to {world.mailbox.address} within 300 s: robots 1, 2, 3, 4, 5$"):
-        world.gather()
+        world.wait_for_robots()
     world.stop()
 
 
@@ -96,7 +96,7 @@ def test_a_robot_waits_for_a_world_that_waits_for_others(monkeypatch: pytest.Mon
         yield Datagram(Kind.STOP, WORLD), world
 
     came = coming()
-    monkeypatch.setattr(Mailbox, "receive", lambda self, patience: next(came))
+    monkeypatch.setattr(Mailbox, "receive", lambda self, timeout: next(came))
     with pytest.raises(PbrgError, match=r"the world at .* sends robot 1 away"):
         robot.run()
 
@@ -106,7 +106,7 @@ def test_a_world_answers_greetings_until_all_have_come(monkeypatch: pytest.Monke
     box, other = Mailbox(), Mailbox()
     other.send(box.address, Datagram(Kind.HELLO, 3, body=DIGEST))
     with pytest.raises(PbrgError, match=r"robots 1, 2, 3, 5$"):
-        team(box).gather(patience=5.0)
+        team(box).wait_for_robots(timeout=5.0)
     came = other.receive(30.0)
     assert came is not None
     assert (came[0].kind, came[0].robot, came[1]) == (Kind.HELLO, WORLD, box.address)

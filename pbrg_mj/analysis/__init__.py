@@ -10,5 +10,4 @@ report            one self-contained page about one or several runs
 events            what happened when
 replay_summary    a run in a few lines
 output_file       files that are whole or not there
-text              text from files, made safe to show
 """

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pbrg_mj.analysis.metrics.binding import bindings
-from pbrg_mj.analysis.metrics.contacts import FIELDS, contact_flags, is_violation, onsets, words
+from pbrg_mj.analysis.metrics.contacts import FIELDS, contact_flags, contact_text, is_violation, onsets
 from pbrg_mj.analysis.metrics.outcome import outcome
 from pbrg_mj.log.read.run import Run
 from pbrg_mj.team.graph import network
@@ -62,7 +62,7 @@ def _statuses(run: Run) -> list[Event]:
 def _touches(run: Run) -> Iterator[Event]:
     for kind in FIELDS:
         for k, j in onsets(contact_flags(run, kind)):
-            text = f"robot {j + 1} touches {words(run, kind, k, j)}"
+            text = f"robot {j + 1} touches {contact_text(run, kind, k, j)}"
             yield Event(_time(run, k), text, is_violation(run, kind))
 
 

@@ -8,8 +8,8 @@ from typing import Any
 
 from pbrg_mj.analysis.events import Event, events
 from pbrg_mj.analysis.metrics.outcome import Outcome, outcome
-from pbrg_mj.counts import counted
 from pbrg_mj.log.read.run import Run
+from pbrg_mj.text import counted
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def replay_summary(run: Run, end: Run | None = None) -> ReplaySummary:
         ticks=len(run.ticks.time),
         end=float(run.ticks.time[-1]),
         duration=run.scenario.timing.duration,
-        ended=run.how_it_ended,
+        ended=run.ending_text,
         statuses=dict(Counter(run.ticks.status.tolist())),
         reference_statuses=dict(Counter(run.optima.status.tolist())),
         events=events(run, end),

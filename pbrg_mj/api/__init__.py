@@ -13,8 +13,7 @@ video         Run -> video or still
 replay        a log simulated again and compared; a damaged log repaired
 reproduce     the paper's four runs
 checking      whether a governor of one's own keeps the protocol
-own_metrics   metrics of one's own
+plug_in_metrics   metrics of one's own
 doctor        what works on this machine
 interrupt, garbage_collection, profile    Ctrl-C, Python's garbage and the clock during a run
-text          text from logs made safe to show
 """

@@ -18,8 +18,8 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.kernel import clock
 from pbrg_mj.loop.batch import BatchSimulation, side_by_side
 from pbrg_mj.loop.batch_histories import BatchHistories
-from pbrg_mj.loop.one_by_one import run_worlds
 from pbrg_mj.loop.resources import check_memory
+from pbrg_mj.loop.sequential import run_worlds
 from pbrg_mj.plugins import is_centralized
 
 

@@ -11,7 +11,7 @@ from pbrg_mj.analysis.metrics.paper_table import markdown
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics
 from pbrg_mj.analysis.metrics.table import comparison_table
 from pbrg_mj.api.logs import as_run, metrics_of
-from pbrg_mj.api.own_metrics import Metric
+from pbrg_mj.api.plug_in_metrics import Metric
 from pbrg_mj.api.run import FAILED, Run
 from pbrg_mj.errors import InputError
 

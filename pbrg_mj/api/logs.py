@@ -79,7 +79,7 @@ def report(runs: Sequence[Run | str | Path], path: str | Path) -> Path:
 
 def _on_page(run: Run | str | Path, runs: int) -> ReportRun:
     if isinstance(run, Run):
-        return run.on_page(runs)
+        return run.as_report_run(runs)
     shown = report_log(run, runs)
     _warn(shown.numbers.damage, run)
     return shown

@@ -11,7 +11,6 @@ from typing import Any
 
 from pbrg_mj.analysis.output_file import by_suffix, write_atomically
 from pbrg_mj.api.run import LOG, Run
-from pbrg_mj.counts import counted
 from pbrg_mj.errors import InputError
 from pbrg_mj.governor.centralized.optimum import CentralizedSolver
 from pbrg_mj.governor.messaging.program import RobotProgram
@@ -24,6 +23,7 @@ from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.perception.estimator import Estimator
 from pbrg_mj.plugins import Objects
 from pbrg_mj.sensing.noise_model import NoiseModel
+from pbrg_mj.text import counted
 
 # Other processors and versions round otherwise. Where that has grown past this, in a value's own unit, it no longer
 # is the same run.

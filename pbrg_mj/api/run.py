@@ -24,7 +24,7 @@ from pbrg_mj.analysis.replay_summary import ReplaySummary, replay_summary
 from pbrg_mj.analysis.report.report_run import ReportRun, report_run
 from pbrg_mj.analysis.series import series
 from pbrg_mj.api.arrays import Arrays
-from pbrg_mj.api.own_metrics import Metric, evaluate_metric
+from pbrg_mj.api.plug_in_metrics import Metric, evaluate_metric
 from pbrg_mj.api.scenario import Scenario
 from pbrg_mj.log.read.run import Run as Recorded
 from pbrg_mj.log.write.log_file import check_writable
@@ -154,7 +154,7 @@ class Run:
 
         return report([self], path)
 
-    def on_page(self, runs: int) -> ReportRun:
+    def as_report_run(self, runs: int) -> ReportRun:
         """Return what a page of so many runs shows of this one."""
         return report_run(self._recorded, runs)
 

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from pbrg_mj.analysis.output_file import write_text_atomically
-from pbrg_mj.counts import counted
 from pbrg_mj.errors import InputError
 from pbrg_mj.loop.network_warnings import network_warnings
 from pbrg_mj.loop.resources import resource_warnings
@@ -23,6 +22,7 @@ from pbrg_mj.scenario.load import LoadedScenario, load_scenario, load_text
 from pbrg_mj.scenario.parse.document import write_document
 from pbrg_mj.scenario.schema import Scenario as Settings
 from pbrg_mj.scenario.schema.json_schema import json_schema
+from pbrg_mj.text import counted
 
 Overrides = Mapping[str, Any] | Sequence[str]
 

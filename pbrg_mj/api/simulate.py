@@ -77,7 +77,7 @@ def run(
     if processes and objects != Objects():
         raise InputError("processes of robots run what the scenario names; allowed: no objects in its place")
     simulation = Simulation.build(scenario.settings, objects)
-    with collecting_rarely(), robots_apart(scenario) if processes else nullcontext() as robots:
+    with collecting_rarely(), start_robot_processes(scenario) if processes else nullcontext() as robots:
         if robots is not None:
             simulation = _governed_apart(simulation, robots)
         if path is not None:
@@ -100,7 +100,7 @@ def record(
 ) -> RunMetrics:
     """Simulate a scenario into a log and return the run's metrics; the run itself is never held.
 
-    `robots` are those of `robots_apart`. The other arguments and errors are those of `run`.
+    `robots` are those of `start_robot_processes`. The other arguments and errors are those of `run`.
     """
     path, simulation = log_path(log, force=force), Simulation.build(scenario.settings)
     if robots is not None:
@@ -125,7 +125,7 @@ def measure(scenario: Scenario) -> RunMetrics:
     return sink.metrics()
 
 
-def robots_apart(scenario: Scenario, listen: str | None = None) -> AbstractContextManager[RobotProcesses]:
+def start_robot_processes(scenario: Scenario, listen: str | None = None) -> AbstractContextManager[RobotProcesses]:
     """Give a scenario's robots in processes of their own, which end with the context.
 
     `listen`, an address `HOST:PORT` of this machine: start none, and wait there for those of `run_robot`. Raises
@@ -189,7 +189,7 @@ def with_objects(scenario: Scenario, objects: Objects) -> Scenario:
 
 def _governed_apart(simulation: Simulation, robots: RobotProcesses) -> Simulation:
     """Return the simulation with those robots, once all have come: no log is begun, and Ctrl-C ends the waiting."""
-    robots.gather()
+    robots.wait_for_robots()
     return simulation.governed_by(robots)
 
 

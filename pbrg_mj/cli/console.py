@@ -8,17 +8,17 @@ import os
 import sys
 from typing import Any, TextIO
 
-from pbrg_mj.api.text import plain
-from pbrg_mj.cli.answers import answers
+from pbrg_mj.cli.stdout import result_stream
 from pbrg_mj.errors import PbrgError
+from pbrg_mj.text import plain
 
 
-class ReaderGoneError(Exception):
+class StdoutClosedError(Exception):
     """Nobody reads stdout any more, as behind `| head`: a command ends without a word, as Unix tools do."""
 
 
 def emit(text: str) -> None:
-    """Print lines to stdout. Raises ReaderGoneError, and PbrgError when stdout is closed or its disk full."""
+    """Print lines to stdout. Raises StdoutClosedError, and PbrgError when stdout is closed or its disk full."""
     _print(plain(text, keep="\n") + "\n")
 
 
@@ -37,7 +37,7 @@ def note(text: str) -> None:
         discard(sys.stderr)
 
 
-class Notes(logging.Handler):
+class WarningNotes(logging.Handler):
     """Prints what the package warns of, a line each."""
 
     def emit(self, record: logging.LogRecord) -> None:
@@ -62,14 +62,14 @@ def discard(stream: TextIO) -> None:
 
 
 def _print(text: str) -> None:
-    stdout = answers()
+    stdout = result_stream()
     if stdout is None:
         raise PbrgError("cannot write to standard output: it is closed")
     try:
         _write(stdout, text)
     except BrokenPipeError:
         discard(stdout)
-        raise ReaderGoneError from None
+        raise StdoutClosedError from None
     except OSError as error:
         discard(stdout)
         raise PbrgError(f"cannot write to standard output: {error.strerror}") from error

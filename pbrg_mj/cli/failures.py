@@ -18,13 +18,13 @@ from typing import ParamSpec, TypeVar
 
 import typer
 
-from pbrg_mj.cli.console import ReaderGoneError, note
+from pbrg_mj.cli.console import StdoutClosedError, note
 from pbrg_mj.errors import InputError, PbrgError, Stopped
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 
-FAILED, WRONG_INPUT, DEFECT, READER_GONE = 1, 2, 3, 141  # the last one as after a signal
+FAILED, WRONG_INPUT, DEFECT, STDOUT_CLOSED = 1, 2, 3, 141  # the last one as after a signal
 LONGEST = 400  # characters of an exception's text shown
 # The machine is short of something: neither wrong input nor a defect.
 SCARCE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.ENOMEM, errno.EMFILE, errno.ENFILE, errno.EAGAIN}
@@ -34,8 +34,8 @@ ClickError: type[Exception] = typer.BadParameter.__mro__[2]
 
 def explain(error: BaseException, *, debug: bool) -> int:
     """Say in one line why a command ended, after the traceback if `debug`; return the exit code."""
-    if isinstance(error, ReaderGoneError) or _is_reader_gone(error):
-        return READER_GONE
+    if isinstance(error, StdoutClosedError) or _is_stdout_closed(error):
+        return STDOUT_CLOSED
     if isinstance(error, KeyboardInterrupt | typer.Abort):
         return _code_of(error)
     if debug:
@@ -61,7 +61,7 @@ def signals_as_codes(command: Callable[Arguments, Result]) -> Callable[Arguments
 
 
 @contextmanager
-def one_line_each(*, debug: bool) -> Iterator[list[BaseException]]:
+def failures_on_one_line(*, debug: bool) -> Iterator[list[BaseException]]:
     """Print failures of threads and destructors, and Python's warnings, a line each; give those of threads."""
     failed: list[BaseException] = []
     hooks = threading.excepthook, sys.unraisablehook, warnings.showwarning
@@ -120,6 +120,6 @@ def _place(trace: TracebackType | None) -> str:
     return f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
 
 
-def _is_reader_gone(error: BaseException) -> bool:
+def _is_stdout_closed(error: BaseException) -> bool:
     """Return whether it is the exit by which the library for options answers a closed pipe, while it prints help."""
     return isinstance(error, SystemExit) and isinstance(error.__context__, BrokenPipeError)

@@ -37,11 +37,11 @@ from pbrg_mj.cli import (
     sweep,
     tune,
 )
-from pbrg_mj.cli.answers import answering
-from pbrg_mj.cli.console import Notes, emit, keep_standard_streams
-from pbrg_mj.cli.failures import DEFECT, explain, one_line_each, signals_as_codes
+from pbrg_mj.cli.console import WarningNotes, emit, keep_standard_streams
+from pbrg_mj.cli.failures import DEFECT, explain, failures_on_one_line, signals_as_codes
+from pbrg_mj.cli.stdout import protect_stdout
 
-NOTES = Notes(logging.WARNING)
+WARNING_NOTES = WarningNotes(logging.WARNING)
 DEBUG = "--debug"
 COMPLETING = "_PBRG_COMPLETE"  # set by the shell that completes a command
 COMPLETION = {"--install-completion", "--show-completion"}  # which, like completing, end with an exit of their own
@@ -72,7 +72,7 @@ def _options(
 
 
 def _add(name: str, command: Callable[..., int | None]) -> None:
-    app.command(name)(signals_as_codes(answering(command)))
+    app.command(name)(signals_as_codes(protect_stdout(command)))
 
 
 _add("list", scenarios.list_scenarios)
@@ -103,9 +103,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code; `arguments` default to the process's own."""
     keep_standard_streams()
     os.environ.pop("MPLBACKEND", None)  # figures go to files; one that is not there would be an error of every figure
-    logging.getLogger("pbrg_mj").addHandler(NOTES)
+    logging.getLogger("pbrg_mj").addHandler(WARNING_NOTES)
     given, debug = _without_debug(sys.argv[1:] if arguments is None else arguments)
-    with one_line_each(debug=debug) as failed:
+    with failures_on_one_line(debug=debug) as failed:
         try:
             with stoppable():
                 code = _command()(given, prog_name="pbrg", standalone_mode=False)

@@ -19,12 +19,12 @@ class RunningSummary:
     """A running summary of the records seen."""
 
     def __init__(self) -> None:
-        self.trouble = ""
+        self.problem = ""
         self.touched = False
         self.margin = float("inf")  # [m]
 
     def add(self, record: TickRecord) -> None:
-        """Take one record into account; the first trouble stays."""
+        """Take one record into account; the first problem stays."""
         truth = record.truth
         self.margin = min(self.margin, float(truth.wall_margin.min()), float(truth.moving_margin.min()))
         contacts = {
@@ -34,16 +34,16 @@ class RunningSummary:
         }
         touched = next((what for what, flags in contacts.items() if flags.any()), None)
         if touched and not self.touched:
-            self.touched, self.trouble = True, f"a robot touched {touched} at {record.time:.1f} s"
+            self.touched, self.problem = True, f"a robot touched {touched} at {record.time:.1f} s"
         elif self.margin < 0 and not self.touched:
-            self.trouble = "past a line"
-        elif record.solution.status != "ok" and not self.trouble:
-            self.trouble = f"governor {record.solution.status} at {record.time:.1f} s"
+            self.problem = "past a line"
+        elif record.solution.status != "ok" and not self.problem:
+            self.problem = f"governor {record.solution.status} at {record.time:.1f} s"
 
     def text(self) -> str:
         """Return it in a few words."""
         margin = f"margin {self.margin:.3f} m" if self.margin < float("inf") else ""
-        return ", ".join(part for part in (self.trouble or "no violation", margin) if part)
+        return ", ".join(part for part in (self.problem or "no violation", margin) if part)
 
 
 @contextmanager
@@ -51,13 +51,13 @@ def compiling_noted() -> Iterator[None]:
     """Say on a terminal, once, why nothing seems to happen while kernels are compiled."""
     from pbrg_mj.api.simulate import watching_compilation
 
-    said = not sys.stderr.isatty()
+    announced = not sys.stderr.isatty()
 
     def compiling(kernel: str | None) -> None:
-        nonlocal said
-        if kernel and not said:
+        nonlocal announced
+        if kernel and not announced:
             note("compiling kernels, once per version of the code: up to half a minute")
-        said = True
+        announced = True
 
     with watching_compilation(compiling):
         yield

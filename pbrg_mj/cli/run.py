@@ -50,14 +50,14 @@ def run(
     loaded = pbrg.load(scenario, overrides or (), seed=seed, duration=duration)
     path = path or log_path(os.fsdecode(f"{loaded.name.rsplit('/', 1)[-1]}.mcap".encode()), force=force)
     from pbrg_mj.api.profile import Profile
-    from pbrg_mj.api.simulate import record, robots_apart
+    from pbrg_mj.api.simulate import record, start_robot_processes
 
     for line in loaded.warnings():
         note(f"warning: {line}")
     spent = Profile() if profile else None
     try:
         with (
-            robots_apart(loaded, listen) if processes or listen else nullcontext() as robots,
+            start_robot_processes(loaded, listen) if processes or listen else nullcontext() as robots,
             _viewers(loaded, wait, live=live, port=port, show=not quiet) as watch,
         ):
             if robots is not None and listen:

@@ -10,11 +10,10 @@ import typer
 
 import pbrg_mj as pbrg
 from pbrg_mj.api.files import check_scenario
-from pbrg_mj.api.text import plain
 from pbrg_mj.cli.arguments import BundledName, FamilyName, Force, Overrides, ScenarioNames
 from pbrg_mj.cli.console import emit, emit_json, note
-from pbrg_mj.counts import counted
 from pbrg_mj.errors import InputError
+from pbrg_mj.text import counted, plain
 
 
 def list_scenarios(

@@ -14,7 +14,7 @@ import typer
 import pbrg_mj as pbrg
 from pbrg_mj.cli.arguments import Force
 from pbrg_mj.cli.console import note
-from pbrg_mj.counts import counted
+from pbrg_mj.text import counted
 
 StudyFolder = Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="The folder to fill, or go on with.")]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]

@@ -12,7 +12,7 @@ from pbrg_mj.api.files import check_study_file
 from pbrg_mj.cli.arguments import ignore_mujoco_gl
 from pbrg_mj.cli.console import emit, emit_json
 from pbrg_mj.cli.study import Json, Study, StudyFolder, with_study_options
-from pbrg_mj.counts import counted
+from pbrg_mj.text import counted
 
 
 @with_study_options

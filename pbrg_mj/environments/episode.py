@@ -111,8 +111,8 @@ class Episode:
         limit, states = scenario.outcome.diverged_beyond, (end.hand_world, self._state.xi, last.solution.m)
         return Step(
             time=self._sensed.time,
-            lasted=(self._sensed.index - self._began) * scenario.timing.tick,
-            left=(self._end - self._sensed.index) * scenario.timing.tick,
+            duration=(self._sensed.index - self._began) * scenario.timing.tick,
+            remaining=(self._end - self._sensed.index) * scenario.timing.tick,
             hand_world=end.hand_world,
             target=reference + self._loop.formation,
             wall_margin=np.min([one.wall_margin for one in self._true_states], axis=0),

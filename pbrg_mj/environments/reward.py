@@ -16,8 +16,8 @@ class Step(NamedTuple):
     """What came of an action. Positions, margins and contacts are ground truth, which observations never hold."""
 
     time: float  # at its end [s]
-    lasted: float  # [s]
-    left: float  # until the scenario's duration [s]
+    duration: float  # [s]
+    remaining: float  # until the scenario's duration [s]
     hand_world: np.ndarray  # (n, 2) q at its end [m]
     target: np.ndarray  # (n, 2) r + b_j: the operator's reference at its end, in each robot's place [m]
     wall_margin: np.ndarray  # (n,) least during the step: distance to what stands still, less the clearance [m]
@@ -43,4 +43,4 @@ def distance_reward(step: Step) -> np.ndarray:
     In a step that terminates the episode the time that is left counts with it: ending early never pays.
     """
     away = np.linalg.norm(step.hand_world - step.target, axis=1)
-    return -away * (step.lasted + (step.left if step.ended else 0.0)) - CONTACT * step.touched
+    return -away * (step.duration + (step.remaining if step.ended else 0.0)) - CONTACT * step.touched

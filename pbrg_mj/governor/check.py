@@ -12,7 +12,7 @@ import numpy as np
 from pbrg_mj import plugins
 from pbrg_mj.errors import PlugInError
 from pbrg_mj.governor.check_messages import reactions_without_messages
-from pbrg_mj.governor.messaging.carrier import CarriedGovernor
+from pbrg_mj.governor.messaging.networked import NetworkedGovernor
 from pbrg_mj.governor.messaging.program import RobotFacts, RobotProgram
 from pbrg_mj.governor.plug_in import PlugInGovernor
 from pbrg_mj.governor.plug_in_program import plug_in_program
@@ -108,7 +108,7 @@ def _maker(build: Any, scenario: Scenario, options: Mapping[str, Any]) -> tuple[
         def make(facts: RobotFacts) -> Any:
             return build if given else plugins.make(plugins.ROBOT_PROGRAM, name, build, facts, options)
 
-        return PlugInGovernor(CarriedGovernor.of(scenario, plug_in_program(scenario, name, make)), name)
+        return PlugInGovernor(NetworkedGovernor.of(scenario, plug_in_program(scenario, name, make)), name)
 
     def make_governor() -> PlugInGovernor:
         building = (lambda scenario: copy.deepcopy(build)) if given else build

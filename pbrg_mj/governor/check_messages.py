@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from pbrg_mj.governor.messaging.carrier import CarriedGovernor
+from pbrg_mj.governor.messaging.networked import NetworkedGovernor
 from pbrg_mj.governor.plug_in import PlugInGovernor
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.governor.problem.rows import Rows
@@ -39,7 +39,7 @@ def reactions_without_messages(
 def _answers(made: Callable[[], PlugInGovernor], problems: Sequence[Problem]) -> np.ndarray:
     """Return m and bytes sent at every tick, (T, n, 3), while every message is lost."""
     governor, links = made().inner, len(problems[0].network.neighbours)
-    if not isinstance(governor, CarriedGovernor):
+    if not isinstance(governor, NetworkedGovernor):
         raise TypeError("only programs of robots can be cut off from each other")
     silence = Channel(
         delay=np.zeros(links, dtype=np.int64),

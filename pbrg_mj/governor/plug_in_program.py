@@ -11,7 +11,7 @@ import numpy as np
 
 from pbrg_mj import plugins
 from pbrg_mj.errors import PlugInError
-from pbrg_mj.governor.messaging.carrier import CarriedGovernor, CarriedMemory
+from pbrg_mj.governor.messaging.networked import NetworkedGovernor, NetworkedMemory
 from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer, RobotFacts, RobotProgram, TeamConstants
 from pbrg_mj.governor.plug_in import FARTHEST, LARGEST_MULTIPLIER
 from pbrg_mj.governor.problem.interface import Problem, Solution, Status
@@ -114,16 +114,16 @@ def plug_in_program(scenario: Scenario, name: str, make: Callable[[RobotFacts], 
 class PlugInRobots:
     """Robot programs of another package on all robots; their ticks take limited time."""
 
-    inner: CarriedGovernor
+    inner: NetworkedGovernor
     name: str
     limit: float  # of a tick of all robots [s]
 
-    def init(self, problem: Problem) -> CarriedMemory:
+    def init(self, problem: Problem) -> NetworkedMemory:
         """Return the first memories. Raises PlugInError when a program fails."""
         with plug_in_errors("robot program", self.name, "its start", self.limit):
             return self.inner.init(problem)
 
-    def step(self, problem: Problem, memory: CarriedMemory) -> tuple[Solution, CarriedMemory]:
+    def step(self, problem: Problem, memory: NetworkedMemory) -> tuple[Solution, NetworkedMemory]:
         """Run a tick's rounds. Raises PlugInError when a program fails or they take too long."""
         with plug_in_errors("robot program", self.name, "a tick of all robots", self.limit):
             return self.inner.step(problem, memory)
@@ -142,7 +142,7 @@ def robots_of_scenario(scenario: Scenario, given: Any = None) -> PlugInRobots:
         program = plug_in_program(
             scenario, name, lambda facts: plugins.make(plugins.ROBOT_PROGRAM, name, build, facts, options)
         )
-    return PlugInRobots(CarriedGovernor.of(scenario, program), program.name, scenario.timing.plug_in_limit)
+    return PlugInRobots(NetworkedGovernor.of(scenario, program), program.name, scenario.timing.plug_in_limit)
 
 
 def _listed(neighbours: tuple[int, ...]) -> str:

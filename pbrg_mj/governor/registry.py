@@ -15,7 +15,7 @@ from pbrg_mj.governor.certificate.by_name import CERTIFICATES, margin
 from pbrg_mj.governor.certified.advance_limits import speed_facets
 from pbrg_mj.governor.certified.from_scenario import certified
 from pbrg_mj.governor.distributed.from_scenario import flow, paper_flow
-from pbrg_mj.governor.messaging.carrier import CarriedGovernor
+from pbrg_mj.governor.messaging.networked import NetworkedGovernor
 from pbrg_mj.governor.paper_program import PaperProgram
 from pbrg_mj.governor.plug_in import PlugInCertificate, PlugInGovernor, PlugInSolver
 from pbrg_mj.governor.plug_in_program import robots_of_scenario
@@ -51,15 +51,15 @@ def _paper_program(scenario: Scenario) -> Governor:
     settings, lines = scenario.governor, channel(scenario)
     beyond = scenario.outcome.diverged_beyond
     program = PaperProgram.of(flow(scenario), settings.reference_range, beyond, network(scenario), lines)
-    return replace(CarriedGovernor.of(scenario, program), tells_rows=True)  # rows of rho, or along G, are its own
+    return replace(NetworkedGovernor.of(scenario, program), shares_rows=True)  # rows of rho, or along G, are its own
 
 
-def _rollout(scenario: Scenario, *, at_once: bool = True) -> Governor:
+def _rollout(scenario: Scenario, *, vectorized: bool = True) -> Governor:
     lines, rounds = channel(scenario), scenario.governor.rounds
     plan = RolloutPlan.of(scenario, network(scenario), margin(scenario), lines)
-    if at_once and lines is None:
+    if vectorized and lines is None:
         return RolloutGovernor(plan, rounds)
-    return CarriedGovernor(RolloutProgram(plan), rounds, lines)
+    return NetworkedGovernor(RolloutProgram(plan), rounds, lines)
 
 
 GOVERNORS: dict[str, Callable[[Scenario], Governor]] = {
@@ -88,12 +88,12 @@ def governor(scenario: Scenario, given: Any = None) -> Governor:
 
 PROGRAMS: dict[str, Callable[[Scenario], Any]] = {
     "distributed": _paper_program,
-    "certified": lambda scenario: certified(scenario, at_once=False),
-    "rollout": lambda scenario: _rollout(scenario, at_once=False),
+    "certified": lambda scenario: certified(scenario, vectorized=False),
+    "rollout": lambda scenario: _rollout(scenario, vectorized=False),
 }
 
 
-def robot_programs(scenario: Scenario) -> CarriedGovernor:
+def robot_programs(scenario: Scenario) -> NetworkedGovernor:
     """Return the scenario's governor as a program of every robot, never computed for all of them at once.
 
     Raises InputError where it is none, PlugInError when a plug-in cannot be built.

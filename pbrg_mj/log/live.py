@@ -125,7 +125,7 @@ class LiveServer:
         finally:
             with self._lock:
                 self._viewers.discard(viewer)
-            viewer.leave()
+            viewer.stop()
 
     def _take(self, viewer: _Viewer, asked: dict[str, Any]) -> None:
         if asked["op"] == "subscribe":
@@ -161,7 +161,7 @@ class _Viewer:
             self._waiting.append(data)
             self._news.notify()
 
-    def leave(self) -> None:
+    def stop(self) -> None:
         """Send nothing more."""
         with self._news:
             self._gone = True

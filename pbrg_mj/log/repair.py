@@ -14,9 +14,8 @@ from google.protobuf.message import DecodeError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, DataEnd, Footer, Metadata, Schema
 
-from pbrg_mj.counts import counted
 from pbrg_mj.errors import InputError
-from pbrg_mj.log.read.header import Embedded, open_mcap
+from pbrg_mj.log.read.header import EmbeddedFiles, open_mcap
 from pbrg_mj.log.read.mcap_records import (
     MAGIC,
     MESSAGE_PREFIX,
@@ -31,10 +30,11 @@ from pbrg_mj.log.read.mcap_records import (
     split_records,
 )
 from pbrg_mj.log.schema import channels
-from pbrg_mj.log.schema.ending import asked_ticks
+from pbrg_mj.log.schema.ending import requested_ticks
 from pbrg_mj.log.schema.message import LogMessage
 from pbrg_mj.log.schema.protobuf import CLASSES
 from pbrg_mj.log.write.mcap_writer import McapWriter
+from pbrg_mj.text import counted
 
 FOOTER_SIZE = RECORD_PREFIX.size + 20  # two offsets and the checksum
 
@@ -61,7 +61,7 @@ def repair(path: Path, target: Path) -> RepairReport:
     log of this package, when what it embeds is lost, or when it holds no whole chunk.
     """
     with open_mcap(path) as (file, size), target.open("wb") as output, McapWriter(output).abandoned() as writer:
-        copy = _Copy(writer, _index_channels(file, size), Embedded(str(path)))
+        copy = _Copy(writer, _index_channels(file, size), EmbeddedFiles(str(path)))
         file.seek(len(MAGIC))
         copy.copy_records(file, size)
         found = copy.found
@@ -94,7 +94,7 @@ class _Copy:
 
     writer: McapWriter
     index: list[Schema | Channel]  # from the file's end: the only place left where the first chunk is lost
-    embedded: Embedded
+    embedded: EmbeddedFiles
     found: RepairReport = field(default_factory=RepairReport)
     schemas: dict[int, Schema] = field(default_factory=dict)  # by number in the old log
     channels: dict[int, _Channel] = field(default_factory=dict)  # likewise
@@ -169,7 +169,7 @@ class _Copy:
         if not found:
             return []
         if self.room is None:
-            self.room = asked_ticks(self.embedded.header("; ".join(self.found.damage) or None).scenario)
+            self.room = requested_ticks(self.embedded.header("; ".join(self.found.damage) or None).scenario)
         if len(found) > self.room:
             raise DamageError("a chunk has ticks beyond the scenario's end")
         self.room -= len(found)

@@ -11,7 +11,7 @@ batch_group         those of them that one thread steps
 batch_histories     what is kept of their runs
 batch_team          the teams of a batch: what they have in common, their states, how they move, compiled
 batch_control       their governors, compiled
-one_by_one          worlds that cannot be stepped so, or differ: one after the other
+sequential          worlds that cannot be stepped so, or differ: one after the other
 resources           what a scenario asks of the machine, before it runs
 network_warnings    what of the network its governor does not feel
 response_warnings   whether the team follows references faster than the paper's flow finds them

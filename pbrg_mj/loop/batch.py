@@ -49,7 +49,7 @@ class BatchSimulation:
 
     def run(self, on_ticks: Callable[[range], object] = lambda ticks: None) -> BatchHistories:
         """Simulate to the end and return what happened; `on_ticks` hears of ticks when they are over in all worlds."""
-        histories = BatchHistories.blank(self._scenario, self.seeds)
+        histories = BatchHistories.empty(self._scenario, self.seeds)
         parts, stop = [histories.part(part) for part in self._parts], Event()
         with ThreadPoolExecutor(self.threads) as pool:
             try:

@@ -71,7 +71,7 @@ class DistributedBatch:
     ):
         """Begin with no estimates."""
         worlds, n = len(half_spaces.h), team.network.robots
-        self.team, self.states = team, TeamStates.blank(worlds, n)
+        self.team, self.states = team, TeamStates.initial(worlds, n)
         self._governor, self._certificate, self._reference_range = chosen, rows, reference_range
         self._spaces = (half_spaces.G, half_spaces.h, half_spaces.active, half_spaces.binds, half_spaces.closing_speeds)
         known = rows.rows(HalfSpaces(*(array[0] for array in self._spaces)))
@@ -117,7 +117,7 @@ class CertifiedBatch:
     ):
         """Begin with nothing held."""
         worlds = len(half_spaces.h)
-        self.team, self.states = team, TeamStates.blank(worlds, team.network.robots)
+        self.team, self.states = team, TeamStates.initial(worlds, team.network.robots)
         self._held = np.zeros((worlds, 2))  # [m]
         self._spaces = (half_spaces.G, half_spaces.h, half_spaces.active, half_spaces.binds, half_spaces.closing_speeds)
         self._decision = rows.packed, decision.limits

@@ -17,7 +17,7 @@ import numpy as np
 from pbrg_mj.governor.certificate.evaluate import VIOLATED, predicted_rows, worst_rows
 from pbrg_mj.loop.batch_control import batch_control
 from pbrg_mj.loop.batch_histories import BatchHistories
-from pbrg_mj.perception.estimator import GuidedEstimator, estimator
+from pbrg_mj.perception.estimator import GoalDirectedEstimator, estimator
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.schema import Scenario, operator_reference
 from pbrg_mj.sensing.noise import SensorNoise, sensor_noise
@@ -44,7 +44,7 @@ class WorldGroup:
         """Build the worlds; `in_turn` is the lock that all groups share. Raises as `batch_control` and `PlantBatch`."""
         self._scenario, self._in_turn = scenario, in_turn
         self._estimator = estimator(scenario, load_robot_model(scenario.robot))
-        self._guided = self._estimator if isinstance(self._estimator, GuidedEstimator) else None
+        self._goal_directed = self._estimator if isinstance(self._estimator, GoalDirectedEstimator) else None
         first = self._estimator.init()
         self._half_spaces = in_worlds(first.half_spaces, len(seeds))
         self._control = batch_control(scenario, self._half_spaces)
@@ -89,9 +89,9 @@ class WorldGroup:
         with self._in_turn:
             for world, (sensing, observation) in enumerate(zip(self._sensing, self._plant.observe(), strict=True)):
                 sensing.readings = sense(observation, sensing.readings, sensing.noise)
-                if self._guided is not None:
+                if self._goal_directed is not None:
                     held = None if m is None else m[world]
-                    found = self._guided.step_towards(sensing.readings, time, sensing.memory, held)
+                    found = self._goal_directed.step_towards(sensing.readings, time, sensing.memory, held)
                 else:
                     found = self._estimator.step(sensing.readings, time, sensing.memory)
                 half_spaces, sensing.memory = found

@@ -27,7 +27,7 @@ class BatchHistories:
     certificate_violated: np.ndarray  # (W, T, 3) bool: each of `evaluate.NAMES` at what the leaders apply
 
     @classmethod
-    def blank(cls, scenario: Scenario, seeds: tuple[int, ...]) -> BatchHistories:
+    def empty(cls, scenario: Scenario, seeds: tuple[int, ...]) -> BatchHistories:
         """Return empty arrays for a whole run, in which there are no moving boxes."""
         ticks = whole_number(scenario.timing.duration, scenario.timing.tick) + 1
         shape = (len(seeds), ticks, scenario.robots)

@@ -86,7 +86,7 @@ class TeamStates:
     command: np.ndarray  # (W, n, 2) left, right [V]
 
     @classmethod
-    def blank(cls, worlds: int, robots: int) -> TeamStates:
+    def initial(cls, worlds: int, robots: int) -> TeamStates:
         """Return the states before the first tick."""
         pairs = (np.zeros((worlds, robots, 2)) for _ in range(4))
         xi, displacement, m, command = pairs

@@ -9,7 +9,7 @@ import numpy as np
 
 from pbrg_mj.governor.problem.interface import Certificate, Governor, StateCertificate
 from pbrg_mj.governor.velocity_filter.interface import VelocityFilter
-from pbrg_mj.perception.estimator import Estimator, GuidedEstimator
+from pbrg_mj.perception.estimator import Estimator, GoalDirectedEstimator
 from pbrg_mj.scenario.schema import Control, Scenario, operator_reference
 from pbrg_mj.sensing.noise import SensorNoise
 from pbrg_mj.team.exchange import Exchange
@@ -36,9 +36,9 @@ class ClosedLoop:
     exchange: Exchange | None = None  # of p and xi; None: all of it arrives at once
 
     @cached_property
-    def guided(self) -> GuidedEstimator | None:
+    def goal_directed(self) -> GoalDirectedEstimator | None:
         """The estimator if its half-spaces depend on where robots are going."""
-        return self.estimator if isinstance(self.estimator, GuidedEstimator) else None
+        return self.estimator if isinstance(self.estimator, GoalDirectedEstimator) else None
 
     @cached_property
     def tick(self) -> float:
@@ -71,6 +71,6 @@ class ClosedLoop:
         return None if operator.reference is None else operator_reference(operator, 0.0)
 
     @cached_property
-    def of_the_state(self) -> StateCertificate | None:
+    def state_certificate(self) -> StateCertificate | None:
         """The certificate if its rows depend on the state, asked once: a protocol's check takes microseconds."""
         return self.certificate if isinstance(self.certificate, StateCertificate) else None

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from pbrg_mj.counts import counted
 from pbrg_mj.governor.distributed.from_scenario import round_step
 from pbrg_mj.governor.problem.ball import BallCertificate
-from pbrg_mj.governor.stability.linear_step import steepest_gradients
+from pbrg_mj.governor.stability.linear_step import max_gradient_norms
 from pbrg_mj.governor.stability.response import response_ratio
 from pbrg_mj.loop.stability_warnings import MOST_ROBOTS
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.graph import network
+from pbrg_mj.text import counted
 
 MOST = 2.0  # of the ratio: the paper's runs are at 0.7 and 1.4
 
@@ -34,6 +34,6 @@ def scenario_ratio(scenario: Scenario) -> float:
     """Return `response_ratio` of a scenario, at the rate at which its rounds run the flow."""
     settings, team = scenario.governor, network(scenario)
     ball = BallCertificate.of(scenario, team)
-    gradients = steepest_gradients(team, ball.formation, ball.inputs, ball.growth)
+    gradients = max_gradient_norms(team, ball.formation, ball.inputs, ball.growth)
     flow_seconds = settings.rounds * round_step(scenario) / scenario.timing.tick  # in a second of the team's
     return response_ratio(team, scenario.control.alpha_r, settings.alpha, gradients) / flow_seconds

@@ -6,11 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pbrg_mj.counts import counted
 from pbrg_mj.governor.distributed.from_scenario import round_step
 from pbrg_mj.governor.problem.ball import BallCertificate
 from pbrg_mj.governor.stability.delay_margin import MAX_ROBOTS, DelayedRounds, delay_margin
-from pbrg_mj.governor.stability.linear_step import linear_step_limit, steepest_gradients
+from pbrg_mj.governor.stability.linear_step import linear_step_limit, max_gradient_norms
 from pbrg_mj.governor.stability.proximal_step import proximal_step_bound
 from pbrg_mj.scenario.checks.certificate import CERTIFIED
 from pbrg_mj.scenario.schema import Scenario
@@ -19,6 +18,7 @@ from pbrg_mj.team.exchange import exchange
 from pbrg_mj.team.graph import network
 from pbrg_mj.team.network import Network
 from pbrg_mj.team.sampled import delay_margin as delay_margin_ticks
+from pbrg_mj.text import counted
 
 MOST_ROBOTS = 150  # whose modes are computed: a second or two, and it grows with the cube
 
@@ -75,7 +75,7 @@ def _governor(scenario: Scenario) -> list[str]:
 
 def _gradients(scenario: Scenario) -> np.ndarray:
     ball = BallCertificate.of(scenario, network(scenario))
-    return steepest_gradients(network(scenario), ball.formation, ball.inputs, ball.growth)
+    return max_gradient_norms(network(scenario), ball.formation, ball.inputs, ball.growth)
 
 
 def _step(scenario: Scenario, gradients: np.ndarray) -> Iterator[str]:

@@ -44,8 +44,8 @@ def sense_and_perceive(loop: ClosedLoop, state: LoopState, index: int) -> Sensed
     readings = sense(loop.world.observe(), state.readings, loop.noise)
     sensed = clock()
 
-    if loop.guided is not None:
-        half_spaces, estimator = loop.guided.step_towards(readings, time, state.estimator, state.m)
+    if loop.goal_directed is not None:
+        half_spaces, estimator = loop.goal_directed.step_towards(readings, time, state.estimator, state.m)
     else:
         half_spaces, estimator = loop.estimator.step(readings, time, state.estimator)
     perceived = clock()
@@ -143,7 +143,7 @@ def _pre_stabilise(
 
 def _rows(loop: ClosedLoop, state: LoopState, half_spaces: HalfSpaces, p: np.ndarray) -> Rows | LazyRows:
     """Return the certificate's rows: of the state, for who asks, or those of before while the half-spaces stay."""
-    if loop.of_the_state is not None:
+    if loop.state_certificate is not None:
         owners, slots = half_spaces.h.shape
         made = partial(_rows_of_the_state, loop, half_spaces, (p, state.xi, state.m))
         return LazyRows(made, (owners, 2 * slots))

@@ -36,7 +36,7 @@ class Estimator(Protocol):
 
 
 @runtime_checkable
-class GuidedEstimator(Estimator, Protocol):
+class GoalDirectedEstimator(Estimator, Protocol):
     """One whose half-spaces depend on where robots are going."""
 
     def step_towards(

@@ -15,9 +15,9 @@ from pbrg_mj.perception.obstacle.slots import update_half_spaces
 from pbrg_mj.perception.scan.extract_lines import (
     LineBuffer,
     LineWorkspace,
-    extract_lines_into,
     line_buffer,
     line_workspace,
+    write_lines,
 )
 from pbrg_mj.perception.scan.parameters import LineParameters
 from pbrg_mj.perception.scan.points import BLOCKED
@@ -140,7 +140,7 @@ def _perceive_scan(read, whose, parameters, work, known):
     robot, poses, clock = whose
     pose = pose_at_scan(poses[robot], clock, known.anchors[robot], parameters.pose)
     _mask_own_wheels(read, parameters.blocked, work.ranges)
-    count = extract_lines_into(work.ranges, parameters.directions, parameters.line, work.fitting, work.lines)
+    count = write_lines(work.ranges, parameters.directions, parameters.line, work.fitting, work.lines)
     team = poses, robot, parameters.team_mate
     count = without_team_mates(work.lines, count, work.fitting, pose, team, parameters.line)
     write_world_directions(work.beams, parameters.directions, pose.heading)

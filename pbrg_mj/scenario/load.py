@@ -23,7 +23,7 @@ BEFORE = ("draw", "seed")  # overrides of these change what is drawn; all others
 
 
 @dataclass(frozen=True)
-class FamilyText:
+class FamilySource:
     """What a world was drawn from."""
 
     text: str  # YAML, as in its file
@@ -38,7 +38,7 @@ class LoadedScenario:
     scenario: Scenario
     name: str  # the bundled name, or the file's stem
     yaml_text: str  # as run: with the overrides in it, and of a family the world that its seed draws
-    family: FamilyText | None = None
+    family: FamilySource | None = None
 
 
 def load_scenario(source: str | Path, overrides: Sequence[str] = ()) -> LoadedScenario:
@@ -63,7 +63,7 @@ def load_text(text: str, name: str, overrides: Sequence[str] = (), *, file: str)
     """
     document = _document(text, file)
     if is_family(document):
-        return _load_world(document, name, FamilyText(text, tuple(overrides), file))
+        return _load_world(document, name, FamilySource(text, tuple(overrides), file))
     if not overrides:
         return LoadedScenario(build(document, file), name, text)
     # An override's value may hold earlier names too.
@@ -71,7 +71,7 @@ def load_text(text: str, name: str, overrides: Sequence[str] = (), *, file: str)
     return LoadedScenario(build(document, file), name, write_document(document.data))
 
 
-def _load_world(document: Document, name: str, family: FamilyText) -> LoadedScenario:
+def _load_world(document: Document, name: str, family: FamilySource) -> LoadedScenario:
     before = [text for text in family.overrides if text.partition("=")[0].split(".")[0].strip() in BEFORE]
     after = [text for text in family.overrides if text not in before]
     document = draw_world(rename_keys(apply_overrides(document, before), family.file), family.file)

@@ -18,7 +18,7 @@ class CameraFaults(NamedTuple):
     swapped: tuple[tuple[int, int, float, float], ...]  # two robots from 0, from when until when [s]
     period: float  # of the frames [s]
 
-    def loses(self, frame: int, seed: int) -> bool:
+    def is_lost(self, frame: int, seed: int) -> bool:
         """Tell whether a frame is lost, for all robots. The first one never is: it tells where robots start."""
         if self.lost_frames == 0.0 or frame == 0:
             return False

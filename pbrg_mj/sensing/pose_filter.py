@@ -43,7 +43,7 @@ class Estimate(NamedTuple):
 class FilterMemory:
     """Estimates at the last frame's exposure and now, and the travel of the wheels since that exposure."""
 
-    exposed: Estimate
+    at_exposure: Estimate
     now: Estimate
     travel: tuple[tuple[float, np.ndarray], ...]  # (time [s], (n, 2) travel until then since the entry before [m])
     angle: np.ndarray  # (n, 2) of the wheels, in whole steps [rad]
@@ -56,7 +56,7 @@ def encoder_angles(angle: np.ndarray, step: float) -> np.ndarray:
     return np.floor(angle / step) * step
 
 
-def begun(pose: np.ndarray, angle: np.ndarray, parameters: FilterParameters) -> FilterMemory:
+def initial_memory(pose: np.ndarray, angle: np.ndarray, parameters: FilterParameters) -> FilterMemory:
     """Return the memory of robots whose camera poses (n, 3) are the first, and encoders read `angle` (n, 2) [rad]."""
     spread = np.diag([parameters.position_std**2, parameters.position_std**2, parameters.heading_std**2])
     first = Estimate(pose.copy(), np.tile(spread, (len(pose), 1, 1)))
@@ -74,14 +74,14 @@ def corrected(memory: FilterMemory, pose: np.ndarray, exposure: float, parameter
     """Return the memory after a frame with the poses (n, 3), exposed at a time [s] after the last one's."""
     before = [travel for time, travel in memory.travel if time <= exposure + 1e-9]
     after = memory.travel[len(before) :]
-    at = memory.exposed
+    at = memory.at_exposure
     for travel in before:
         at = predicted(at, travel, parameters)
     at, rejected = _updated(at, pose, memory.rejected, parameters)
     now = at
     for _, travel in after:
         now = predicted(now, travel, parameters)
-    return replace(memory, exposed=at, now=now, travel=after, camera=pose, rejected=rejected)
+    return replace(memory, at_exposure=at, now=now, travel=after, camera=pose, rejected=rejected)
 
 
 def predicted(at: Estimate, travel: np.ndarray, parameters: FilterParameters) -> Estimate:

@@ -10,7 +10,14 @@ from pbrg_mj.scenario.schema import WHITE
 from pbrg_mj.sensing.beam_model import noisy_scans
 from pbrg_mj.sensing.cone import nearest_in_cones, values_of_rays
 from pbrg_mj.sensing.noise import SensorNoise
-from pbrg_mj.sensing.pose_filter import FilterMemory, FilterParameters, begun, corrected, driven, encoder_angles
+from pbrg_mj.sensing.pose_filter import (
+    FilterMemory,
+    FilterParameters,
+    corrected,
+    driven,
+    encoder_angles,
+    initial_memory,
+)
 from pbrg_mj.sensing.readings import Readings
 from pbrg_mj.sensing.signal_strength import echo_probability, relative_power
 from pbrg_mj.sensing.ultra_wideband import measured_ranges, place_of
@@ -27,7 +34,7 @@ def sense(observation: Observation, previous: Readings | None, noise: SensorNois
     if previous is not None and noise.pose_filter is None and _held(observation, previous):
         return replace(previous, new_scan=False) if previous.new_scan else previous
     pose_frame, faults = observation.pose_frame, noise.camera_faults
-    if previous is not None and faults is not None and faults.loses(pose_frame, noise.seed):
+    if previous is not None and faults is not None and faults.is_lost(pose_frame, noise.seed):
         pose_frame = previous.pose_frame
     if previous is not None and pose_frame == previous.pose_frame:
         body_pose = _camera_poses(previous)
@@ -119,9 +126,9 @@ def _filtered(
         raise ValueError("an observation without wheel angles cannot be filtered")
     angle = encoder_angles(observation.wheel_angle, parameters.step)
     if previous is None or previous.pose_filter is None:
-        return begun(pose, angle, parameters)
+        return initial_memory(pose, angle, parameters)
     memory = driven(previous.pose_filter, angle, observation.time, parameters)
     if number == previous.pose_frame:
         return memory
-    exposed = min(number * noise.frame_period + noise.dated_late, observation.time)
-    return corrected(memory, pose, exposed, parameters)
+    exposure_time = min(number * noise.frame_period + noise.dated_late, observation.time)
+    return corrected(memory, pose, exposure_time, parameters)

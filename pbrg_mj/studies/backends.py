@@ -66,7 +66,7 @@ def _processes(tasks: Sequence[Task], keep_logs: bool, jobs: int) -> Generator[R
     place = tempfile.TemporaryDirectory(prefix="pbrg-")  # what killed processes leave behind goes with it
     finished = False
     try:
-        with _hangup_held():
+        with _hangup_blocked():
             made: Any = pool(one(task, keep_logs, parent=os.getpid(), place=place.name) for task in tasks)
         with warnings.catch_warnings(), closing(made) as results:
             warnings.filterwarnings("ignore", ".*have been cancelled")  # as Ctrl-C means them to be
@@ -81,7 +81,7 @@ def _processes(tasks: Sequence[Task], keep_logs: bool, jobs: int) -> Generator[R
 
 
 @contextmanager
-def _hangup_held() -> Iterator[None]:
+def _hangup_blocked() -> Iterator[None]:
     """Hold SIGHUP back: processes that are started meanwhile never get it, this one gets it afterwards."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGHUP})
     try:

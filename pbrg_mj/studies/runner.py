@@ -11,12 +11,12 @@ from types import TracebackType
 from typing import NamedTuple, Self, TypedDict
 
 from pbrg_mj.analysis.output_file import write_atomically
-from pbrg_mj.counts import counted
 from pbrg_mj.errors import InputError, Interrupted, PbrgError, Stopped
 from pbrg_mj.studies.backends import Backend
 from pbrg_mj.studies.journal import FILE, Journal
 from pbrg_mj.studies.run_task import Record, Result, packages
 from pbrg_mj.studies.task import Task
+from pbrg_mj.text import counted
 
 LOGS = "logs"
 Ends = Callable[[Record], bool]

@@ -18,7 +18,7 @@ from pbrg_mj.transport.child import digest
 from pbrg_mj.transport.mailbox import Mailbox
 from pbrg_mj.transport.team import RobotProcesses
 
-ENDING = 5.0  # [s] for a process that was told to stop
+STOP_TIMEOUT = 5.0  # [s] for a process that was told to stop
 
 
 @contextmanager
@@ -28,14 +28,14 @@ def robot_processes(scenario: Scenario, text: str, listen: Address | None = None
     `listen`: start none, and wait at this address for those that somebody else starts. Raises InputError for a governor
     that robots do not run themselves, and for an address that cannot be taken.
     """
-    carried = robot_programs(scenario)
+    governor = robot_programs(scenario)
     mailbox = Mailbox(listen.port, listen.host) if listen else Mailbox()
     with tempfile.TemporaryDirectory(prefix="pbrg-") as folder:
         file = Path(folder) / "scenario.yaml"
         file.write_text(text, encoding="utf-8")
         children = [_started(file, robot, mailbox.address.port) for robot in range(0 if listen else scenario.robots)]
         team = RobotProcesses(
-            carried,
+            governor,
             network(scenario),
             digest(text),
             mailbox,
@@ -66,7 +66,7 @@ def _end(child: subprocess.Popen[bytes]) -> str | None:
 def _ended(children: list[subprocess.Popen[bytes]]) -> None:
     for child in children:
         try:
-            child.wait(ENDING)
+            child.wait(STOP_TIMEOUT)
         except subprocess.TimeoutExpired:
             child.kill()
             child.wait()

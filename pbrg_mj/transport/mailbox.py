@@ -48,9 +48,9 @@ class Mailbox:
             if error.errno not in NOT_THERE:
                 raise
 
-    def receive(self, patience: float) -> tuple[Datagram, Address] | None:
+    def receive(self, timeout: float) -> tuple[Datagram, Address] | None:
         """Return the next datagram and where it came from; None when none comes in so many seconds [s]."""
-        self._socket.settimeout(max(patience, 0.0))
+        self._socket.settimeout(max(timeout, 0.0))
         try:
             content, came_from = self._socket.recvfrom(LARGEST)
         except (TimeoutError, BlockingIOError, ConnectionRefusedError):

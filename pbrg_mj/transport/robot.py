@@ -1,7 +1,7 @@
 """The process of one robot: its program, fed by the world with measurements and by its neighbours with messages.
 
 Rounds are kept in step by the messages themselves: every robot sends one to every neighbour in every round, an empty
-one where its program says nothing, and goes on when all of the round have come. One that has not come after `patience`
+one where its program says nothing, and goes on when all of the round have come. One that has not come after `timeout`
 is missed; a neighbour that was missed is not waited for until it is heard in time again.
 """
 
@@ -13,7 +13,7 @@ from time import monotonic, monotonic_ns
 from typing import Any
 
 from pbrg_mj.errors import PbrgError
-from pbrg_mj.governor.messaging.carrier import CarriedGovernor
+from pbrg_mj.governor.messaging.networked import NetworkedGovernor
 from pbrg_mj.governor.messaging.program import RobotFacts
 from pbrg_mj.team.network import Network
 from pbrg_mj.transport.address import Address
@@ -29,13 +29,13 @@ from pbrg_mj.transport.datagrams import (
 )
 from pbrg_mj.transport.mailbox import Mailbox
 
-PATIENCE = 10.0  # [s] for a message of a round
+TIMEOUT = 10.0  # [s] for a message of a round
 COMPILING = 300.0  # [s] for one of the first tick, in which kernels may be compiled
-AGAIN = 0.2  # [s] after which a greeting is repeated
-GREETING = 60.0  # [s] until somebody must have answered it
+RETRY_PERIOD = 0.2  # [s] after which a greeting is repeated
+CONNECT_TIMEOUT = 60.0  # [s] until somebody must have answered it
 ASKED = {Kind.READY: Kind.START, Kind.ANSWER: Kind.OWN}  # what each of these answers
-SILENCE = 300.0  # [s] of the world, after which it is taken to be gone: its kernels may be compiled
-LOOK_UP = 1.0  # [s] after which a robot that hears nothing asks whether it is still wanted
+WORLD_TIMEOUT = 300.0  # [s] of the world, after which it is taken to be gone: its kernels may be compiled
+PARENT_POLL = 1.0  # [s] after which a robot that hears nothing asks whether it is still wanted
 
 
 class RunOverError(Exception):
@@ -46,18 +46,18 @@ class RunOverError(Exception):
 class RobotProcess:
     """One robot. `run` returns when the world says so."""
 
-    carried: CarriedGovernor
+    governor: NetworkedGovernor
     network: Network
     robot: int  # from 0
     world: Address
     digest: bytes  # SHA-256 of the scenario
     wanted: Callable[[], bool] = lambda: True  # whether who started this process is still there
-    patience: float = PATIENCE
+    timeout: float = TIMEOUT
 
     def __post_init__(self) -> None:
         """Know nothing yet; take a free port on the interface that leads to the world."""
         self.mailbox = Mailbox(host=self.world.local_host())
-        self._facts = RobotFacts.of(self.network, self.robot, self.carried.constants)
+        self._facts = RobotFacts.of(self.network, self.robot, self.governor.constants)
         self._places: Mapping[int, Address] = {}
         self._messages: dict[tuple[int, int], dict[int, bytes]] = {}  # by tick and round, then sender
         self._now, self._traffic = (0, 0), Traffic()
@@ -72,7 +72,7 @@ class RobotProcess:
         try:
             told = self._connected()
             facts = self._facts._replace(start=told.start)
-            memory = self.carried.program.start(facts, told.own)
+            memory = self.governor.program.start(facts, told.own)
             self._report(Kind.READY)
             while True:
                 memory = self._tick(memory)
@@ -85,17 +85,17 @@ class RobotProcess:
             self.mailbox.close()
 
     def _connected(self) -> StartData:
-        until = monotonic() + GREETING
+        until = monotonic() + CONNECT_TIMEOUT
         while monotonic() < until and self.wanted():
             self.mailbox.send(self.world, Datagram(Kind.HELLO, self.robot, body=self.digest))
-            came = self.mailbox.receive(AGAIN)
+            came = self.mailbox.receive(RETRY_PERIOD)
             if came is None or came[1] != self.world:
                 continue
             if came[0].kind is Kind.STOP:
                 away = f"the world at {self.world} sends robot {self.robot + 1} away"
                 raise PbrgError(f"{away}: another scenario, or the run is over")
             if came[0].kind is Kind.HELLO:
-                until = monotonic() + SILENCE  # it is there, and waits for others
+                until = monotonic() + WORLD_TIMEOUT  # it is there, and waits for others
             if came[0].kind is Kind.START:
                 told = unpacked_start(came[0].body)
                 self._places = told.places
@@ -104,10 +104,10 @@ class RobotProcess:
 
     def _tick(self, memory: Any) -> Any:
         """Wait for a tick's measurements, run its rounds, answer."""
-        program, measured = self.carried.program, self._next_measured()
+        program, measured = self.governor.program, self._next_measured()
         self._expected = measured.tick + 1
         memory = program.begin(unpacked_own(measured.tick, measured.body), memory)
-        for k in range(self.carried.rounds):
+        for k in range(self.governor.rounds):
             self._now = (measured.tick, k)
             outbox, memory = program.send(memory)
             self._send_messages(outbox)
@@ -120,8 +120,8 @@ class RobotProcess:
     def _send_messages(self, outbox: Mapping[int, bytes]) -> None:
         """Send what the program says to each neighbour, and to the others that it says nothing."""
         tick, k = self._now
-        if strangers := set(outbox) - set(self._facts.neighbours):
-            raise ValueError(f"robot {self.robot + 1} sends to robot {min(strangers) + 1}, which is no neighbour")
+        if not_neighbours := set(outbox) - set(self._facts.neighbours):
+            raise ValueError(f"robot {self.robot + 1} sends to robot {min(not_neighbours) + 1}, which is no neighbour")
         for neighbour in self._facts.neighbours:
             content = outbox.get(neighbour, b"")
             self.mailbox.send(self._places[neighbour], Datagram(Kind.MESSAGE, self.robot, tick, k, 0, content))
@@ -129,12 +129,12 @@ class RobotProcess:
 
     def _inbox(self) -> list[tuple[int, bytes]]:
         """Return what has come by this round, in the order of its sending, once all is there that is waited for."""
-        until = monotonic() + (self.patience if self._now[0] else max(self.patience, COMPILING))
+        until = monotonic() + (self.timeout if self._now[0] else max(self.timeout, COMPILING))
         while waiting := self._missing_neighbours():
             if (left := until - monotonic()) <= 0.0:
                 self._behind |= waiting
                 break
-            self._take(min(left, LOOK_UP))
+            self._take(min(left, PARENT_POLL))
         while self._take(0.0):
             pass
         heard = self._messages.get(self._now, {})
@@ -149,18 +149,18 @@ class RobotProcess:
         return set(self._facts.neighbours) - self._gone - self._behind - set(heard)
 
     def _next_measured(self) -> Datagram:
-        until = monotonic() + SILENCE
+        until = monotonic() + WORLD_TIMEOUT
         while self._measured is None:
-            if not self._take(LOOK_UP) and monotonic() > until:
-                raise PbrgError(f"the world has said nothing for {SILENCE:g} s")
+            if not self._take(PARENT_POLL) and monotonic() > until:
+                raise PbrgError(f"the world has said nothing for {WORLD_TIMEOUT:g} s")
         measured, self._measured = self._measured, None
         return measured
 
-    def _take(self, patience: float) -> bool:
+    def _take(self, timeout: float) -> bool:
         """Take in one datagram, if one comes; return whether one came."""
-        came = self.mailbox.receive(patience)
+        came = self.mailbox.receive(timeout)
         if came is None:
-            if patience >= LOOK_UP and not self.wanted():
+            if timeout >= PARENT_POLL and not self.wanted():
                 raise PbrgError("the world is gone")
             return False
         one, sender = came

@@ -14,12 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pbrg_mj.counts import counted
 from pbrg_mj.errors import PbrgError
-from pbrg_mj.governor.messaging.carrier import CarriedGovernor, own_data, team_answer
+from pbrg_mj.governor.messaging.networked import NetworkedGovernor, own_data, team_answer
 from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer
 from pbrg_mj.governor.problem.interface import Problem, Solution
 from pbrg_mj.team.network import Network
+from pbrg_mj.text import counted
 from pbrg_mj.transport.address import Address
 from pbrg_mj.transport.datagrams import (
     WORLD,
@@ -34,10 +34,10 @@ from pbrg_mj.transport.datagrams import (
 from pbrg_mj.transport.mailbox import Mailbox
 
 LOG = logging.getLogger("pbrg_mj")
-AGAIN = 0.5  # [s] after which a robot that has not answered is told again
-LOOK_UP = 0.05  # [s] between looks whether processes are still there
+RETRY_PERIOD = 0.5  # [s] after which a robot that has not answered is told again
+PARENT_POLL = 0.05  # [s] between looks whether processes are still there
 COMPILING = 300.0  # [s] for the first answers: kernels may be compiled
-ANSWERING = 30.0  # [s] for all others
+ANSWER_TIMEOUT = 30.0  # [s] for all others
 
 
 class TeamMemory(NamedTuple):
@@ -51,7 +51,7 @@ class TeamMemory(NamedTuple):
 class RobotProcesses:
     """Robots in processes of their own. A run takes it once."""
 
-    carried: CarriedGovernor  # whose program the processes run
+    governor: NetworkedGovernor  # whose program the processes run
     network: Network
     digest: bytes  # SHA-256 of the scenario, which must be the robots' own
     mailbox: Mailbox
@@ -64,23 +64,23 @@ class RobotProcesses:
         """Know nobody yet."""
         self._places: dict[int, Address] = {}
 
-    def gather(self, patience: float = COMPILING) -> None:
-        """Wait until all robots have come. Raises PbrgError when one has ended, or `patience` [s] is over."""
-        until = monotonic() + patience
+    def wait_for_robots(self, timeout: float = COMPILING) -> None:
+        """Wait until all robots have come. Raises PbrgError when one has ended, or `timeout` [s] is over."""
+        until = monotonic() + timeout
         while missing := sorted(set(range(self.network.robots)) - set(self._places)):
             for robot in missing:
                 if why := self.ended(robot):
                     raise PbrgError(f"robot {robot + 1} has not come: {why}")
             if monotonic() > until:
                 names = ", ".join(str(robot + 1) for robot in missing)
-                raise PbrgError(f"not come to {self.mailbox.address} within {patience:g} s: robots {names}")
-            for _ in self._received(LOOK_UP):
+                raise PbrgError(f"not come to {self.mailbox.address} within {timeout:g} s: robots {names}")
+            for _ in self._received(PARENT_POLL):
                 pass
 
     def init(self, problem: Problem) -> TeamMemory:
         """Have all robots come and start. Raises PbrgError when one does not come or cannot start."""
         n = problem.network.robots
-        self.gather()
+        self.wait_for_robots()
         self._await(set(range(n)), Kind.READY, 0, lambda robot: self._start(problem, robot), COMPILING)
         if self.gone:
             robot, why = min(self.gone.items())
@@ -92,9 +92,9 @@ class RobotProcesses:
         """Return what the robots answer. Raises PbrgError when a robot's program fails."""
         n, tick = problem.network.robots, memory.tick
         asked = {robot: packed_own(self._own(problem, robot, tick)) for robot in range(n) if robot not in self.gone}
-        patience = ANSWERING if tick else COMPILING
+        timeout = ANSWER_TIMEOUT if tick else COMPILING
         told = self._await(
-            set(asked), Kind.ANSWER, tick, lambda robot: Datagram(Kind.OWN, WORLD, tick, body=asked[robot]), patience
+            set(asked), Kind.ANSWER, tick, lambda robot: Datagram(Kind.OWN, WORLD, tick, body=asked[robot]), timeout
         )
         answers, sent = list(memory.answers), np.zeros(n, dtype=np.int64)
         for robot in range(n):
@@ -104,7 +104,7 @@ class RobotProcesses:
                 self.traffic.append(traffic)
             else:
                 answers[robot] = memory.answers[robot]._replace(status="holding")
-        return team_answer(problem, answers, self.carried.rounds, sent), TeamMemory(tick + 1, tuple(answers))
+        return team_answer(problem, answers, self.governor.rounds, sent), TeamMemory(tick + 1, tuple(answers))
 
     def traffic_line(self) -> str:
         """Return in words what came and went between the robots."""
@@ -123,7 +123,7 @@ class RobotProcesses:
 
     def stop(self) -> None:
         """Tell all robots that the run is over, also those that have yet to be greeted, and let go of the port."""
-        until = monotonic() + AGAIN
+        until = monotonic() + RETRY_PERIOD
         while len(self._places) < self.network.robots and (left := until - monotonic()) > 0.0:
             if (came := self.mailbox.receive(left)) and came[0].kind is Kind.HELLO:
                 self._places[came[0].robot] = came[1]
@@ -132,39 +132,39 @@ class RobotProcesses:
         self.mailbox.close()
 
     def _start(self, problem: Problem, robot: int) -> Datagram:
-        own, first = self._own(problem, robot, 0), problem.p if self.carried.tells_start else None
+        own, first = self._own(problem, robot, 0), problem.p if self.governor.shares_start else None
         neighbours = problem.network.neighbours[problem.network.first[robot] : problem.network.first[robot + 1]]
         places = {other: self._places[other] for other in (robot, *neighbours.tolist())}
         return Datagram(Kind.START, WORLD, body=packed_start(StartData(places, first, own)))
 
     def _own(self, problem: Problem, robot: int, tick: int) -> OwnData:
-        return own_data(problem, robot, tick, rows=self.carried.tells_rows)
+        return own_data(problem, robot, tick, rows=self.governor.shares_rows)
 
     def _await(
-        self, asked: set[int], kind: Kind, tick: int, ask: Callable[[int], Datagram | None], patience: float
+        self, asked: set[int], kind: Kind, tick: int, ask: Callable[[int], Datagram | None], timeout: float
     ) -> dict[int, Datagram]:
         """Ask robots until all have answered; return the answers of those that are still there."""
         came: dict[int, Datagram] = {}
-        until, again = monotonic() + patience, 0.0
+        until, again = monotonic() + timeout, 0.0
         while waiting := asked - set(came) - set(self.gone):
             if monotonic() >= again:
                 for robot, one in ((robot, ask(robot)) for robot in waiting):
                     if one is not None:
                         self.mailbox.send(self._places[robot], one)
-                again = monotonic() + AGAIN
-            for one in self._received(LOOK_UP):
+                again = monotonic() + RETRY_PERIOD
+            for one in self._received(PARENT_POLL):
                 if one.robot in waiting and (one.kind, one.tick) == (kind, tick):
                     came[one.robot] = one
             for robot in sorted(waiting - set(came)):
                 if why := self.ended(robot):
                     self._mark_lost(robot, why, tick)
                 elif monotonic() > until:
-                    self._mark_lost(robot, f"no answer for {patience:g} s", tick)
+                    self._mark_lost(robot, f"no answer for {timeout:g} s", tick)
         return came
 
-    def _received(self, patience: float) -> Iterator[Datagram]:
+    def _received(self, timeout: float) -> Iterator[Datagram]:
         """Yield what has come from robots that are known; a greeting makes a robot known."""
-        while came := self.mailbox.receive(patience):
+        while came := self.mailbox.receive(timeout):
             one, place = came
             if one.kind is Kind.HELLO and one.robot < self.network.robots and one.robot not in self._places:
                 if one.body != self.digest:
@@ -178,7 +178,7 @@ class RobotProcesses:
             if one.kind is Kind.FAILED:
                 raise PbrgError(f"robot {one.robot + 1}: {' '.join(one.body.decode(errors='replace').split())}")
             yield one
-            patience = 0.0
+            timeout = 0.0
 
     def _mark_lost(self, robot: int, why: str, tick: int) -> None:
         self.gone[robot] = why

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pbrg_mj.analysis.text import plain
 from pbrg_mj.log.read.run import Run
+from pbrg_mj.text import plain
 from pbrg_mj.video.playback import latest
 
 LONGEST = 48  # characters of a name

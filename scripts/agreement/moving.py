@@ -19,7 +19,7 @@ from pbrg_mj.governor.certificate.scalar_reference_governor import Spread
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.distributed.estimates import Flow
 from pbrg_mj.governor.distributed.governor import DistributedGovernor
-from pbrg_mj.governor.messaging.carrier import own_data
+from pbrg_mj.governor.messaging.networked import own_data
 from pbrg_mj.governor.optimizers.interface import LocalProblem, Optimizer
 from pbrg_mj.governor.optimizers.team import StepByRobot
 from pbrg_mj.governor.problem.ball import ball_rows

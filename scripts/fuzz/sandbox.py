@@ -40,7 +40,7 @@ def run_apart(command: Callable[[], int | None]) -> Ending:
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
         child = os.fork()
         if not child:
-            _be_the_child(command, out, err)
+            _run_child(command, out, err)
         status, usage = _wait(child)
         code = os.waitstatus_to_exitcode(status)
         return Ending(
@@ -53,7 +53,7 @@ def run_apart(command: Callable[[], int | None]) -> Ending:
         )
 
 
-def _be_the_child(command: Callable[[], int | None], out: BinaryIO, err: BinaryIO) -> None:
+def _run_child(command: Callable[[], int | None], out: BinaryIO, err: BinaryIO) -> None:
     """Run the command within its limits and end this process."""
     code: int | None = ESCAPED
     try:

@@ -18,7 +18,7 @@ from performance.closed_loop import closed_loop
 from performance.page import tables, write_page
 from performance.perception import perception
 from performance.rounds import round_times
-from performance.scale import governor_of_a_thousand, team_speeds
+from performance.scale import round_of_a_thousand_robots, team_speeds
 from performance.solvers import round_peers, solvers
 from performance.start_up import memory_growth, starts
 
@@ -34,7 +34,7 @@ def measured() -> dict:
         "perception": perception(),
         "worlds": batch_throughput(),
         "teams": [asdict(one) for one in team_speeds()],
-        "round_of_a_thousand_s": governor_of_a_thousand(),
+        "round_of_a_thousand_s": round_of_a_thousand_robots(),
         "starts": starts(),
         "memory": memory_growth(),
     }

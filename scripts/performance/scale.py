@@ -67,7 +67,7 @@ def _speed(robots: int) -> Speed:
     return Speed(robots, TICKS * scenario.timing.tick / total, per_tick)
 
 
-def governor_of_a_thousand() -> float:
+def round_of_a_thousand_robots() -> float:
     """Return the time of one round of a thousand robots on a ring [s]."""
     problem, estimates = ring_problem(THOUSAND)
     # The first two write into memory that the system has yet to give.

@@ -27,7 +27,7 @@ def onsets(flags: np.ndarray) -> list[list[int]]:
     return np.argwhere(flags & ~np.concatenate([np.zeros_like(flags[:1]), flags[:-1]])).tolist()
 
 
-def words(run: Run, kind: Kind, tick: int, robot: int) -> str:
+def contact_text(run: Run, kind: Kind, tick: int, robot: int) -> str:
     """Return with what a robot is in contact: a wall, a moving box, or which robot; robots count from 0 here."""
     if kind != "robots":
         return {"walls": "a wall", "moving": "a moving box"}[kind]

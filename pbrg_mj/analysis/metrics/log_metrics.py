@@ -9,16 +9,16 @@ import numpy as np
 
 from pbrg_mj.analysis.metrics.binding import ticks_needed
 from pbrg_mj.analysis.metrics.index_join import MissingRowError
-from pbrg_mj.analysis.metrics.outcome import signs
+from pbrg_mj.analysis.metrics.outcome import first_violation_rows
 from pbrg_mj.analysis.metrics.per_tick import state_size
-from pbrg_mj.analysis.metrics.run_metrics import RunMetrics, Totals, summed_up
+from pbrg_mj.analysis.metrics.run_metrics import MetricTotals, RunMetrics, metrics_from_totals
 from pbrg_mj.log.read import run as reader
 from pbrg_mj.log.read.column_store import Columns
 from pbrg_mj.log.read.run import OptimumSeries, Run, TickSeries, TimingSeries
 from pbrg_mj.log.read.ticks import read_header
 from pbrg_mj.scenario.schema import Scenario, whole_number
 
-OUTCOME_COLUMNS = (  # the columns by which `outcome` tells how a run ended
+OUTCOME_COLUMNS = (  # the columns that decide the outcome
     *("index", "time", "status", "reference", "hand_true", "body_pose_true", "wall_margin", "moving_margin"),
     *("wall_contact", "moving_contact", "robot_contact"),
 )
@@ -44,13 +44,13 @@ class MetricsOfBlocks:
     def __init__(self, scenario: Scenario, every: int | None = None):
         """Optima are looked for at every `every`-th tick alone, at none for 0; None: where the scenario has them."""
         every = _reference_every(scenario) if every is None else every
-        self._totals = Totals(scenario, every)
+        self._totals = MetricTotals(scenario, every)
         self._reduced, self._end = OutcomeColumns(scenario), FinalColumns(scenario)
         self.reduce = {"Tick": self._of_ticks, "Optimum": self._of_optima, "Timing": self._of_timings}
 
     def metrics(self, run: Run) -> RunMetrics:
         """Return the metrics of a run, whose columns are those that came."""
-        return summed_up(self._totals, self._reduced.run(run), self._end.run(run))
+        return metrics_from_totals(self._totals, self._reduced.run(run), self._end.run(run))
 
     def _of_ticks(self, block: Columns) -> Columns:
         self._totals.add_ticks(block)
@@ -111,7 +111,7 @@ class FinalColumns:
 
 
 class OutcomeColumns:
-    """The ticks by which `outcome` tells how a run ended: the first one, first signs, r's last change, last seconds."""
+    """The ticks that decide the outcome: the first one, first violations, r's last change, the last seconds."""
 
     def __init__(self, scenario: Scenario):
         self._scenario = scenario
@@ -127,7 +127,7 @@ class OutcomeColumns:
             size = state_size(TickSeries.of(block), self._scenario)
         reduced = {name: block[name] for name in OUTCOME_COLUMNS} | {state_size.__name__: size}
         self._kept.setdefault("first", _rows(reduced, 0, 1))
-        for name, row in signs(_part(self._scenario, reduced)):
+        for name, row in first_violation_rows(_part(self._scenario, reduced)):
             self._kept.setdefault(name, _rows(reduced, row, row + 1))
         before = [self._last.blocks[-1]] if self._last.blocks else []
         r = joined([*({"reference": one["reference"][-1:]} for one in before), {"reference": reduced["reference"]}])

@@ -50,7 +50,7 @@ def given_margin(scenario: Scenario, hand: np.ndarray) -> np.ndarray:
 
 def obstructed(scenario: Scenario) -> bool:
     """Whether anything stands around the robots that the world measures margins from."""
-    return bool(scenario.world.everything)
+    return bool(scenario.world.all_obstacles)
 
 
 def _largest(values: np.ndarray, among: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pbrg_mj.analysis.metrics.best_formation import BestFormation, best_formation
-from pbrg_mj.analysis.metrics.contacts import FIELDS, Kind, contact_flags, is_violation, words
+from pbrg_mj.analysis.metrics.contacts import FIELDS, Kind, contact_flags, contact_text, is_violation
 from pbrg_mj.analysis.metrics.margins import obstructed, static_margin
 from pbrg_mj.analysis.metrics.per_tick import per_tick, state_size
 from pbrg_mj.analysis.metrics.settling import CLOCK, formation_errors
@@ -63,7 +63,7 @@ def final_target(run: Run) -> BestFormation:
     return best_formation(run.scenario, run.ticks.reference[-1])
 
 
-def signs(run: Run) -> Iterator[tuple[str, int]]:
+def first_violation_rows(run: Run) -> Iterator[tuple[str, int]]:
     """Yield the rows at which there is a first sign of a violation or of divergence, each with a name of its kind.
 
     Of a run that is known in parts, `outcome` needs these of every part, where r changed last, and its last seconds.
@@ -103,7 +103,7 @@ def _violations(run: Run) -> Iterator[tuple[Violation, np.ndarray, Callable[[int
 
 
 def _touched(run: Run, kind: Kind, tick: int, robot: int) -> str:
-    return f"touched {words(run, kind, tick, robot)}"
+    return f"touched {contact_text(run, kind, tick, robot)}"
 
 
 def _diverged(run: Run) -> Outcome | None:
@@ -135,7 +135,7 @@ def _ended(run: Run) -> Outcome:
     found = trend(time[seen], run.ticks.hand_true[seen], distance, rules.rest_speed, rules.tolerance)
     at_rest = np.all(net_speed(run.ticks.hand_true[recent], time[recent]) < rules.rest_speed)
     word = "stuck" if at_rest else WORDS[found.direction]
-    told = _words(word, found, float(distance[-1]))
+    told = _trend_text(word, found, float(distance[-1]))
     if found.arrival <= time[-1]:
         told = f"there for less than {rules.rest_time:g} s"
     elif word == "stuck" and best.point is None and at_governed_reference(run, recent):
@@ -156,7 +156,7 @@ def last_change(run: Run) -> int:
     return int(changes[-1]) if len(changes) else 0
 
 
-def _words(word: Word, found: Trend, distance: float) -> str:
+def _trend_text(word: Word, found: Trend, distance: float) -> str:
     """Return the numbers that belong to a word."""
     if word in ("stuck", "stalled"):
         hunting = f", hunting within {1e3 * found.extent:.2g} mm" if found.extent > HUNTING else ""

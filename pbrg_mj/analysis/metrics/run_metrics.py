@@ -104,7 +104,7 @@ class RunMetrics:
         return _plain(asdict(self))
 
 
-class Totals:
+class MetricTotals:
     """What is summed up over a whole run, its log given a block of columns at a time.
 
     Optima are looked for at every `every`-th tick alone, at none for 0.
@@ -141,14 +141,14 @@ def metrics(run: Run) -> RunMetrics:
     """Return the metrics of a run. Raises InputError when the log holds no tick."""
     if not len(run.ticks.time):
         raise InputError("the log holds no complete tick", file=run.path)
-    totals = Totals(run.scenario, 1)
+    totals = MetricTotals(run.scenario, 1)
     for first in range(0, len(run.ticks.index), PART_TICKS):
         part = run.part(first, first + PART_TICKS)
         totals.add_ticks(vars(part.ticks))
         totals.add_optima(vars(part.optima))
         totals.add_timings(vars(part.timings))
-    told = replace(run, ticks=run.ticks.without_cache(), optima=run.optima.without_cache())
-    return summed_up(totals, told, _end_of(run))
+    outcome_run = replace(run, ticks=run.ticks.without_cache(), optima=run.optima.without_cache())
+    return metrics_from_totals(totals, outcome_run, _end_of(run))
 
 
 def _end_of(run: Run) -> Run:
@@ -158,20 +158,20 @@ def _end_of(run: Run) -> Run:
 
 
 @np.errstate(all="ignore")
-def summed_up(totals: Totals, told: Run, end: Run) -> RunMetrics:
+def metrics_from_totals(totals: MetricTotals, outcome_run: Run, end: Run) -> RunMetrics:
     """Return the metrics of a run whose ticks are in the totals.
 
-    `told` has the rows by which `outcome` tells how it ended, and the first one; `end` all columns of the last ones.
+    `outcome_run` has the rows that decide the outcome, and the first one; `end` all columns of the last ones.
     """
-    ended, time, met = outcome(told), told.ticks.time, totals.moving.first_contacts()
+    ended, time, met = outcome(outcome_run), outcome_run.ticks.time, totals.moving.first_contacts()
     return RunMetrics(
-        **_identity(told),
-        **_end(told, with_avoidance(ended, met), totals.settling),
-        **totals.safety.fields(told.absent),
-        moving_contacts_avoidable=None if "moving_contact" in told.absent else sum(one.avoidable for one in met),
+        **_identity(outcome_run),
+        **_end(outcome_run, with_avoidance(ended, met), totals.settling),
+        **totals.safety.fields(outcome_run.absent),
+        moving_contacts_avoidable=None if "moving_contact" in outcome_run.absent else sum(one.avoidable for one in met),
         **totals.certificates.fields(),
         **totals.optimum.fields(),
-        **totals.network.fields(told.centralized),
+        **totals.network.fields(outcome_run.centralized),
         **totals.wall_clock.fields(float(time[-1] - time[0])),
         binding=tuple(one.text for one in bindings(end)),
     )
@@ -191,7 +191,7 @@ def _identity(run: Run) -> dict[str, Any]:
         "ticks": run.length,
         "duration_s": float(time[-1] - time[0]),
         "asked_s": scenario.timing.duration,
-        "ended": run.how_it_ended,
+        "ended": run.ending_text,
     }
 
 

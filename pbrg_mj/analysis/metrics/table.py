@@ -8,7 +8,7 @@ from textwrap import wrap
 from typing import Any
 
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics
-from pbrg_mj.analysis.text import plain
+from pbrg_mj.text import plain
 
 LABEL_WIDTH = 38
 COLUMN_WIDTH = 29  # two runs fit 100 columns

@@ -12,7 +12,7 @@ MOST_CHANGES = 60_000  # of a whole page
 
 
 @dataclass(frozen=True)
-class Changes:
+class HalfSpaceChanges:
     """From frame `frame` on, slot `slot` (robot * K + place) holds G q <= h; G is NaN when it becomes empty."""
 
     frame: np.ndarray  # (C,) in order
@@ -25,7 +25,7 @@ class Changes:
         return np.column_stack([self.frame, self.slot, self.G, self.h])
 
 
-def half_space_changes(run: Run, frames: np.ndarray, most: int) -> Changes:
+def half_space_changes(run: Run, frames: np.ndarray, most: int) -> HalfSpaceChanges:
     """Return the changes; when they are more than `most`, of every second frame, or fourth, and so on."""
     every = 1
     while True:
@@ -36,7 +36,7 @@ def half_space_changes(run: Run, frames: np.ndarray, most: int) -> Changes:
         every *= 2
 
 
-def _changes(run: Run, ticks: np.ndarray, frames: np.ndarray) -> Changes:
+def _changes(run: Run, ticks: np.ndarray, frames: np.ndarray) -> HalfSpaceChanges:
     t = run.ticks
     active = t.half_space_active[ticks].reshape(len(ticks), -1)
     values = np.concatenate([t.half_space_G[ticks], t.half_space_h[ticks][..., None]], axis=-1)
@@ -45,4 +45,4 @@ def _changes(run: Run, ticks: np.ndarray, frames: np.ndarray) -> Changes:
     changed = ~((values == before) | (np.isnan(values) & np.isnan(before))).all(axis=-1)
     row, slot = np.nonzero(changed)
     new = values[row, slot]
-    return Changes(frames[row], slot, new[:, :2], new[:, 2])
+    return HalfSpaceChanges(frames[row], slot, new[:, :2], new[:, 2])

@@ -17,7 +17,7 @@ from pbrg_mj.analysis.output_file import by_suffix, write_atomically
 from pbrg_mj.analysis.report import tables
 from pbrg_mj.analysis.report.encode import embedded
 from pbrg_mj.analysis.report.report_run import ReportRun
-from pbrg_mj.analysis.text import plain
+from pbrg_mj.text import plain
 
 SUFFIXES = {".html": "", ".htm": ""}
 SCRIPTS = ("elements", "figures", "data", "axes", "scene", "chart", "clock", "start")  # in the order they are needed

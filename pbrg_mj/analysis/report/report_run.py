@@ -15,9 +15,9 @@ from pbrg_mj.analysis.report import scene
 from pbrg_mj.analysis.report.encode import packed
 from pbrg_mj.analysis.report.frames import frame_ticks, indicators, states
 from pbrg_mj.analysis.report.half_space_changes import MOST_CHANGES, half_space_changes
-from pbrg_mj.analysis.text import plain
 from pbrg_mj.log.read.run import Run
 from pbrg_mj.scenario.robots import robot_size
+from pbrg_mj.text import plain
 
 
 @dataclass(frozen=True)

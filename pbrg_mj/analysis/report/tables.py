@@ -7,8 +7,7 @@ from html import escape
 
 from pbrg_mj.analysis.metrics.table import LAYOUT, WRAPPED, cell, shown, text
 from pbrg_mj.analysis.report.report_run import ReportRun
-from pbrg_mj.analysis.text import plain
-from pbrg_mj.counts import counted
+from pbrg_mj.text import counted, plain
 
 CARD = (
     ("simulated", "duration_s", "s"),

@@ -15,7 +15,7 @@ COUNT = struct.Struct("<B")
 Key = tuple[int, int]  # kind, robot
 
 
-class Size(NamedTuple):
+class ItemSize(NamedTuple):
     """How long the content of a kind of item is."""
 
     fixed: int  # [bytes]
@@ -44,12 +44,12 @@ class Flood(NamedTuple):
         found = [self.content(kind, robot) for robot in range(robots)]
         return [one for one in found if one is not None] if None not in found else None
 
-    def made(self, kind: int, robot: int, content: bytes) -> Flood:
+    def with_item(self, kind: int, robot: int, content: bytes) -> Flood:
         """Return the floods with one item more."""
         item = ITEM.pack(kind, robot, self.cycle) + content
         return self._replace(items=self.items | {(kind, robot): item})
 
-    def passed_on(self, repeats: int) -> tuple[bytes, Flood]:
+    def forwarded(self, repeats: int) -> tuple[bytes, Flood]:
         """Return the items that were not passed on so often yet, and the floods after it."""
         fresh = [key for key in sorted(self.items) if self.sent.get(key, 0) < repeats]
         if not fresh:
@@ -57,7 +57,7 @@ class Flood(NamedTuple):
         sent = self.sent | {key: self.sent.get(key, 0) + 1 for key in fresh}
         return b"".join(self.items[key] for key in fresh), self._replace(sent=sent)
 
-    def received(self, contents: Iterable[bytes], sizes: Mapping[int, Size]) -> Flood:
+    def received(self, contents: Iterable[bytes], sizes: Mapping[int, ItemSize]) -> Flood:
         """Return the floods with the items of this cycle that some messages brought."""
         found = dict(self.items)
         for content in contents:
@@ -67,7 +67,7 @@ class Flood(NamedTuple):
         return self if len(found) == len(self.items) else self._replace(items=found)
 
 
-def _items(content: bytes, sizes: Mapping[int, Size]) -> Iterator[tuple[Key, int, bytes]]:
+def _items(content: bytes, sizes: Mapping[int, ItemSize]) -> Iterator[tuple[Key, int, bytes]]:
     """Yield the items of a message: whose, of which cycle, header and content."""
     at = 0
     while at < len(content):

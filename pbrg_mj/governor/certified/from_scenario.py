@@ -9,15 +9,15 @@ from pbrg_mj.governor.certificate.advances import AdvanceCertificate
 from pbrg_mj.governor.certificate.by_name import CERTIFICATES, verified
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.certified.advance_limits import advance_limits
-from pbrg_mj.governor.certified.at_once import LayerGovernor, Schedule
 from pbrg_mj.governor.certified.compiled import CompiledDecision
 from pbrg_mj.governor.certified.cycles import CycleGovernor
 from pbrg_mj.governor.certified.decide import AdvanceLimit
 from pbrg_mj.governor.certified.governor import CertifiedGovernor
 from pbrg_mj.governor.certified.layer import LayerProgram
 from pbrg_mj.governor.certified.robot import CertifiedProgram, repeats_for
+from pbrg_mj.governor.certified.vectorized import LayerGovernor, Schedule
 from pbrg_mj.governor.distributed.from_scenario import flow, paper_flow
-from pbrg_mj.governor.messaging.carrier import CarriedGovernor
+from pbrg_mj.governor.messaging.networked import NetworkedGovernor
 from pbrg_mj.governor.optimizers.by_name import OPTIMIZERS
 from pbrg_mj.governor.optimizers.synchronizer import Synchronizer
 from pbrg_mj.governor.optimizers.team import CompiledPaperFlow, StepByRobot
@@ -28,8 +28,8 @@ from pbrg_mj.team.channel import channel
 from pbrg_mj.team.graph import network
 
 
-def certified(scenario: Scenario, *, at_once: bool = True) -> Governor:
-    """Return the governor; not `at_once`: as programs of every robot. Raises InputError."""
+def certified(scenario: Scenario, *, vectorized: bool = True) -> Governor:
+    """Return the governor; not `vectorized`: as programs of every robot. Raises InputError."""
     team, lines, settings = network(scenario), channel(scenario), scenario.governor
     model = TeamModel.of_scenario(scenario)
     repeats = 1 if lines is None else repeats_for(lines.loss.share, lines.loss.stay)
@@ -37,17 +37,17 @@ def certified(scenario: Scenario, *, at_once: bool = True) -> Governor:
     cycle_ticks = max(1, math.ceil(2 * team.diameter * (longest + repeats) / settings.rounds))
     limits = advance_limits(scenario, model, cycle_ticks)
     if settings.optimizer == "flooding":
-        if at_once and lines is None and cycle_ticks == 1:
+        if vectorized and lines is None and cycle_ticks == 1:
             found = CERTIFICATES[settings.certificate](scenario, team)
             return CertifiedGovernor(
                 limits, team.diameter, settings.reference_range, _compiled(scenario, found, limits)
             )
         decision = _compiled(scenario, verified(scenario, team), limits)
-        if at_once and lines is None and decision is not None:
+        if vectorized and lines is None and decision is not None:
             return CycleGovernor(team, model, decision, settings.rounds, cycle_ticks)
         reach = settings.reference_range
         program = CertifiedProgram(team, verified(scenario, team), model, limits, reach, cycle_ticks, repeats)
-        return CarriedGovernor(program, settings.rounds, lines)
+        return NetworkedGovernor(program, settings.rounds, lines)
     optimizer = OPTIMIZERS[settings.optimizer](scenario, team, flow(scenario))
     of_team = StepByRobot(optimizer, team)
     if settings.optimizer == "paper_flow":
@@ -62,9 +62,9 @@ def certified(scenario: Scenario, *, at_once: bool = True) -> Governor:
         cycle_ticks=cycle_ticks,
         repeats=repeats,
     )
-    if at_once and lines is None and cycle_ticks == 1:
+    if vectorized and lines is None and cycle_ticks == 1:
         return LayerGovernor(layer, of_team, settings.rounds, Schedule.of(team, settings.rounds))
-    return CarriedGovernor(layer, settings.rounds, lines, tells_start=settings.initial == "start")
+    return NetworkedGovernor(layer, settings.rounds, lines, shares_start=settings.initial == "start")
 
 
 def _compiled(scenario: Scenario, found: Any, limits: tuple[AdvanceLimit, ...]) -> CompiledDecision | None:

@@ -55,7 +55,7 @@ class PredictedTeam(NamedTuple):
     heading: np.ndarray  # (n,) of the bodies in the first tick [rad]
     held: np.ndarray  # (2,) m till then [m]; first the mean of p
     candidate: np.ndarray  # (2,) [m]
-    asked: bool  # for everybody's rows
+    rows_requested: bool  # some robot asks for the rows of all
 
 
 @dataclass(frozen=True)
@@ -99,15 +99,15 @@ class LayerProgram:
             return memory
         cycle, robot = own.tick // self.cycle_ticks, memory.facts.robot
         state = STATE.pack(*own.p, *own.xi, *memory.held, own.heading, memory.verdict.forbidden)
-        flood = Flood.begin(cycle).made(OF_STATE, robot, state)
+        flood = Flood.begin(cycle).with_item(OF_STATE, robot, state)
         if robot == self._first_leader:
             candidate = self.optimizer.candidate(memory.local, memory.iterate)
-            flood = flood.made(OF_CANDIDATE, robot, CANDIDATE.pack(*candidate))
+            flood = flood.with_item(OF_CANDIDATE, robot, CANDIDATE.pack(*candidate))
         return self._with_own_verdict(replace(memory, flood=flood, verdict=Verdict.empty(cycle), times_sent=0))
 
     def send(self, memory: LayerMemory) -> tuple[Mapping[int, bytes], LayerMemory]:
         """Pass on what has not been passed on often enough, and the optimizer's message."""
-        floods, flood = memory.flood.passed_on(self.repeats)
+        floods, flood = memory.flood.forwarded(self.repeats)
         verdict, times_sent = b"", memory.times_sent
         if memory.verdict.robots and times_sent < self.repeats:
             verdict, times_sent = memory.verdict.packed(memory.facts.robots), times_sent + 1
@@ -167,7 +167,7 @@ class LayerProgram:
         candidate = np.array(CANDIDATE.unpack(packed))
         if not np.isfinite(candidate).all():  # an optimizer that has diverged
             candidate = held
-        return PredictedTeam(p, xi, team[:, 6].copy(), held, candidate, asked=bool(team[:, 7].any()))
+        return PredictedTeam(p, xi, team[:, 6].copy(), held, candidate, rows_requested=bool(team[:, 7].any()))
 
     def _with_own_verdict(self, memory: LayerMemory) -> LayerMemory:
         """Give the robot's own verdict on the candidate once the whole team is known."""
@@ -179,7 +179,9 @@ class LayerProgram:
         kappa, allowed = largest_kappa(rows, spread, predicted.held, predicted.candidate)
         return replace(
             memory,
-            flood=memory.flood.made(OF_ROWS, robot, packed_rows(rows)) if predicted.asked else memory.flood,
+            flood=memory.flood.with_item(OF_ROWS, robot, packed_rows(rows))
+            if predicted.rows_requested
+            else memory.flood,
             verdict=memory.verdict.with_own(robot, kappa, not allowed),
             times_sent=0,
             local=memory.local._replace(rows=rows, spread=spread),

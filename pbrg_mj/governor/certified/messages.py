@@ -7,14 +7,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pbrg_mj.governor.certified.flood import COUNT, Size
+from pbrg_mj.governor.certified.flood import COUNT, ItemSize
 from pbrg_mj.governor.problem.rows import Rows
 
 STATE = struct.Struct("<7d?")  # p, xi, held m, heading, whether rows are asked for
 CANDIDATE = struct.Struct("<2d")  # the first leader's candidate
 ROW = struct.Struct("<4d")  # a, C, d
 OF_STATE, OF_CANDIDATE, OF_ROWS = 0, 1, 2
-SIZES = {OF_STATE: Size(STATE.size), OF_CANDIDATE: Size(CANDIDATE.size), OF_ROWS: Size(0, ROW.size)}
+SIZES = {OF_STATE: ItemSize(STATE.size), OF_CANDIDATE: ItemSize(CANDIDATE.size), OF_ROWS: ItemSize(0, ROW.size)}
 PARTS = struct.Struct("<IB")  # lengths of a message's floods and verdict; the optimizer's message follows
 
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.certified.decide import AdvanceLimit, next_reference
-from pbrg_mj.governor.certified.flood import COUNT, Flood, Size
+from pbrg_mj.governor.certified.flood import COUNT, Flood, ItemSize
 from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer, RobotFacts
 from pbrg_mj.governor.problem.interface import Problem, StateCertificate, Status
 from pbrg_mj.governor.problem.rows import Rows
@@ -27,7 +27,7 @@ from pbrg_mj.team.network import Network
 STATE = struct.Struct("<7d")  # p, xi, held m, heading
 INTERVAL = struct.Struct("<5d")  # G and h, which velocity filters need too; lowest and highest G.m
 OF_STATE, OF_VERDICT = 0, 1
-SIZES = {OF_STATE: Size(STATE.size), OF_VERDICT: Size(0, INTERVAL.size)}
+SIZES = {OF_STATE: ItemSize(STATE.size), OF_VERDICT: ItemSize(0, INTERVAL.size)}
 
 FEW = 0.01  # share of items that a link may still lose after all repeats
 
@@ -84,12 +84,12 @@ class CertifiedProgram:
         if own.tick % self.cycle_ticks:
             return replace(memory, own=own)
         state = STATE.pack(*own.p, *own.xi, *memory.held, own.heading)
-        flood = Flood.begin(own.tick // self.cycle_ticks).made(OF_STATE, memory.facts.robot, state)
+        flood = Flood.begin(own.tick // self.cycle_ticks).with_item(OF_STATE, memory.facts.robot, state)
         return self._with_verdict(replace(memory, own=own, flood=flood))
 
     def send(self, memory: CertifiedMemory) -> tuple[Mapping[int, bytes], CertifiedMemory]:
         """Pass on what has not been passed on often enough."""
-        content, flood = memory.flood.passed_on(self.repeats)
+        content, flood = memory.flood.forwarded(self.repeats)
         return dict.fromkeys(memory.facts.neighbours, content), replace(memory, flood=flood)
 
     def receive(self, inbox: Sequence[tuple[int, bytes]], memory: CertifiedMemory) -> CertifiedMemory:
@@ -134,7 +134,7 @@ class CertifiedProgram:
             bounds = (low if there[1] else -np.inf, high if there[0] else np.inf)
             intervals.append(INTERVAL.pack(*rows.C[0, 2 * slot], h[slot], *bounds))
         verdict = COUNT.pack(len(intervals)) + b"".join(intervals)
-        return replace(memory, flood=memory.flood.made(OF_VERDICT, robot, verdict))
+        return replace(memory, flood=memory.flood.with_item(OF_VERDICT, robot, verdict))
 
     def _decided(self, memory: CertifiedMemory) -> CertifiedMemory:
         """Return the memory with the next m, or with the one held and the status `holding`."""

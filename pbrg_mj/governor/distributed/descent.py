@@ -14,7 +14,7 @@ from pbrg_mj.kernel import kernel
 def descend(old, new, private, flow):
     """Take step alpha (grad f_i + grad g_i' lambda_i) from new z_i (eq. 25); write new lambda_i (eq. 29).
 
-    Arguments: `Estimates` twice, `Private`, `Flow` of `rounds`.
+    Arguments: `Estimates` twice, `PrivateData`, `Flow` of `rounds`.
     """
     z, lam, new_z, new_lam = old.z, old.lam, new.z, new.lam
     leader, r, first, existing = private.leader, private.reference, private.first, private.row

@@ -13,7 +13,7 @@ import numpy as np
 from pbrg_mj.governor.distributed.estimates import Estimates, Flow
 from pbrg_mj.governor.distributed.link_states import NO_MESSAGE, LinkStates, reverse_links
 from pbrg_mj.governor.distributed.rounds import ReceivedStates, private_data, round_arguments, update_robots
-from pbrg_mj.governor.distributed.waves import put_sums, use_waves
+from pbrg_mj.governor.distributed.waves import exchange_waves, put_sums
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.kernel import kernel
 from pbrg_mj.team.channel import Channel
@@ -113,7 +113,7 @@ def _run(arguments, link_arrays, link_parameters, events):
         _count_hops(links, parameters, hops)
         _list_movers(links, parameters, hops, moves)
         if waves:
-            use_waves(old, seen, links, parameters, moves)
+            exchange_waves(old, seen, links, parameters, moves)
             put_sums(links, parameters, now)
             _send(links, parameters, now)
         links.hops[:] = hops

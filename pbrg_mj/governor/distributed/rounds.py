@@ -29,7 +29,7 @@ class ReceivedStates(NamedTuple):
     zeta: np.ndarray  # likewise
 
 
-class Private(NamedTuple):
+class PrivateData(NamedTuple):
     """What robots alone know; row i is robot i's own, and its constraints that exist are row[first[i]:first[i + 1]]."""
 
     leader: np.ndarray  # (n,) delta
@@ -104,7 +104,7 @@ def empty_estimates(estimates):
 
 @kernel
 def private_data(graph, states, rows):
-    """Return `Private` of plain tuples as `write_rounds` takes them."""
+    """Return `PrivateData` of plain tuples as `write_rounds` takes them."""
     (p, xi, reference), own = states, Rows(*rows)
     first = np.zeros(len(own.active) + 1, dtype=np.int64)
     existing = np.empty(own.active.size, dtype=np.int64)
@@ -114,17 +114,17 @@ def private_data(graph, states, rows):
             if own.active[i, row]:
                 existing[first[i + 1]] = row
                 first[i + 1] += 1
-    return Private(GraphArrays(*graph).leader, p, xi, reference, own.a, own.C, own.d, own.along, first, existing)
+    return PrivateData(GraphArrays(*graph).leader, p, xi, reference, own.a, own.C, own.d, own.along, first, existing)
 
 
 @kernel
 def update_robots(old, new, heard, private, flow):
     """Write every robot's row of `new` from its own row of `old`, from what it heard and from what it alone knows.
 
-    Arguments: `Estimates` twice, `ReceivedStates`, `Private`, `Flow`. `new.lam` has zeros where there are no rows: they
-    are not written again and again, for most slots are empty. The parts take whole arrays and index them: a view of one
-    robot's row is a reference that numba counts, up and down, by atomic instructions; forty of them for each robot
-    would be most of a small team's round.
+    Arguments: `Estimates` twice, `ReceivedStates`, `PrivateData`, `Flow`. `new.lam` has zeros where there are no rows:
+    they are not written again and again, for most slots are empty. The parts take whole arrays and index them. A view
+    of one robot's row is a reference that numba counts, up and down, by atomic instructions; forty of them for each
+    robot would be most of a small team's round.
     """
     _consensus(old, new, heard, flow.step)
     if flow.proximal:

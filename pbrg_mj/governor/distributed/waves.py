@@ -22,7 +22,7 @@ def put_sums(links, parameters, now):
 
 
 @kernel
-def use_waves(old, seen, links, parameters, moves):
+def exchange_waves(old, seen, links, parameters, moves):
     """Use a wave and send one at the end of every link of the robots that move; write what their updates see."""
     sent, unused, up = links.sent, links.unused, links.up
     first, reverse, eta = parameters.first, parameters.reverse, parameters.impedance

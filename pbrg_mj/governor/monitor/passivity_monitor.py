@@ -34,7 +34,7 @@ def passivity_monitor(governor: Governor) -> PassivityMonitor:
     """Return the monitor of a governor."""
     if isinstance(governor, DistributedGovernor):
         return DistributedPassivity(governor)
-    return OwnPassivity(governor)
+    return PlugInPassivity(governor)
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class DistributedPassivity:
 
 
 @dataclass(frozen=True)
-class OwnPassivity:
+class PlugInPassivity:
     """Balances that a plug-in's governor computes itself, if it has `passivity` and `flow_passivity`."""
 
     governor: Any

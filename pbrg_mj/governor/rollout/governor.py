@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pbrg_mj.governor.problem.interface import Problem, Solution, Status
-from pbrg_mj.governor.rollout.messages import Key, Wall, own_walls
+from pbrg_mj.governor.rollout.messages import HalfSpace, Key, own_half_spaces
 from pbrg_mj.governor.rollout.plan import RolloutPlan
 from pbrg_mj.governor.rollout.team import Cycle, run_cycle
 from pbrg_mj.governor.rollout.verdicts import advance
@@ -45,8 +45,8 @@ class RolloutGovernor(NamedTuple):
         index = memory.tick % self.plan.cycle_ticks
         cycle = memory.cycle
         if index == 0 or cycle is None:
-            state, walls = (problem.p, problem.xi), _walls(problem)
-            cycle = run_cycle(self.plan, problem.network.arrays, state, memory.held, walls, memory.response)
+            state, half_spaces = (problem.p, problem.xi), _half_spaces(problem)
+            cycle = run_cycle(self.plan, problem.network.arrays, state, memory.held, half_spaces, memory.response)
         sent, memory = self._bytes(index, cycle), memory._replace(cycle=cycle)
         if index == self.plan.cycle_ticks - 1:
             memory = _decided(problem, memory, cycle, self.plan.reach)
@@ -72,12 +72,12 @@ class RolloutGovernor(NamedTuple):
         return flood + rolled * cycle.rollout_bytes + verdicts
 
 
-def _walls(problem: Problem) -> dict[Key, Wall]:
+def _half_spaces(problem: Problem) -> dict[Key, HalfSpace]:
     spaces = problem.half_spaces
     if spaces is None:
         raise ValueError("the rollout governor needs half-spaces in the problem")
     owners = np.flatnonzero(spaces.active.any(axis=1)).tolist()
-    return {key: wall for robot in owners for key, wall in own_walls(spaces, robot, robot).items()}
+    return {key: one for robot in owners for key, one in own_half_spaces(spaces, robot, robot).items()}
 
 
 def _decided(problem: Problem, memory: TeamMemory, cycle: Cycle, reach: float) -> TeamMemory:

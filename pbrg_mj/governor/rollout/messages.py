@@ -13,17 +13,17 @@ from pbrg_mj.perception.half_spaces import HalfSpaces
 HEADER = struct.Struct("<H")  # number of the exchange
 NUMBERS = 1 << 16  # no message is so late that it could be taken for a later one
 SUMMARY = struct.Struct("<7d")  # least and largest p, largest ||xi||, held m
-WALL = struct.Struct("<HB3d")  # owner, slot, G, h: of half-spaces that bind everybody
+HALF_SPACE = struct.Struct("<HB3d")  # owner, slot, G, h: of half-spaces that bind everybody
 STATE = struct.Struct("<4d")  # (p, xi), or a change of them
 VERDICT = struct.Struct("<HB4d")  # owner, slot, G, lowest and highest advance
 
 Key = tuple[int, int]  # owner, slot
 
 
-class Wall(NamedTuple):
+class HalfSpace(NamedTuple):
     """A half-space that a robot knows."""
 
-    everyone: bool  # binds every robot, not its owner alone
+    binds_all: bool  # binds every robot, not its owner alone
     Gx: float
     Gy: float
     h: float  # [m]
@@ -38,7 +38,7 @@ class Verdict(NamedTuple):
     high: float  # [m]
 
 
-def own_walls(half_spaces: HalfSpaces, row: int, robot: int) -> dict[Key, Wall]:
+def own_half_spaces(half_spaces: HalfSpaces, row: int, robot: int) -> dict[Key, HalfSpace]:
     """Return a robot's half-spaces from a row of `half_spaces`; one that binds another robot binds every robot."""
     found = {}
     for slot in np.flatnonzero(half_spaces.active[row]).tolist():
@@ -46,21 +46,21 @@ def own_walls(half_spaces: HalfSpaces, row: int, robot: int) -> dict[Key, Wall]:
         others = np.delete(binds, robot).any()
         if others or binds[robot]:
             G = half_spaces.G[row, slot]
-            found[robot, slot] = Wall(bool(others), float(G[0]), float(G[1]), float(half_spaces.h[row, slot]))
+            found[robot, slot] = HalfSpace(bool(others), float(G[0]), float(G[1]), float(half_spaces.h[row, slot]))
     return found
 
 
-def pack_walls(summary: np.ndarray, walls: Mapping[Key, Wall], keys: Iterable[Key]) -> bytes:
+def pack_flood(summary: np.ndarray, half_spaces: Mapping[Key, HalfSpace], keys: Iterable[Key]) -> bytes:
     """Return the content of a message of the flood."""
-    items = (WALL.pack(*key, walls[key].Gx, walls[key].Gy, walls[key].h) for key in keys)
+    items = (HALF_SPACE.pack(*key, half_spaces[key].Gx, half_spaces[key].Gy, half_spaces[key].h) for key in keys)
     return SUMMARY.pack(*summary) + b"".join(items)
 
 
-def unpack_walls(content: bytes) -> tuple[np.ndarray, dict[Key, Wall]]:
+def unpack_flood(content: bytes) -> tuple[np.ndarray, dict[Key, HalfSpace]]:
     """Return the summary (7,) and the half-spaces of a message of the flood."""
     summary = np.array(SUMMARY.unpack_from(content))
-    items = WALL.iter_unpack(content[SUMMARY.size :])
-    return summary, {(owner, slot): Wall(True, Gx, Gy, h) for owner, slot, Gx, Gy, h in items}
+    items = HALF_SPACE.iter_unpack(content[SUMMARY.size :])
+    return summary, {(owner, slot): HalfSpace(True, Gx, Gy, h) for owner, slot, Gx, Gy, h in items}
 
 
 def pack_verdicts(verdicts: Mapping[Key, Verdict], keys: Iterable[Key]) -> bytes:

@@ -45,20 +45,20 @@ def write_states(weights, v, states):
 
 
 @kernel
-def narrow_intervals(states, tick, walls, team, rows, intervals):
+def narrow_intervals(states, tick, half_spaces, team, rows, intervals):
     """Narrow the advances that robots allow, low and high (W, n), by states (Q, n, 4) at `tick`, `tick` + 1, ...
 
-    `walls` are owner, everyone, G, h of `Walls`, `team` the robots' numbers (n,), formation (n, 2) and margin;
-    `rows` the hold, s (T, n), bound (T, n) and norm (W,) of ||e||. Ticks up to the hold ask for nothing.
+    `half_spaces` are owner, binds_all, G, h of `HalfSpaceArrays`, `team` the robots' numbers (n,), formation (n, 2) and
+    margin; `rows` the hold, s (T, n), bound (T, n) and norm (W,) of ||e||. Ticks up to the hold ask for nothing.
     """
-    owner, everyone, G, h = walls
+    owner, binds_all, G, h = half_spaces
     robots, formation, margin = team
     hold, s, bound, norm = rows
     low, high = intervals
     for w in range(len(h)):
         Gx, Gy = G[w, 0], G[w, 1]
         for j in range(len(robots)):
-            if not (everyone[w] or owner[w] == robots[j]):
+            if not (binds_all[w] or owner[w] == robots[j]):
                 continue
             room = h[w] - margin - (Gx * formation[j, 0] + Gy * formation[j, 1])
             down, up = low[w, j], high[w, j]
@@ -72,16 +72,16 @@ def narrow_intervals(states, tick, walls, team, rows, intervals):
 
 
 @kernel
-def narrow_by_tails(held, walls, team, tails, intervals):
+def narrow_by_tails(held, half_spaces, team, tails, intervals):
     """Narrow them by what comes after the last tick; `tails` are those from the start and from the hold on, norm."""
-    owner, everyone, G, h = walls
+    owner, binds_all, G, h = half_spaces
     robots, formation, margin = team
     from_start, from_hold, norm = tails
     low, high = intervals
     for w in range(len(h)):
         Gx, Gy = G[w, 0], G[w, 1]
         for j in range(len(robots)):
-            if everyone[w] or owner[w] == robots[j]:
+            if binds_all[w] or owner[w] == robots[j]:
                 room = h[w] - margin - (Gx * formation[j, 0] + Gy * formation[j, 1])
                 rest = room - (Gx * held[0] + Gy * held[1]) - from_start[j] * norm[w]
                 spread = from_hold[j]

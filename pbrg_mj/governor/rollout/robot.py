@@ -3,7 +3,7 @@
 It knows nothing of the graph but its neighbours, and of others nothing but what `messages` says: half-spaces that bind
 everybody, a box of all p, numbers of its neighbours. A robot that misses a message of a neighbour says nothing more in
 this cycle, so that its neighbours miss one too: after D exchanges everybody does, and D follow the rollout.
-So a leader that hears all its neighbours to the end knows that everybody has heard everything, and that the verdicts
+So a leader that hears all its neighbours to the end knows that everybody has received everything, and that the verdicts
 are everybody's; else it holds.
 """
 
@@ -20,18 +20,18 @@ from pbrg_mj.governor.rollout.messages import (
     HEADER,
     NUMBERS,
     STATE,
+    HalfSpace,
     Key,
     Verdict,
-    Wall,
-    own_walls,
+    own_half_spaces,
+    pack_flood,
     pack_verdicts,
-    pack_walls,
+    unpack_flood,
     unpack_verdicts,
-    unpack_walls,
 )
 from pbrg_mj.governor.rollout.plan import RolloutPlan
 from pbrg_mj.governor.rollout.prediction import write_change, write_states
-from pbrg_mj.governor.rollout.verdicts import Rollout, Summary, Walls, advance, merged
+from pbrg_mj.governor.rollout.verdicts import HalfSpaceArrays, Rollout, Summary, advance, merged
 
 UNIT = np.array([1.0, 0.0])  # m of the rollout from rest at 0 that gives the step response
 
@@ -50,13 +50,13 @@ class RolloutMemory:
     round: int = 0  # of the network, in this cycle
     complete: bool = False  # nothing is missing in this cycle so far
     summary: np.ndarray = field(default_factory=lambda: np.full(7, np.nan))  # of the flood
-    walls: Mapping[Key, Wall] = field(default_factory=dict)
+    half_spaces: Mapping[Key, HalfSpace] = field(default_factory=dict)
     verdicts: Mapping[Key, Verdict] = field(default_factory=dict)
-    told: frozenset[tuple] = frozenset()  # what was sent of both
+    sent: frozenset[tuple] = frozenset()  # what was sent of both
     v: tuple[np.ndarray, ...] = ()  # (4,) of the rollout's step so far
     steps: tuple[tuple[np.ndarray, ...], ...] = ()  # of those before
     message: bytes = b""  # of this exchange
-    heard: Mapping[int, bytes] = field(default_factory=dict)  # in this exchange, by sender
+    received: Mapping[int, bytes] = field(default_factory=dict)  # in this exchange, by sender
 
 
 @dataclass(frozen=True)
@@ -82,12 +82,12 @@ class RolloutProgram:
             round=0,
             complete=True,
             summary=summary,
-            walls=own_walls(own.half_spaces, 0, memory.facts.robot),
+            half_spaces=own_half_spaces(own.half_spaces, 0, memory.facts.robot),
             verdicts={},
-            told=frozenset(),
+            sent=frozenset(),
             v=(np.concatenate([own.p, own.xi]),),
             steps=(),
-            heard={},
+            received={},
         )
         return self._ready(memory, 0)
 
@@ -111,12 +111,12 @@ class RolloutProgram:
             return memory
         header = self._header(memory.cycle, exchange)
         fresh = {sender: content[len(header) :] for sender, content in inbox if content.startswith(header)}
-        memory = replace(memory, heard={**memory.heard, **fresh})
+        memory = replace(memory, received={**memory.received, **fresh})
         if repeat < plan.rounds_of_an_exchange - 1:
             return memory
-        if len(memory.heard) < len(memory.facts.neighbours):
+        if len(memory.received) < len(memory.facts.neighbours):
             return replace(memory, complete=False)
-        return self._ready(replace(self._concluded(exchange, memory), heard={}), exchange + 1)
+        return self._ready(replace(self._concluded(exchange, memory), received={}), exchange + 1)
 
     def finish(self, memory: RolloutMemory) -> tuple[RobotAnswer, RolloutMemory]:
         """Decide in a cycle's last tick, or hold."""
@@ -131,28 +131,32 @@ class RolloutProgram:
     def _content(self, exchange: int, memory: RolloutMemory) -> tuple[bytes, RolloutMemory]:
         plan = self.plan
         if exchange < plan.diameter:
-            keys = [key for key in sorted(memory.walls) if memory.walls[key].everyone and key not in memory.told]
-            told = memory.told | frozenset(keys)
-            return pack_walls(memory.summary, memory.walls, keys), replace(memory, told=told)
+            keys = [
+                key
+                for key in sorted(memory.half_spaces)
+                if memory.half_spaces[key].binds_all and key not in memory.sent
+            ]
+            sent = memory.sent | frozenset(keys)
+            return pack_flood(memory.summary, memory.half_spaces, keys), replace(memory, sent=sent)
         if exchange < plan.exchanges - plan.diameter:
             return STATE.pack(*memory.v[-1]), memory
-        news = [item for item in sorted(memory.verdicts.items()) if item not in memory.told]
+        news = [item for item in sorted(memory.verdicts.items()) if item not in memory.sent]
         content = pack_verdicts(memory.verdicts, [key for key, _ in news])
-        return content, replace(memory, told=memory.told | frozenset(news))
+        return content, replace(memory, sent=memory.sent | frozenset(news))
 
     def _concluded(self, exchange: int, memory: RolloutMemory) -> RolloutMemory:
         """Take in what all neighbours have sent in an exchange."""
-        plan, heard = self.plan, [memory.heard[one] for one in memory.facts.neighbours]
+        plan, received = self.plan, [memory.received[one] for one in memory.facts.neighbours]
         if exchange < plan.diameter:
-            summary, walls = memory.summary, dict(memory.walls)
-            for content in heard:
-                numbers, others = unpack_walls(content)
-                summary, walls = merged(summary, numbers), {**others, **walls}
-            return replace(memory, summary=summary, walls=walls)
+            summary, half_spaces = memory.summary, dict(memory.half_spaces)
+            for content in received:
+                numbers, others = unpack_flood(content)
+                summary, half_spaces = merged(summary, numbers), {**others, **half_spaces}
+            return replace(memory, summary=summary, half_spaces=half_spaces)
         if exchange < plan.exchanges - plan.diameter:
-            return self._with_change(memory, np.array([STATE.unpack(content) for content in heard]).reshape(-1, 4))
+            return self._with_change(memory, np.array([STATE.unpack(content) for content in received]).reshape(-1, 4))
         verdicts = dict(memory.verdicts)
-        for content in heard:
+        for content in received:
             for key, other in unpack_verdicts(content).items():
                 known = verdicts.get(key, other)
                 verdicts[key] = known._replace(low=max(known.low, other.low), high=min(known.high, other.high))
@@ -185,9 +189,9 @@ class RolloutProgram:
     def _with_verdicts(self, memory: RolloutMemory) -> RolloutMemory:
         """Roll out what was exchanged; add what it allows, or keep the step response if that is what it was."""
         plan, robot = self.plan, memory.facts.robot
-        walls, robots = memory.walls, np.array([robot])
+        half_spaces, robots = memory.half_spaces, np.array([robot])
         summary = Summary.of(memory.summary)
-        rollout = Rollout(plan, robots, memory.steps[0][0][None], Walls.of(walls), summary)
+        rollout = Rollout(plan, robots, memory.steps[0][0][None], HalfSpaceArrays.of(half_spaces), summary)
         finding, found = bool(np.isnan(memory.summary[5])), [np.zeros((1, 1))]
         for v in memory.steps:
             rollout.v[:, 0] = v
@@ -197,8 +201,8 @@ class RolloutProgram:
             return replace(memory, response=np.concatenate(found))
         rollout.finish()
         verdicts = {
-            key: Verdict(walls[key].Gx, walls[key].Gy, float(low), float(high))
-            for key, low, high in zip(sorted(walls), rollout.low[:, 0], rollout.high[:, 0], strict=True)
+            key: Verdict(half_spaces[key].Gx, half_spaces[key].Gy, float(low), float(high))
+            for key, low, high in zip(sorted(half_spaces), rollout.low[:, 0], rollout.high[:, 0], strict=True)
             if np.isfinite(low) or np.isfinite(high)
         }
         return replace(memory, verdicts=verdicts)

@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pbrg_mj.governor.rollout.messages import HEADER, STATE, SUMMARY, VERDICT, WALL, Key, Verdict, Wall
+from pbrg_mj.governor.rollout.messages import HALF_SPACE, HEADER, STATE, SUMMARY, VERDICT, HalfSpace, Key, Verdict
 from pbrg_mj.governor.rollout.plan import RolloutPlan
 from pbrg_mj.governor.rollout.prediction import write_change
-from pbrg_mj.governor.rollout.verdicts import Rollout, Summary, Walls
+from pbrg_mj.governor.rollout.verdicts import HalfSpaceArrays, Rollout, Summary
 
 UNIT = np.array([1.0, 0.0])  # m of the rollout from rest at 0 that gives the step response
 
@@ -34,7 +34,7 @@ def run_cycle(
     graph: tuple[np.ndarray, np.ndarray, np.ndarray],
     state: tuple[np.ndarray, np.ndarray],
     held: np.ndarray,
-    walls: Mapping[Key, Wall],
+    bounds: Mapping[Key, HalfSpace],
     response: np.ndarray | None,
 ) -> Cycle:
     """Return what comes of a cycle that begins at p, xi (n, 2) [m] with m (2,) [m] held, NaN before the first decision.
@@ -44,7 +44,7 @@ def run_cycle(
     p, xi = state
     n, degree = len(p), np.diff(graph[0])
     numbers = np.concatenate([p.min(axis=0), p.max(axis=0), [np.hypot(xi[:, 0], xi[:, 1]).max()], held])
-    summary, m, half_spaces = Summary.of(numbers), np.zeros((n, 2)), Walls.of(walls)
+    summary, m, half_spaces = Summary.of(numbers), np.zeros((n, 2)), HalfSpaceArrays.of(bounds)
     x = np.zeros((n, 4)) if response is None else np.hstack([p, xi])
     m[graph[2] > 0.0] = UNIT if response is None else held
     rollout, found, nothing = Rollout(plan, np.arange(n), x, half_spaces, summary), [np.zeros((1, n))], np.zeros((n, 2))
@@ -58,8 +58,8 @@ def run_cycle(
         rollout.finish()
     low, high, verdict_bytes = _agreed(plan.diameter, graph, rollout.low, rollout.high)
     verdicts = {
-        key: Verdict(walls[key].Gx, walls[key].Gy, float(down), float(up))
-        for key, down, up in zip(sorted(walls), low, high, strict=True)
+        key: Verdict(bounds[key].Gx, bounds[key].Gy, float(down), float(up))
+        for key, down, up in zip(sorted(bounds), low, high, strict=True)
         if np.isfinite(down) or np.isfinite(up)
     }
     return Cycle(
@@ -72,15 +72,15 @@ def run_cycle(
     )
 
 
-def _flood_bytes(diameter: int, graph: tuple[np.ndarray, ...], walls: Walls) -> np.ndarray:
+def _flood_bytes(diameter: int, graph: tuple[np.ndarray, ...], half_spaces: HalfSpaceArrays) -> np.ndarray:
     first, neighbours, _ = graph
     degree, sent = np.diff(first), np.zeros((diameter, len(first) - 1), dtype=np.int64)
-    known = (walls.owner[:, None] == np.arange(len(degree))) & walls.everyone[:, None]
-    told = np.zeros_like(known)
+    known = (half_spaces.owner[:, None] == np.arange(len(degree))) & half_spaces.binds_all[:, None]
+    forwarded = np.zeros_like(known)
     for exchange in range(diameter):
-        fresh = known & ~told
-        sent[exchange] = degree * (HEADER.size + SUMMARY.size + WALL.size * fresh.sum(axis=0))
-        told |= fresh
+        fresh = known & ~forwarded
+        sent[exchange] = degree * (HEADER.size + SUMMARY.size + HALF_SPACE.size * fresh.sum(axis=0))
+        forwarded |= fresh
         known |= np.logical_or.reduceat(fresh[:, neighbours], first[:-1], axis=1)
     return sent
 
@@ -91,11 +91,11 @@ def _agreed(
     """Return what all robots allow, low and high (W,), and the bytes (D, n) by which they agree."""
     first, neighbours, _ = graph
     degree, sent = np.diff(first), np.zeros((diameter, len(first) - 1), dtype=np.int64)
-    told_low, told_high = np.full_like(low, -np.inf), np.full_like(high, np.inf)
+    sent_low, sent_high = np.full_like(low, -np.inf), np.full_like(high, np.inf)
     for exchange in range(diameter):
-        fresh = (low != told_low) | (high != told_high)
+        fresh = (low != sent_low) | (high != sent_high)
         sent[exchange] = degree * (HEADER.size + VERDICT.size * fresh.sum(axis=0))
-        told_low, told_high = low, high
+        sent_low, sent_high = low, high
         low = np.maximum(low, np.maximum.reduceat(low[:, neighbours], first[:-1], axis=1))
         high = np.minimum(high, np.minimum.reduceat(high[:, neighbours], first[:-1], axis=1))
     return low.max(axis=1, initial=-np.inf), high.min(axis=1, initial=np.inf), sent

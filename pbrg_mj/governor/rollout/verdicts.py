@@ -1,4 +1,4 @@
-"""From what robots have rolled out to what they allow, and to what leaders do. The same for one robot and for all."""
+"""From predictions to verdicts on m, and to the leaders' decision. The same code for one robot and for all."""
 
 from __future__ import annotations
 
@@ -9,34 +9,34 @@ import numpy as np
 
 from pbrg_mj.governor.certificate.projection import least_violating, near_allowed, nearest_allowed, search_radius
 from pbrg_mj.governor.problem.interface import Status
-from pbrg_mj.governor.rollout.messages import Key, Verdict, Wall
+from pbrg_mj.governor.rollout.messages import HalfSpace, Key, Verdict
 from pbrg_mj.governor.rollout.plan import RolloutPlan
 from pbrg_mj.governor.rollout.prediction import narrow_by_tails, narrow_intervals, write_states
 
 
-class Walls(NamedTuple):
+class HalfSpaceArrays(NamedTuple):
     """Half-spaces as arrays."""
 
     owner: np.ndarray  # (W,) int64
-    everyone: np.ndarray  # (W,) bool: binds all robots
+    binds_all: np.ndarray  # (W,) bool: binds all robots
     G: np.ndarray  # (W, 2)
     h: np.ndarray  # (W,) [m]
 
     @classmethod
-    def of(cls, walls: Mapping[Key, Wall]) -> Walls:
+    def of(cls, half_spaces: Mapping[Key, HalfSpace]) -> HalfSpaceArrays:
         """Return them in the order of their keys."""
-        keys = sorted(walls)
-        found = [walls[key] for key in keys]
+        keys = sorted(half_spaces)
+        found = [half_spaces[key] for key in keys]
         return cls(
             owner=np.array([owner for owner, _ in keys], dtype=np.int64),
-            everyone=np.array([one.everyone for one in found], dtype=bool),
+            binds_all=np.array([one.binds_all for one in found], dtype=bool),
             G=np.array([(one.Gx, one.Gy) for one in found]).reshape(-1, 2),
             h=np.array([one.h for one in found], dtype=float),
         )
 
 
 class Summary(NamedTuple):
-    """What a flood tells of the team's state."""
+    """What a flood collects of the team's state."""
 
     least: np.ndarray  # (2,) of all p [m]
     largest: np.ndarray  # (2,) [m]
@@ -69,34 +69,38 @@ def merged(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 class Rollout:
     """Predictions of robots, step by step, and what they allow. `robots` (n,) are their numbers; changed in place."""
 
-    def __init__(self, plan: RolloutPlan, robots: np.ndarray, x: np.ndarray, walls: Walls, summary: Summary):
+    def __init__(
+        self, plan: RolloutPlan, robots: np.ndarray, x: np.ndarray, half_spaces: HalfSpaceArrays, summary: Summary
+    ):
         """Begin at the states x (n, 4)."""
-        n, half_spaces = len(robots), len(walls.h)
-        self.plan, self.walls, self.summary = plan, walls, summary
+        n, count = len(robots), len(half_spaces.h)
+        self.plan, self.half_spaces, self.summary = plan, half_spaces, summary
         self.team = robots, np.ascontiguousarray(plan.formation[robots]), plan.margin
         self.error = np.ascontiguousarray(plan.error[:, robots])
-        self.norm = summary.norm(walls.G)
+        self.norm = summary.norm(half_spaces.G)
         self.v, self.states = np.zeros((plan.order + 1, n, 4)), np.empty((len(plan.weights), n, 4))
         self.v[0], self.tick = x, 0
-        self.low, self.high = np.full((half_spaces, n), -np.inf), np.full((half_spaces, n), np.inf)
+        self.low, self.high = np.full((count, n), -np.inf), np.full((count, n), np.inf)
 
     def finish_step(self, response: np.ndarray | None) -> None:
         """Take in the ticks of the step whose v is known; `response` s (T + 1, n), None while it is being found."""
         plan = self.plan
         write_states(plan.weights, self.v, self.states)
-        if response is not None and len(self.walls.h):
+        if response is not None and len(self.half_spaces.h):
             rows = plan.hold, response, self.error, self.norm
-            narrow_intervals(self.states, self.tick + 1, tuple(self.walls), self.team, rows, (self.low, self.high))
+            narrow_intervals(
+                self.states, self.tick + 1, tuple(self.half_spaces), self.team, rows, (self.low, self.high)
+            )
         self.tick += len(plan.weights)
         self.v[0] = self.states[-1]
 
     def finish(self) -> None:
         """Take in what comes after the last tick."""
         robots, plan = self.team[0], self.plan
-        if len(self.walls.h):
+        if len(self.half_spaces.h):
             tails = np.ascontiguousarray(plan.from_start[robots]), np.ascontiguousarray(plan.from_hold[robots])
             held = self.summary.held
-            narrow_by_tails(held, tuple(self.walls), self.team, (*tails, self.norm), (self.low, self.high))
+            narrow_by_tails(held, tuple(self.half_spaces), self.team, (*tails, self.norm), (self.low, self.high))
 
 
 def advance(

@@ -48,7 +48,7 @@ def delay_margin(rounds: DelayedRounds, gradients: np.ndarray) -> int | None:
     """Return how long the longest delay may be, in rounds, the others in proportion; None: as long as it is.
 
     Stable is: no mode of consensus and pinned states grows, nor any with the multipliers of one robot's constraints,
-    whose gradients in m are `gradients` (n,) long (`steepest_gradients`). -1 when not even no delay is stable.
+    whose gradients in m are `gradients` (n,) long (`max_gradient_norms`). -1 when not even no delay is stable.
     """
     if _stable(rounds, gradients):
         return None

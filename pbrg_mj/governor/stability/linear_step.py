@@ -17,7 +17,7 @@ def linear_step_limit(network: Network, alpha: float, gradients: np.ndarray) -> 
 
     - m: consensus and the leaders' cost,
     - (z_pj, z_xij): consensus, pinned by robot j's nu,
-    - m with the rows of one robot, whose gradient is at most `gradients` (n,) long (`steepest_gradients`).
+    - m with the rows of one robot, whose gradient is at most `gradients` (n,) long (`max_gradient_norms`).
 
     It is no bound of the whole flow: rows of several robots at once, and the curvature of rho, are not in it. Of a row
     a rho + C m - d the curvature pulls m with a stiffness of up to kappa = alpha n a lambda / rho, which grows beyond
@@ -40,7 +40,7 @@ def row_flows(network: Network, alpha: float, gradients: np.ndarray) -> list[np.
     return [consensus, *(_with_multiplier(consensus, robot, alpha, gradients[robot]) for robot in kinds)]
 
 
-def steepest_gradients(network: Network, formation: np.ndarray, inputs: Rows | None, growth: float = 1.0) -> np.ndarray:
+def max_gradient_norms(network: Network, formation: np.ndarray, inputs: Rows | None, growth: float = 1.0) -> np.ndarray:
     """Return for every robot how long the gradient in m of all its rows of one half-space can be, (n,).
 
     Of a ball row it is at most 1 + gamma sqrt(n), since ||grad_m rho|| <= sqrt(n), gamma being the weight of rho
@@ -49,13 +49,13 @@ def steepest_gradients(network: Network, formation: np.ndarray, inputs: Rows | N
     a sqrt(n); `inputs` is None without input constraints.
     """
     n = network.robots
-    squares = np.full(n, most_robots_on_hull_edge(formation) * (1.0 + growth * np.sqrt(n)) ** 2)
+    squares = np.full(n, max_robots_on_hull_edge(formation) * (1.0 + growth * np.sqrt(n)) ** 2)
     if inputs is not None:
         squares += n * np.sum(inputs.a**2, axis=1)
     return np.sqrt(squares)
 
 
-def most_robots_on_hull_edge(formation: np.ndarray) -> int:
+def max_robots_on_hull_edge(formation: np.ndarray) -> int:
     """Return the largest number of robots that one half-space can meet at once: on one edge of b's convex hull."""
     corners = _convex_hull(formation)
     most = 1

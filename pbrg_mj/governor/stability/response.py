@@ -15,7 +15,7 @@ def response_ratio(network: Network, alpha_r: float, alpha: float, gradients: np
 
     The team follows a constant m at the rate lambda_min(L + alpha_r Delta) [1/s] of eq. 2. The flow answers at that of
     consensus, the l leaders' cost and one robot's rows, whose gradient is at most `gradients` (n,) long
-    (`steepest_gradients`), in flow seconds. The multipliers have to grow to l times what one leader's pull takes, at
+    (`max_gradient_norms`), in flow seconds. The multipliers have to grow to l times what one leader's pull takes, at
     the same speed. Nothing is proved of the ratio: docs/theory.md has how often teams crossed a line above 2, and
     below.
     """

@@ -10,7 +10,6 @@ from typing import BinaryIO
 
 from mcap.records import Attachment, Metadata
 
-from pbrg_mj.counts import counted
 from pbrg_mj.errors import InputError
 from pbrg_mj.log.read.existing import check_exists
 from pbrg_mj.log.read.mcap_records import MAGIC
@@ -21,6 +20,7 @@ from pbrg_mj.log.write.provenance import CENTRALIZED, PROCESSES
 from pbrg_mj.plugins import is_centralized
 from pbrg_mj.scenario.load import parse_scenario
 from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.text import counted
 
 METADATA = {channels.RUN_METADATA, channels.VERSIONS_METADATA, channels.ENDING_METADATA}
 ATTACHMENTS = {channels.SCENARIO_ATTACHMENT, channels.MODEL_ATTACHMENT}
@@ -46,7 +46,7 @@ def most_messages(dims: Dims) -> int:
 
 
 @dataclass
-class Embedded:
+class EmbeddedFiles:
     """Attachments and metadata found so far."""
 
     path: str

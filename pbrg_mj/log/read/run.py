@@ -12,11 +12,11 @@ import numpy as np
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.log.read.columns import MessageColumns, Reduce
-from pbrg_mj.log.read.header import Embedded, most_messages, open_mcap
+from pbrg_mj.log.read.header import EmbeddedFiles, most_messages, open_mcap
 from pbrg_mj.log.read.mcap_records import DamageError, read_records
 from pbrg_mj.log.read.series import LoggedSeries
 from pbrg_mj.log.schema import channels
-from pbrg_mj.log.schema.ending import Ending, asked_ticks, how_it_ended
+from pbrg_mj.log.schema.ending import Ending, ending_text, requested_ticks
 from pbrg_mj.log.schema.fields import MESSAGES
 from pbrg_mj.log.schema.message import LogMessage
 from pbrg_mj.scenario.schema import Scenario
@@ -130,9 +130,9 @@ class Run:
         return int(self.ticks.index[-1]) + 1
 
     @property
-    def how_it_ended(self) -> str:
+    def ending_text(self) -> str:
         """Why the log ends where it does, in a few words."""
-        return how_it_ended(self.ending, self.length, self.scenario)
+        return ending_text(self.ending, self.length, self.scenario)
 
     def part(self, first: int, last: int) -> Run:
         """Return the ticks in rows `first` to before `last`, with their optima and timings. A log's are read again."""
@@ -152,7 +152,7 @@ class _Contents:
     """What was found so far."""
 
     def __init__(self, path: str, reduce: Mapping[str, Reduce]):
-        self.embedded = Embedded(path)
+        self.embedded = EmbeddedFiles(path)
         self.damage: str | None = None
         self.messages: dict[str, MessageColumns] = {}
         self._reduce, self._reached = reduce, dict.fromkeys(TOPICS.values(), -1)
@@ -181,7 +181,7 @@ class _Contents:
     def _start(self) -> None:
         """All that is embedded before the first tick is known by now."""
         header = self.embedded.header(None)
-        self._asked, self._most, self._since_tick = asked_ticks(header.scenario), most_messages(header.dims), 0
+        self._asked, self._most, self._since_tick = requested_ticks(header.scenario), most_messages(header.dims), 0
         for name in MESSAGES:
             self.messages[name] = MessageColumns(name, header.dims, self._reduce.get(name, dict))
 

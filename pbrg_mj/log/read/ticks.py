@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from pbrg_mj.errors import InputError
-from pbrg_mj.log.read.header import Embedded, LogHeader, most_messages, open_mcap
+from pbrg_mj.log.read.header import EmbeddedFiles, LogHeader, most_messages, open_mcap
 from pbrg_mj.log.read.mcap_records import DamageError, read_records
 from pbrg_mj.log.schema import channels
 from pbrg_mj.log.schema.ending import Ending
@@ -25,7 +25,7 @@ class LoggedTicks:
     def __init__(self, file: BinaryIO, size: int, path: str):
         self.damage: str | None = None
         self.passed = 0  # groups so far
-        self._path, self._embedded = path, Embedded(path)
+        self._path, self._embedded = path, EmbeddedFiles(path)
         messages = self._messages(file, size)
         first = next(messages, None)  # everything embedded stands before it
         self.header: LogHeader = self._embedded.header(self.damage)

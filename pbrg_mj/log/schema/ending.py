@@ -24,7 +24,7 @@ class Ending:
     def of(cls, error: BaseException | None, ticks: int, scenario: Scenario) -> Ending:
         """Return the end of a run that wrote so many ticks before `error`, if there was one."""
         if error is None:
-            return cls("finished" if ticks >= asked_ticks(scenario) else "stopped", "", ticks)
+            return cls("finished" if ticks >= requested_ticks(scenario) else "stopped", "", ticks)
         if isinstance(error, KeyboardInterrupt):
             return cls("interrupted", signal.Signals(getattr(error, "signal", signal.SIGINT)).name, ticks)
         text = str(error) if isinstance(error, PbrgError) else f"{type(error).__name__}: {error}"
@@ -43,15 +43,15 @@ class Ending:
         return {"reason": self.reason, "detail": self.detail, "ticks": str(self.ticks)}
 
 
-def asked_ticks(scenario: Scenario) -> int:
+def requested_ticks(scenario: Scenario) -> int:
     """Return how many ticks a scenario asks for: from t = 0 to t = duration, both with one."""
     return whole_number(scenario.timing.duration, scenario.timing.tick) + 1
 
 
-def how_it_ended(ending: Ending | None, ticks: int, scenario: Scenario) -> str:
+def ending_text(ending: Ending | None, ticks: int, scenario: Scenario) -> str:
     """Return why a log with so many ticks ends, in a few words."""
     if ending is None:  # earlier versions said nothing either
-        return "finished" if ticks >= asked_ticks(scenario) else "not said (killed?)"
+        return "finished" if ticks >= requested_ticks(scenario) else "not said (killed?)"
     detail = {"interrupted": f" ({ending.detail})", "error": f": {ending.detail}"}.get(ending.reason, "")
     lost = f"; {ending.ticks - ticks} more ticks are lost" if ending.ticks > ticks else ""
     return f"{ending.reason}{detail}{lost}"

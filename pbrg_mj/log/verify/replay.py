@@ -15,7 +15,7 @@ from pbrg_mj.governor.registry import robot_programs
 from pbrg_mj.log.read.header import LogHeader, open_mcap
 from pbrg_mj.log.read.ticks import LoggedTicks
 from pbrg_mj.log.schema import channels
-from pbrg_mj.log.schema.ending import how_it_ended
+from pbrg_mj.log.schema.ending import ending_text
 from pbrg_mj.log.schema.message import NANOSECONDS, LogMessage
 from pbrg_mj.log.schema.protobuf import absent_fields
 from pbrg_mj.log.verify.difference import Difference, differences
@@ -100,14 +100,16 @@ def verify(
             _compare_ticks(found, logged, simulation, on_record)
         deque(logged, maxlen=0)  # the rest, unread: it may be damaged
         found.damage = logged.damage
-        found.ended = how_it_ended(logged.ending, logged.passed, logged.header.scenario)
+        found.ended = ending_text(logged.ending, logged.passed, logged.header.scenario)
     return found
 
 
 def _simulation(header: LogHeader, objects: Objects) -> Simulation:
     """Return the run again: of robots in processes of their own the same programs in this one, no message missed."""
     simulation = Simulation.build(header.scenario, objects)
-    return simulation.governed_by(robot_programs(header.scenario).in_time()) if header.processes else simulation
+    return (
+        simulation.governed_by(robot_programs(header.scenario).with_ideal_network()) if header.processes else simulation
+    )
 
 
 def _environment_changes(logged: dict[str, str]) -> dict[str, tuple[str, str]]:

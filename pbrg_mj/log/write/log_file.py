@@ -78,7 +78,7 @@ class LogFile:
                 raise PbrgError(f"{self.path} has appeared meanwhile; the log stays in {self.partial}")
             self.partial.replace(self._target)
 
-    def leave(self) -> None:
+    def close_partial(self) -> None:
         """Close the file, which is not whole, under its temporary name."""
         with suppress(OSError):
             self._file.close()
@@ -87,7 +87,7 @@ class LogFile:
         """Remove the file."""
         with suppress(OSError):
             self.partial.unlink(missing_ok=True)
-        self.leave()
+        self.close_partial()
 
     def _take(self) -> None:
         """Lock the file and empty it; raise InputError when it is another run's."""

@@ -93,7 +93,7 @@ class LogWriter:
         finally:  # of a log interrupted inside a tick, that leaves what a kill would
             if self._writer is not None:
                 self._writer.abandon()
-                self._log_file.leave()
+                self._log_file.close_partial()
 
     def _finish(self, writer: McapWriter, error: BaseException | None) -> None:
         self._write_buffer(writer)
@@ -141,7 +141,7 @@ class LogWriter:
     def _failed(self, writer: McapWriter, error: OSError) -> PbrgError:
         """Close what is left of the file; `__exit__` then has nothing more to do."""
         writer.abandon()
-        self._log_file.leave()
+        self._log_file.close_partial()
         self._writer = None
         kept = f"what is whole is in {self._log_file.partial}, of which `pbrg repair` makes a log"
         return PbrgError(f"cannot write {self.path}: {error.strerror or error}; {kept}")

@@ -16,8 +16,8 @@ from pbrg_mj.perception.scan.line_fit import LEAST_COSINE, beam_incidence, exten
 from pbrg_mj.perception.scan.points import DX, DY, X, Y, apart
 from pbrg_mj.perception.scan.robust_fit import OUTLIER, write_fit
 
-UNSURE = 1.0  # standard deviations of a corner's direction within which a beam is nobody's
-LEAST_UNSURE = 1e-9  # of it: nothing is divided by 0
+AMBIGUOUS = 1.0  # standard deviations of a corner's direction within which a beam is nobody's
+LEAST_AMBIGUOUS = 1e-9  # of it: nothing is divided by 0
 LEAST_SINE = math.sin(math.radians(5.0))  # of the angle between two lines that have a corner
 MOST_BETWEEN = 3  # points of no line between those of two that meet
 
@@ -32,7 +32,7 @@ def settle_corners(points, params, order, work, lines):
     for i in range(lines):
         work.moved[work.ranking[i]] = False
     for beam in order:
-        work.doubt[beam] = 1.0
+        work.odds[beam] = 1.0
     for k in range(len(order)):
         a = work.owner[order[k]]
         z = _next_owned(order, work.owner, k)
@@ -68,7 +68,7 @@ def _settle(points, params, order, places, work):
     distance = math.hypot(x, y)
     if distance <= 0.0 or not _between(points, order, places, work.owner, x, y):
         return
-    corner = (x / distance, y / distance, UNSURE * across / distance)
+    corner = (x / distance, y / distance, AMBIGUOUS * across / distance)
     for keep in (True, False):  # what each would lose is counted first
         lost_a = _reassign(points, params, order, (k, -1), b, corner, work, keep)
         lost_b = _reassign(points, params, order, (z, 1), a, corner, work, keep)
@@ -88,12 +88,12 @@ def _set_corner_odds(points, order, place, lines, corner, work):
 
     It is the first of the second of `lines` before a point of the first, which is looked for from a place on.
     """
-    (i, direction), (x, y, unsure) = place, corner
+    (i, direction), (x, y, ambiguous) = place, corner
     i = _first_of(order, work.owner, i, direction, lines[0])
     beam = order[_first_of(order, work.owner, i, -direction, lines[1])]
     sine = direction * (points[beam, DX] * y - points[beam, DY] * x)
-    beyond = 0.5 * math.erfc(UNSURE * sine / max(unsure, LEAST_UNSURE) * math.sqrt(0.5))
-    work.doubt[beam] = beyond / (1.0 - beyond) if beyond < 1.0 else 1.0 / LEAST_UNSURE
+    beyond = 0.5 * math.erfc(AMBIGUOUS * sine / max(ambiguous, LEAST_AMBIGUOUS) * math.sqrt(0.5))
+    work.odds[beam] = beyond / (1.0 - beyond) if beyond < 1.0 else 1.0 / LEAST_AMBIGUOUS
 
 
 @kernel
@@ -113,7 +113,7 @@ def _reassign(points, params, order, place, other, corner, work, keep):
     They are looked for from that place on, in a direction. With `keep` none is given away; -1 if one of them is not on
     the other line: then the two do not meet there, the one hides the other.
     """
-    (i, direction), (x, y, unsure) = place, corner
+    (i, direction), (x, y, ambiguous) = place, corner
     own, lost = work.owner[order[i]], 0
     for _ in range(len(order)):
         beam = order[i]
@@ -121,14 +121,14 @@ def _reassign(points, params, order, place, other, corner, work, keep):
             break
         # Sine of the angle from the corner to the beam, counter-clockwise; of the own wall are those on its side.
         sine = direction * (x * points[beam, DY] - y * points[beam, DX])
-        if sine > unsure:
+        if sine > ambiguous:
             break
         if work.owner[beam] == own:
             lost += 1
             if keep and not _is_on(points, params, work.fits[other], beam):
                 return -1
             if not keep:
-                work.owner[beam] = other if sine < -unsure else -1
+                work.owner[beam] = other if sine < -ambiguous else -1
         i = (i + direction) % len(order)
     return lost
 

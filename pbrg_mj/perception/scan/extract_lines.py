@@ -18,9 +18,9 @@ from pbrg_mj.perception.scan.corners import settle_corners
 from pbrg_mj.perception.scan.joined_ends import allow_for_corners
 from pbrg_mj.perception.scan.line_ends import is_free
 from pbrg_mj.perception.scan.parameters import LineParameters
-from pbrg_mj.perception.scan.points import points_into, without_outliers
+from pbrg_mj.perception.scan.points import without_outliers, write_points
 from pbrg_mj.perception.scan.robust_fit import fit_segment, inflate_for_outliers
-from pbrg_mj.perception.scan.segmentation import clusters_into, is_curved, segments_into, without_stub
+from pbrg_mj.perception.scan.segmentation import is_curved, trim_stub, write_clusters, write_segments
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class LineWorkspace(NamedTuple):
     ends: np.ndarray  # (B, 2) beams of each line's first and last point
     ranking: np.ndarray  # (B,) lines, longest first
     moved: np.ndarray  # (B,) bool: points beside a line's corner have changed hands
-    doubt: np.ndarray  # (B,) odds that a line's last point is of the surface that is joined to it there
+    odds: np.ndarray  # (B,) odds that a line's last point is of the surface that is joined to it there
     joint: np.ndarray  # (7,) the fit of two segments that may be one line
 
 
@@ -100,7 +100,7 @@ def line_workspace(beams):
         ends=np.empty((beams, 2), np.int64),
         ranking=np.empty(beams, np.int64),
         moved=np.empty(beams, np.bool_),
-        doubt=np.empty(beams),
+        odds=np.empty(beams),
         joint=np.empty(7),
     )
 
@@ -112,22 +112,22 @@ def extract_lines(ranges: np.ndarray, directions: np.ndarray, params: LineParame
     line.
     """
     out = line_buffer(len(ranges))
-    count = extract_lines_into(ranges, directions, params, line_workspace(len(ranges)), out)
+    count = write_lines(ranges, directions, params, line_workspace(len(ranges)), out)
     return Lines(*(array[:count] for array in out))
 
 
 @kernel
-def extract_lines_into(ranges, directions, params, work, out):
+def write_lines(ranges, directions, params, work, out):
     """Write the lines of one scan to `out` (LineBuffer), longest first; return how many there are.
 
     `ranges` (beams,) and `directions` (beams, 2) are contiguous floats, `work` is a LineWorkspace.
     """
     points = work.points
-    hits = points_into(ranges, directions, params, points, work.hits)
+    hits = write_points(ranges, directions, params, points, work.hits)
     count = without_outliers(points, params, work.hits, hits, work.kept)
-    clusters, ring = clusters_into(points, params, work.kept, count, work.order, work.stops, work.members)
+    clusters, ring = write_clusters(points, params, work.kept, count, work.order, work.stops, work.members)
     order = work.order[:count]
-    segments = segments_into(points, params, order, clusters, work)
+    segments = write_segments(points, params, order, clusters, work)
     lines = _fit_segments(params, order, (segments, ring), work)
     lines = merge_collinear(points, params, order, work, lines)
     settle_corners(points, params, order, work, lines)
@@ -152,7 +152,7 @@ def _fit_segments(params, order, found, work):
     for i in range(segments):
         if is_curved(points, order, work.segments, segments, ring, i):
             continue
-        start, stop = without_stub(points, params, order, work.segments[i])
+        start, stop = trim_stub(points, params, order, work.segments[i])
         members = work.members[: stop - start]
         for k in range(stop - start):
             members[k] = order[start + k]

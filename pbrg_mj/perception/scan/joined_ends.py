@@ -35,7 +35,7 @@ def allow_for_corners(points, params, order, line, count, work):
         after = _after(order, members[i], 2 * end - 1)
         ends = (members[i], after) if end == 1 else (after, members[i])
         if not apart(points, params, ends[0], ends[1], 0):
-            turn, shift = _correct(points, params, fit, (moments, at, i), after, work.doubt[members[i]])
+            turn, shift = _correct(points, params, fit, (moments, at, i), after, work.odds[members[i]])
             moved = (moved[0] + turn, moved[1] + shift)
     fit[0], fit[1] = wrapped(fit[0] + moved[0]), fit[1] + moved[1]
 

@@ -8,7 +8,7 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.scan.line_fit import LEAST_COSINE, weight_of
 from pbrg_mj.perception.scan.points import BLOCKED, DX, DY, R
 
-SURE = 4.0  # standard deviations beyond which a beam is clearly farther than the line
+CLEARLY_FARTHER = 4.0  # standard deviations beyond which a beam is clearly farther than the line
 WELL_WITHIN = 0.9  # of the range limit: a line nearer than that would have been seen
 LEAST_GAP = 0.1  # [m] along the line that beams must pass: nothing gets through less
 
@@ -31,7 +31,7 @@ def beam_passes(points, params, fit, b):
         return points[b, R] != BLOCKED
     s = _along(points, fit, b)
     variance = 1.0 / weight_of(params, cosine, c) + s * s * fit[2] - 2.0 * s * fit[3] + fit[4]
-    return points[b, R] * cosine - c > max(params.split_distance, SURE * math.sqrt(variance))
+    return points[b, R] * cosine - c > max(params.split_distance, CLEARLY_FARTHER * math.sqrt(variance))
 
 
 @kernel

@@ -21,7 +21,7 @@ CHORD_MARGIN = 3.5  # standard deviations of a point's distance from a chord
 
 
 @kernel
-def points_into(ranges, directions, params, points, order):
+def write_points(ranges, directions, params, points, order):
     """Write the points, and to `order` the beams that hit something; return how many there are."""
     count = 0
     for b in range(len(ranges)):

@@ -14,7 +14,7 @@ MIN_TURN, MAX_TURN = math.radians(5.0), math.radians(40.0)  # between the segmen
 
 
 @kernel
-def clusters_into(points, params, order, count, turned, stops, breaks):
+def write_clusters(points, params, order, count, turned, stops, breaks):
     """Write the points turned so that no cluster wraps, and where each cluster stops; return (clusters, ring).
 
     `breaks` (B,) is scratch.
@@ -63,7 +63,7 @@ def _broken(points, params, order, i, after):
 
 
 @kernel
-def segments_into(points, params, order, clusters, work):
+def write_segments(points, params, order, clusters, work):
     """Write the segments (start, stop, cluster) of all clusters, in order; return how many there are.
 
     No point of a segment is farther than allowed from the chord between the segment's ends.
@@ -86,7 +86,7 @@ def _split(points, params, order, whole, segments, work):
     while size > 0:
         size -= 1
         low, high = stack[size, 0], stack[size, 1]
-        cut = _cut(points, params, order, low, high)
+        cut = _split_point(points, params, order, low, high)
         if cut < 0:
             segments = _merge(points, params, order, (low, high, cluster), first, segments, work.segments)
         else:
@@ -102,7 +102,7 @@ def _merge(points, params, order, segment, first, segments, out):
 
     A split may leave a line's last point with the next line.
     """
-    if segments > first and _cut(points, params, order, out[segments - 1, 0], segment[1]) < 0:
+    if segments > first and _split_point(points, params, order, out[segments - 1, 0], segment[1]) < 0:
         out[segments - 1, 1] = segment[1]
         return segments
     out[segments, 0], out[segments, 1], out[segments, 2] = segment
@@ -110,7 +110,7 @@ def _merge(points, params, order, segment, first, segments, out):
 
 
 @kernel
-def _cut(points, params, order, low, high):
+def _split_point(points, params, order, low, high):
     """Return the point of low..high-1 that is farthest from their chord, never an end; -1 if none is too far."""
     worst, cut = 1.0, -1
     ends = (order[low], order[high - 1])
@@ -123,7 +123,7 @@ def _cut(points, params, order, low, high):
 
 
 @kernel
-def without_stub(points, params, order, segment):
+def trim_stub(points, params, order, segment):
     """Return where a segment starts and stops without a stub on the far side of beams that the robot itself stops.
 
     Whether it goes on behind them nobody sees. It does if both sides show half of a line's least length, more than

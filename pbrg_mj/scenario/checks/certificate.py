@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pbrg_mj.scenario.diagnostics import Diagnostic
 from pbrg_mj.scenario.schema import Governor, Scenario
 
-OF_THE_STATE = ("directional_ball", "predictive")
+STATE_DEPENDENT = ("directional_ball", "predictive")
 """Certificates whose rows are made of the states of the whole team, tick by tick."""
 CERTIFIED = ("certified", "rollout")
 """Governors that apply what a certificate has verified."""
@@ -81,7 +81,7 @@ def _barrier(scenario: Scenario) -> Iterator[Diagnostic]:
 def _allowed(governor: Governor) -> tuple[str, ...]:
     if governor.kind == "rollout":
         return ("predictive",)
-    return OF_THE_STATE if governor.optimizer == "flooding" else (*OF_THE_STATE, "ball")
+    return STATE_DEPENDENT if governor.optimizer == "flooding" else (*STATE_DEPENDENT, "ball")
 
 
 def _certified(scenario: Scenario) -> Iterator[Diagnostic]:

@@ -171,14 +171,14 @@ def _put_down(scenario: Scenario, still: Sequence[Obstacle], places: Sequence[Ve
     for obstacle in still:
         distances = obstacle.distances(centres)
         for k in np.flatnonzero(distances < radius).tolist():
-            yield _onto(
+            yield _robot_onto(
                 scenario, k, f"{_kind(obstacle)} {obstacle.path[2]}", _room(obstacle, radius, float(distances[k]))
             )
     for k, kidnapping in enumerate(kidnappings):
         distances = np.hypot(*(starts - centres[k]).T)
         for other in np.flatnonzero(distances < 2 * radius - ROUNDING).tolist():
             if other + 1 != kidnapping.robot:
-                yield _onto(
+                yield _robot_onto(
                     scenario,
                     k,
                     f"robot {other + 1}'s start, their bodies' centres {distances[other]:.3g} m apart",
@@ -186,7 +186,7 @@ def _put_down(scenario: Scenario, still: Sequence[Obstacle], places: Sequence[Ve
                 )
 
 
-def _onto(scenario: Scenario, k: int, what: str, room: str) -> Diagnostic:
+def _robot_onto(scenario: Scenario, k: int, what: str, room: str) -> Diagnostic:
     robot = scenario.disturbances.kidnappings[k].robot
     return Diagnostic(("disturbances", "kidnappings", k, "to"), f"puts robot {robot} onto {what}; allowed: {room}")
 

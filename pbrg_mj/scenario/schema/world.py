@@ -173,12 +173,12 @@ class World(Section):
     ramps: tuple[Ramp, ...] = Field(default=(), description="wedges that robots drive on", max_length=MOST_OBSTACLES)
 
     @property
-    def everything(self) -> tuple[Wall | Box | Column | Prism | MovingBox, ...]:
-        """All obstacles: what robots shall not touch."""
+    def all_obstacles(self) -> tuple[Wall | Box | Column | Prism | MovingBox, ...]:
+        """All obstacles, moving ones too."""
         return (*self.walls, *self.boxes, *self.columns, *self.prisms, *self.moving_boxes)
 
     @property
-    def rises(self) -> tuple[Threshold | Ramp, ...]:
+    def terrain(self) -> tuple[Threshold | Ramp, ...]:
         """What stands out of the floor and is driven on."""
         return (*self.thresholds, *self.ramps)
 

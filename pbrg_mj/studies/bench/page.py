@@ -9,12 +9,12 @@ from html import escape
 from pathlib import Path
 
 from pbrg_mj.api.logs import open as open_log
-from pbrg_mj.counts import counted
 from pbrg_mj.studies.bench.pictures import picture
 from pbrg_mj.studies.bench.suite import Suite
 from pbrg_mj.studies.bench.table import BenchRun, Row
 from pbrg_mj.studies.bench.text import COLUMNS, NAMES, NONE, cells
 from pbrg_mj.studies.runner import LOGS
+from pbrg_mj.text import counted
 
 STYLE = """
 body { font: 14px/1.45 system-ui, sans-serif; margin: 2em; color: #222; background: #fff; }

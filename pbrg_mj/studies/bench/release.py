@@ -10,13 +10,13 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from pbrg_mj.analysis.output_file import write_atomically
-from pbrg_mj.counts import counted
 from pbrg_mj.errors import InputError, PbrgError
 from pbrg_mj.log.read.ticks import read_header
 from pbrg_mj.studies.bench.bench import FILES, TABLE
 from pbrg_mj.studies.records import RECORDS
 from pbrg_mj.studies.run_task import MACHINE
 from pbrg_mj.studies.runner import LOGS
+from pbrg_mj.text import counted
 
 MANIFEST, FORMAT = "release.json", 1
 SHOWN = 3  # files that an error names

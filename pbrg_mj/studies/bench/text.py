@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from pbrg_mj.analysis.metrics.rates import Rate
-from pbrg_mj.counts import counted
 from pbrg_mj.studies.bench.statistics import Difference, Quartiles
 from pbrg_mj.studies.bench.suite import Suite
 from pbrg_mj.studies.bench.table import CERTIFICATES, BenchRun, Row
 from pbrg_mj.studies.runner import LOGS
+from pbrg_mj.text import counted
 
 NONE = "-"
 SETTLING = "settling_time_violated_too_s"  # without governor robots touch each other, and settle all the same

@@ -34,7 +34,7 @@ class LiftPose:
     """Where a robot was when it was lifted, as poses (3,) of its body."""
 
     true: np.ndarray
-    seen: np.ndarray  # in the camera's last frame before
+    camera: np.ndarray  # in the camera's last frame before
 
 
 class Kidnappings:
@@ -52,7 +52,7 @@ class Kidnappings:
             )
             for one in sorted(scenario.disturbances.kidnappings, key=lambda one: one.time)
         ]
-        self._hover = ABOVE + max((thing.height for thing in (*around.everything, *around.rises)), default=0.0)
+        self._hover = ABOVE + max((thing.height for thing in (*around.all_obstacles, *around.terrain)), default=0.0)
         self._seen = start.copy()  # by the camera's newest frame
         self._lift_poses: dict[int, LiftPose] = {}
 
@@ -82,7 +82,7 @@ class Kidnappings:
         pose = pose.copy()
         for number, event in enumerate(self._kidnappings):
             if taken in event.steps:
-                pose[event.robot] = self._lift_poses[number].seen
+                pose[event.robot] = self._lift_poses[number].camera
         return pose
 
 

@@ -82,7 +82,7 @@ class PlantBatch:
         pose_frame, scan = self.frames()
         readings, index = self._arrays.sensordata, self._index
         poses = camera_poses(readings, index.camera_position, index.camera_ahead)
-        ranges, met = readings[:, index.beams], [self._surfaces.met(row, index.beams) for row in readings]
+        ranges, met = readings[:, index.beams], [self._surfaces.hit_properties(row, index.beams) for row in readings]
         return [Observation(pose, pose_frame, ranges[w], scan, **met[w]) for w, pose in enumerate(poses)]
 
     def truth(

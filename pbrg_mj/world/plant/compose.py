@@ -21,8 +21,8 @@ from pbrg_mj.world.scene.contact_counters import add_contact_sensors
 from pbrg_mj.world.scene.floor import add_patches
 from pbrg_mj.world.scene.footprints import body_pose
 from pbrg_mj.world.scene.obstacles import add_obstacles
-from pbrg_mj.world.scene.rises import add_rises
 from pbrg_mj.world.scene.robot import RobotModel, load_arena, load_robot
+from pbrg_mj.world.scene.terrain import add_terrain
 from pbrg_mj.world.scene.variation import vary
 from pbrg_mj.world.sensors.beams import add_beams
 from pbrg_mj.world.sensors.camera import add_camera_sensors
@@ -49,7 +49,7 @@ def compose(scenario: Scenario, robot: RobotModel) -> mujoco.MjSpec:
     spec.geom("floor").friction[0] = scenario.world.floor_friction
     add_obstacles(spec, scenario.world)
     add_patches(spec, scenario.world)
-    add_rises(spec, scenario.world)
+    add_terrain(spec, scenario.world)
     with_beams = set(scenario.beam_robots)
     for j, pose in enumerate(start_pose(scenario, robot)):
         child = _robot_spec(scenario, robot, j, beams=j in with_beams)

@@ -140,7 +140,7 @@ class MujocoPlant:
         last = self._observed
         if last and last.scan_frame == scan:
             return replace(last, body_pose=body_pose, pose_frame=pose_frame)
-        met = self._surfaces.met(readings, index.beams)
+        met = self._surfaces.hit_properties(readings, index.beams)
         return Observation(body_pose, pose_frame, readings[index.beams], scan, **met)
 
     def _begin_step(self) -> None:

@@ -30,7 +30,7 @@ def add_contact_sensors(spec: mujoco.MjSpec, j: int, scenario: Scenario) -> None
         robot | {"reftype": wall, "refname": "walls"},
         skirt,
         *(robot | {"reftype": wall, "refname": f"moving_box{k}"} for k in range(len(scenario.world.moving_boxes))),
-        *([skirt | {"reftype": wall, "refname": "world"}] if scenario.world.rises else []),
+        *([skirt | {"reftype": wall, "refname": "world"}] if scenario.world.terrain else []),
     ]
     for name, pair in zip(counter_names(scenario.world), counters, strict=True):
         spec.add_sensor(
@@ -45,4 +45,4 @@ def add_contact_sensors(spec: mujoco.MjSpec, j: int, scenario: Scenario) -> None
 def counter_names(world: World) -> list[str]:
     """Return the names of a robot's counters, in their order."""
     boxes = (f"moving_box{k}_contacts" for k in range(len(world.moving_boxes)))
-    return ["wall_contacts", "skirt_contacts", *boxes, *(["ground_contacts"] if world.rises else [])]
+    return ["wall_contacts", "skirt_contacts", *boxes, *(["ground_contacts"] if world.terrain else [])]

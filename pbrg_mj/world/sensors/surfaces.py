@@ -33,7 +33,7 @@ class Surfaces:
         if scenario.sensors.beams.signal_range is None:
             self.fields = DISTANCE
 
-    def met(self, readings: np.ndarray, beams: np.ndarray) -> dict[str, Any]:
+    def hit_properties(self, readings: np.ndarray, beams: np.ndarray) -> dict[str, Any]:
         """Return the cosines of incidence and the reflectances, each (b, rays), by their names in an Observation.
 
         `readings` (values,) are MuJoCo's, `beams` (b, rays) tells where each ray's distance stands in them. A ray that

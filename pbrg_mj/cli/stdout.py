@@ -1,4 +1,4 @@
-"""Standard output is for answers alone: what else prints there while a command runs goes to stderr.
+"""Standard output is for results alone: what else prints there while a command runs goes to stderr.
 
 A plug-in that prints, its libraries and the programs it starts would otherwise stand between the lines of `--json`.
 """
@@ -21,13 +21,13 @@ Result = TypeVar("Result")
 _stdout: list[TextIO | None] = []  # what was `sys.stdout` before the command that runs, or a copy of it
 
 
-def answers() -> TextIO | None:
-    """Return the stream for answers; None where stdout was closed before this program began."""
+def result_stream() -> TextIO | None:
+    """Return the stream for results; None where stdout was closed before this program began."""
     return _stdout[-1] if _stdout else sys.stdout
 
 
-def answering(command: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
-    """Return a command during which only what is written to `answers()` reaches stdout."""
+def protect_stdout(command: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+    """Return a command during which only what is written to `result_stream()` reaches stdout."""
 
     @wraps(command)
     def apart(*arguments: Arguments.args, **options: Arguments.kwargs) -> Result:

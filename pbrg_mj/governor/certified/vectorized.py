@@ -15,7 +15,7 @@ from pbrg_mj.governor.certified.consensus import Verdict
 from pbrg_mj.governor.certified.flood import COUNT, ITEM
 from pbrg_mj.governor.certified.layer import FREE, LayerProgram, PredictedTeam, decision, single_leader_reference
 from pbrg_mj.governor.certified.messages import CANDIDATE, PARTS, ROW, STATE
-from pbrg_mj.governor.messaging.carrier import own_data
+from pbrg_mj.governor.messaging.networked import own_data
 from pbrg_mj.governor.messaging.program import RobotFacts
 from pbrg_mj.governor.optimizers.interface import LocalProblem, no_rows
 from pbrg_mj.governor.optimizers.synchronizer import ITERATION

@@ -33,7 +33,7 @@ def run_worlds(scenarios: Sequence[Scenario], processes: int = 1) -> Iterator[Ba
 
 def run_world(scenario: Scenario) -> BatchHistories:
     """Return what happened in one world. Raises what `Simulation.build` raises."""
-    histories = BatchHistories.blank(scenario, (scenario.seed,))
+    histories = BatchHistories.empty(scenario, (scenario.seed,))
     simulation = Simulation.build(scenario.model_copy(update={"reference": _no_optimum(scenario)}))
     formation, predicted = simulation.loop.formation, predicted_rows(scenario)
     leaders = simulation.loop.network.leader > 0.0

@@ -15,7 +15,7 @@ from pbrg_mj.scenario.schema import Ramp, Threshold, World
 COLOUR = (0.66, 0.64, 0.58, 1.0)
 
 
-def add_rises(spec: mujoco.MjSpec, world: World) -> None:
+def add_terrain(spec: mujoco.MjSpec, world: World) -> None:
     """Add thresholds as boxes and ramps as wedges, solid down to the floor, whose contact parameters they have."""
     floor = spec.geom("floor")
     like_floor = {name: getattr(floor, name) for name in ("condim", "priority", "friction", "solref", "solimp")}
@@ -34,12 +34,12 @@ def add_rises(spec: mujoco.MjSpec, world: World) -> None:
         spec.worldbody.add_geom(name=f"ramp{k}", rgba=COLOUR, **shape, **pose, **like_floor)
 
 
-def _placed(rise: Threshold | Ramp) -> tuple[float, dict[str, Any]]:
+def _placed(part: Threshold | Ramp) -> tuple[float, dict[str, Any]]:
     """Return the length along the centre line, and where the middle is, x along that line."""
-    start, end = np.asarray(rise.start), np.asarray(rise.end)
+    start, end = np.asarray(part.start), np.asarray(part.end)
     along = end - start
     angle = float(np.arctan2(along[1], along[0]))
     return float(np.hypot(*along)), {
-        "pos": [*(start + end) / 2, rise.height / 2],
+        "pos": [*(start + end) / 2, part.height / 2],
         "quat": [np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)],
     }

@@ -1,6 +1,11 @@
-"""Text from logs and scenarios, made safe to show."""
+"""Text for people: numbers with their nouns, and text from files made safe to show."""
 
 from __future__ import annotations
+
+
+def counted(number: int, noun: str) -> str:
+    """Return the number and the noun, with an s unless it is one: 1 run, 2 runs."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 def plain(text: str, *, keep: str = "") -> str:

@@ -17,7 +17,7 @@ from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer, RobotFacts,
 from pbrg_mj.governor.problem.interface import Problem, Solution, Status
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.perception.half_spaces import HalfSpaces
-from pbrg_mj.scenario.checks.certificate import OF_THE_STATE
+from pbrg_mj.scenario.checks.certificate import STATE_DEPENDENT
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.channel import Channel, channel
 from pbrg_mj.team.graph import network
@@ -36,7 +36,7 @@ class Packet(NamedTuple):
     content: bytes
 
 
-class CarriedMemory(NamedTuple):
+class NetworkedMemory(NamedTuple):
     """The robots' memories, and what is under way."""
 
     robots: tuple[Any, ...]
@@ -47,45 +47,45 @@ class CarriedMemory(NamedTuple):
 
 
 @dataclass(frozen=True)
-class CarriedGovernor:
+class NetworkedGovernor:
     """A robot's program on all robots of a team."""
 
     program: RobotProgram
     rounds: int  # per tick
     channel: Channel | None = None  # None: every message arrives within its round
     constants: TeamConstants | None = None  # told to every robot
-    tells_start: bool = False  # every robot is told everybody's first p
-    tells_rows: bool = False  # every robot is given its own rows; never with rows that are made of the team's states
+    shares_start: bool = False  # every robot is told everybody's first p
+    shares_rows: bool = False  # every robot is given its own rows; never with rows that are made of the team's states
 
     @classmethod
-    def of(cls, scenario: Scenario, program: RobotProgram) -> CarriedGovernor:
+    def of(cls, scenario: Scenario, program: RobotProgram) -> NetworkedGovernor:
         """Return a program on all robots of a scenario, with messages on the scenario's network."""
         return cls(
             program=program,
             rounds=scenario.governor.rounds,
             channel=channel(scenario),
             constants=TeamConstants.of(scenario, network(scenario)),
-            tells_start=scenario.governor.initial == "start",
-            tells_rows=scenario.governor.certificate not in OF_THE_STATE,
+            shares_start=scenario.governor.initial == "start",
+            shares_rows=scenario.governor.certificate not in STATE_DEPENDENT,
         )
 
-    def in_time(self) -> CarriedGovernor:
+    def with_ideal_network(self) -> NetworkedGovernor:
         """Return the same programs, prepared for the same network, on one that neither delays nor loses anything."""
         return replace(self, channel=None)
 
-    def init(self, problem: Problem) -> CarriedMemory:
+    def init(self, problem: Problem) -> NetworkedMemory:
         """Return the memories before the first tick."""
         team = problem.network
         links = len(team.neighbours)
-        start = problem.p if self.tells_start else None
+        start = problem.p if self.shares_start else None
         robots = tuple(
             self.program.start(RobotFacts.of(team, i, self.constants, start), self._own(problem, i, 0))
             for i in range(team.robots)
         )
         never = np.full(links, np.iinfo(np.int64).min)
-        return CarriedMemory(robots, (), never, np.zeros(links, dtype=bool), 0)
+        return NetworkedMemory(robots, (), never, np.zeros(links, dtype=bool), 0)
 
-    def step(self, problem: Problem, memory: CarriedMemory) -> tuple[Solution, CarriedMemory]:
+    def step(self, problem: Problem, memory: NetworkedMemory) -> tuple[Solution, NetworkedMemory]:
         """Run one tick's rounds; the status is the worst of the robots'."""
         team, program = problem.network, self.program
         n = team.robots
@@ -115,13 +115,13 @@ class CarriedGovernor:
         for i in range(n):
             answer, robots[i] = program.finish(robots[i])
             answers.append(answer)
-        after = CarriedMemory(tuple(robots), tuple(packets), links_now.arrives[-1], links_now.bad, memory.tick + 1)
+        after = NetworkedMemory(tuple(robots), tuple(packets), links_now.arrives[-1], links_now.bad, memory.tick + 1)
         return team_answer(problem, answers, self.rounds, sent), after
 
     def _own(self, problem: Problem, i: int, tick: int) -> OwnData:
-        return own_data(problem, i, tick, rows=self.tells_rows)
+        return own_data(problem, i, tick, rows=self.shares_rows)
 
-    def _conditions(self, team: Network, memory: CarriedMemory, first: int) -> _LinkConditions:
+    def _conditions(self, team: Network, memory: NetworkedMemory, first: int) -> _LinkConditions:
         rounds, links, n = self.rounds, len(team.neighbours), team.robots
         if self.channel is None:
             arrives = np.repeat(np.arange(first, first + rounds)[:, None], links, axis=1)

@@ -1,6 +1,6 @@
 """How often robots suspect what the centralized solver finds infeasible, in whole bundled runs.
 
-python scripts/suspicion.py [NAME ...]    # the table of docs/failure-modes.md; some two minutes
+python scripts/suspected_infeasibility.py [NAME ...]    # the table of docs/failure-modes.md; some two minutes
 
 A robot knows its own rows and what its neighbours send. Where the solver finds no admissible reference, the governor's
 status says `suspected` or `capped`, or nothing. Counted are the ticks at which the solver was asked.

@@ -29,9 +29,9 @@ HALF = 4.6  # of the view [m]
 def draw(axes: Axes, scenario: Scenario) -> None:
     """Draw obstacles, robots at the start, and the formation around the reference."""
     r, radius = np.array(scenario.operator.reference), robot_size(scenario.robot).body_radius
-    rises = footprints_of([rise.as_wall() for rise in scenario.world.rises])
+    terrain = footprints_of([part.as_wall() for part in scenario.world.terrain])
     panes = footprints_of([wall for wall in scenario.world.obstacles if wall.glass])
-    for around, color in ((rises, "#d9d2c0"), (footprints(scenario), "#9e5c47"), (panes, "#9cd3e6")):
+    for around, color in ((terrain, "#d9d2c0"), (footprints(scenario), "#9e5c47"), (panes, "#9cd3e6")):
         for corners in outlines(around):
             axes.add_patch(Polygon(corners, facecolor=color, edgecolor=color))
     moving = moving_footprints(scenario)

@@ -36,7 +36,7 @@ class Scan:
         self.beams = len(ranges)
         self.xy = ranges[:, None] * directions
         self.var = params.range_std**2 + (params.noise_ratio * ranges) ** 2
-        self.doubt: dict[int, float] = {}  # odds of a beam's point, last on its wall, to be beyond the corner
+        self.odds: dict[int, float] = {}  # odds of a beam's point, last on its wall, to be beyond the corner
 
     def apart(self, a: int, b: int, skipped: int) -> bool:
         lost = (b - a) % self.beams - 1 - skipped
@@ -315,7 +315,7 @@ def settled(scan: Scan, walls: list[dict], order: Beams) -> list[dict]:
             other = next(s for s in range(n) if owner.get(order[(place - side * s) % n]) == pair[1 - i])
             last = next(b for s in range(n) if owner.get(b := order[(place - side * (other - s)) % n]) == pair[i])
             beyond = float(norm.sf(UNSURE * side * sine[last] / unsure))
-            scan.doubt[last] = beyond / (1 - beyond)
+            scan.odds[last] = beyond / (1 - beyond)
     for i in moved:
         points = [b for b in order if owner.get(b) == i]
         walls[i] |= fit_line(scan, points, walls[i]["normal"], walls[i]["offset"]) | {"points": points}
@@ -366,7 +366,7 @@ def doubted(scan: Scan, line: dict, order: Beams, covariance: np.ndarray) -> Non
         off = line["normal"] @ scan.xy[after] - line["offset"]
         room = max(abs(off), OUTLIER / math.sqrt(weights(scan, [after], line["normal"], line["offset"])[0]))
         density = norm.cdf(predicted / std * np.copysign(1, off)) / room
-        odds = scan.doubt.get(b, 1.0) * density / norm.pdf(predicted, scale=std)
+        odds = scan.odds.get(b, 1.0) * density / norm.pdf(predicted, scale=std)
         p = odds / (1 + odds)
         move = move + p * shift
         covariance = covariance + p * (without - plain + (1 - p) * np.outer(shift, shift))

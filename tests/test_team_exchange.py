@@ -51,7 +51,7 @@ def test_messages_in_time_give_the_rates_of_the_kernel_bit_for_bit():
     control, rng, memory = Control(alpha_r=1.7, leak=0.3), np.random.default_rng(31), at_once.empty()
     for _ in range(5):
         p, xi, m = rng.normal(size=(3, 5, 2))
-        memory = at_once.carried(p, xi, memory)
+        memory = at_once.transmitted(p, xi, memory)
         for ours, theirs in zip(
             at_once.rates(control, (p, xi), m, memory), pre_stabilise(late.network, control, p, xi, m), strict=True
         ):
@@ -136,7 +136,7 @@ def test_the_delayed_map_is_what_the_team_does(delay):
     stack = [np.concatenate([p[:, 0], xi[:, 0]]), *(np.concatenate([s[:, 0], s[:, 2]]) for s in past[::-1])]
     x = np.concatenate(stack)
     for _ in range(20):
-        memory = one.carried(p, xi, memory)
+        memory = one.transmitted(p, xi, memory)
         u, rate = one.rates(control, (p, xi), m, memory)
         p, xi = p + 0.01 * u, xi + 0.01 * rate
         x = delayed_map(team, control, 0.01, delay) @ x

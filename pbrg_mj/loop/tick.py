@@ -137,7 +137,7 @@ def _pre_stabilise(
     control, p, xi = loop.control, problem.p, problem.xi
     if loop.exchange is None:
         return *pre_stabilise(loop.network, control, p, xi, m, loop.backend), None
-    heard = loop.exchange.carried(p, xi, loop.exchange.empty() if state.exchange is None else state.exchange)
+    heard = loop.exchange.transmitted(p, xi, loop.exchange.empty() if state.exchange is None else state.exchange)
     return *loop.exchange.rates(control, (p, xi), m, heard), heard
 
 

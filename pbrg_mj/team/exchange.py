@@ -54,7 +54,7 @@ class Exchange:
             bad=np.zeros(links, dtype=bool),
         )
 
-    def carried(self, p: np.ndarray, xi: np.ndarray, before: ExchangeMemory) -> ExchangeMemory:
+    def transmitted(self, p: np.ndarray, xi: np.ndarray, before: ExchangeMemory) -> ExchangeMemory:
         """Return what robots keep after they have sent p and xi, both (n, 2) [m], and taken what comes in this tick."""
         net, channel, now = self.network, self.channel, before.tick
         lost, silent = channel.lost(before.bad, now, 1)[0], channel.silent(now, 1, net.robots)[0]

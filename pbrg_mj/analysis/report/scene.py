@@ -29,7 +29,7 @@ def still(run: Run) -> list[dict[str, Any]]:
         {"kind": "wall" if k < walls else "box", "corners": corners.tolist()}
         for k, corners in enumerate(outlines(footprints(scenario)))
     ]
-    feet = outlines(footprints_of([rise.as_wall() for rise in scenario.world.rises]))
+    feet = outlines(footprints_of([part.as_wall() for part in scenario.world.terrain]))
     return [*patches, *({"kind": "patch", "corners": corners.tolist()} for corners in feet), *solid]
 
 

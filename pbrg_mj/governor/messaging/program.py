@@ -49,7 +49,7 @@ class RobotFacts(NamedTuple):
     robots: int  # n
     neighbours: tuple[int, ...]  # ascending
     leads: bool
-    constants: TeamConstants | None = None  # None: a carrier of no scenario
+    constants: TeamConstants | None = None  # None: not run from a scenario
     start: np.ndarray | None = None  # (n, 2) everybody's first p [m], where `governor.initial: start` gives it; or None
 
     @classmethod

@@ -48,8 +48,8 @@ def static_scene(scenario: Scenario) -> bytes:
 def _extent(scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
     """Return the lower left and the upper right corner (2,) [m] of the floor to draw."""
     world = scenario.world
-    rises = [rise.as_wall() for rise in world.rises]
-    things = (*world.obstacles, *_patches(world), *_stops(world), *rises)
+    terrain = [part.as_wall() for part in world.terrain]
+    things = (*world.obstacles, *_patches(world), *_stops(world), *terrain)
     ends = [end for thing in things for end in (thing.start, thing.end)]
     solids = footprints_of(columns=world.columns, prisms=world.prisms)
     radius = solids.radius[:, None]

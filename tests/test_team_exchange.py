@@ -74,7 +74,7 @@ def test_robots_use_what_was_sent_last_of_what_has_come():
     states = rng.normal(size=(60, 5, 4))
     newest = np.full(links, -1)
     for now in range(60):
-        memory = one.carried(states[now, :, :2], states[now, :, 2:], memory)
+        memory = one.transmitted(states[now, :, :2], states[now, :, 2:], memory)
         for e in range(links):
             came = [
                 t
@@ -131,7 +131,7 @@ def test_the_delayed_map_is_what_the_team_does(delay):
     memory = one.empty()
     past = rng.normal(size=(delay, 4, 4))  # what was under way before
     for state in past:
-        memory = one.carried(state[:, :2], state[:, 2:], memory)
+        memory = one.transmitted(state[:, :2], state[:, 2:], memory)
     p, xi = rng.normal(size=(2, 4, 2))
     stack = [np.concatenate([p[:, 0], xi[:, 0]]), *(np.concatenate([s[:, 0], s[:, 2]]) for s in past[::-1])]
     x = np.concatenate(stack)

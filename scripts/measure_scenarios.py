@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pbrg_mj.analysis.metrics.contacts import FIELDS, contact_flags, words
+from pbrg_mj.analysis.metrics.contacts import FIELDS, contact_flags
 from pbrg_mj.analysis.metrics.outcome import final_target
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics, metrics
 from pbrg_mj.log.read.run import Run, open_run
@@ -74,7 +74,7 @@ def contact(run: Run) -> str:
     if not found:
         return "none"
     tick, robot, kind = min(found)
-    return f"robot {robot + 1} with {words(run, kind, tick, robot)} at {run.ticks.time[tick]:.1f} s"
+    return f"robot {robot + 1} with {contact_text(run, kind, tick, robot)} at {run.ticks.time[tick]:.1f} s"
 
 
 def static_error(run: Run) -> np.ndarray | None:

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array, diags_array, eye_array, hstack, vstack
 from scipy.sparse.linalg import LinearOperator, svds
 
-from pbrg_mj.governor.rollout.messages import Wall
+from pbrg_mj.governor.rollout.messages import HalfSpace
 from pbrg_mj.governor.rollout.plan import RolloutPlan, step_weights
 from pbrg_mj.governor.rollout.team import run_cycle
 from pbrg_mj.governor.rollout.verdicts import advance
@@ -149,12 +149,12 @@ def simulate(plan: RolloutPlan, graph: tuple, owner: int, rng: np.random.Generat
     n, formation, leads = len(plan.formation), plan.formation, graph[2] > 0.0
     G, r = np.array([0.6, 0.8]), np.array([2.0, 2.5])
     h = float((formation @ G).max() + G @ r - 1.0)  # so that the best m is 1 m short of r
-    walls, best = {(owner, 0): Wall(True, float(G[0]), float(G[1]), h)}, r - G
+    half_spaces, best = {(owner, 0): HalfSpace(True, float(G[0]), float(G[1]), h)}, r - G
     p, xi, held, response = 0.3 * rng.normal(size=(n, 2)), np.zeros((n, 2)), np.full(2, np.nan), None
     start, worst, late, bytes_sent = p.copy(), -np.inf, 0, []
     u, rate = np.empty((n, 2)), np.empty((n, 2))
     for tick in range(ticks):
-        cycle = run_cycle(plan, graph, (p, xi), held, walls, response)
+        cycle = run_cycle(plan, graph, (p, xi), held, half_spaces, response)
         response, degree = cycle.response, np.diff(graph[0])
         bytes_sent += [(sent / degree).max() for sent in (*cycle.flood_bytes, *cycle.verdict_bytes)]
         bytes_sent += [float((cycle.rollout_bytes / degree).max())] * (plan.steps * plan.order)

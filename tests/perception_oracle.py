@@ -6,8 +6,8 @@ import numpy as np
 from scipy.stats import norm
 
 from pbrg_mj.perception.scan.collinear import MOST_TURN, NOISE_MARGIN
-from pbrg_mj.perception.scan.corners import LEAST_SINE, MOST_BETWEEN, UNSURE
-from pbrg_mj.perception.scan.line_ends import LEAST_GAP, SURE, WELL_WITHIN
+from pbrg_mj.perception.scan.corners import AMBIGUOUS, LEAST_SINE, MOST_BETWEEN
+from pbrg_mj.perception.scan.line_ends import CLEARLY_FARTHER, LEAST_GAP, WELL_WITHIN
 from pbrg_mj.perception.scan.line_fit import LEAST_COSINE
 from pbrg_mj.perception.scan.parameters import LineParameters
 from pbrg_mj.perception.scan.points import BREAK_MARGIN, CHORD_MARGIN, GRAZING, MAX_LOST
@@ -291,13 +291,13 @@ def settled(scan: Scan, walls: list[dict], order: Beams) -> list[dict]:
         if not (any(sine[b] < 0 < scan.d[b] @ u for b in back) and any(sine[b] > 0 < scan.d[b] @ u for b in forth)):
             continue
         jacobian = np.linalg.solve(normals.T, np.array([-u[1], u[0]]))
-        unsure = UNSURE * math.sqrt(
+        ambiguous = AMBIGUOUS * math.sqrt(
             sum(j**2 * place_variance(walls[i], corner) for j, i in zip(jacobian, pair, strict=True))
         )
-        unsure /= float(np.linalg.norm(corner))
+        ambiguous /= float(np.linalg.norm(corner))
         lost = []
         for some, side, own in ((back, -1, 0), (forth, 1, 1)):
-            stop = next((i for i, b in enumerate(some) if side * sine[b] > unsure), len(some))
+            stop = next((i for i, b in enumerate(some) if side * sine[b] > ambiguous), len(some))
             lost.append([b for b in some[:stop] if owner.get(b) == pair[own]])
         few = [
             sum(o == i for o in owner.values()) - len(gone) < scan.params.min_points
@@ -308,13 +308,13 @@ def settled(scan: Scan, walls: list[dict], order: Beams) -> list[dict]:
         for i, side in ((0, -1), (1, 1)):
             for b in lost[i]:
                 del owner[b]
-                if side * sine[b] < -unsure:
+                if side * sine[b] < -ambiguous:
                     owner[b] = pair[1 - i]
         moved |= set(pair) if any(lost) else set()
         for i, side, place in ((0, -1, z), (1, 1, k)):
             other = next(s for s in range(n) if owner.get(order[(place - side * s) % n]) == pair[1 - i])
             last = next(b for s in range(n) if owner.get(b := order[(place - side * (other - s)) % n]) == pair[i])
-            beyond = float(norm.sf(UNSURE * side * sine[last] / unsure))
+            beyond = float(norm.sf(AMBIGUOUS * side * sine[last] / ambiguous))
             scan.odds[last] = beyond / (1 - beyond)
     for i in moved:
         points = [b for b in order if owner.get(b) == i]
@@ -389,7 +389,7 @@ def passes(scan: Scan, line: dict, b: int) -> bool:
         return True
     at = np.array([meets(scan, line, b), -1])
     variance = at @ line["covariance"] @ at + 1 / weights(scan, [b], line["normal"], c)[0]
-    return bool(scan.r[b] * cosine - c > max(scan.params.split_distance, SURE * math.sqrt(variance)))
+    return bool(scan.r[b] * cosine - c > max(scan.params.split_distance, CLEARLY_FARTHER * math.sqrt(variance)))
 
 
 def beside(scan: Scan, b: int, steps: range) -> Beams:

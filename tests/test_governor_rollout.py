@@ -16,7 +16,7 @@ from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.governor.registry import governor
 from pbrg_mj.governor.rollout.bounds import rollout_bounds
-from pbrg_mj.governor.rollout.messages import Key, Wall
+from pbrg_mj.governor.rollout.messages import HalfSpace, Key
 from pbrg_mj.governor.rollout.plan import RolloutPlan, step_weights
 from pbrg_mj.governor.rollout.robot import RolloutProgram
 from pbrg_mj.governor.rollout.team import Cycle, run_cycle
@@ -60,9 +60,11 @@ def plan_of(team: Network, model: TeamModel, order: int, ticks: int, seconds: fl
     )
 
 
-def cycle_of(team: Network, plan: RolloutPlan, p, xi, held, walls: dict[Key, Wall]) -> tuple[Cycle, np.ndarray]:
-    found = run_cycle(plan, team.arrays, (p, xi), np.full(2, np.nan), walls, None)
-    return run_cycle(plan, team.arrays, (p, xi), held, walls, found.response), found.response
+def cycle_of(
+    team: Network, plan: RolloutPlan, p, xi, held, half_spaces: dict[Key, HalfSpace]
+) -> tuple[Cycle, np.ndarray]:
+    found = run_cycle(plan, team.arrays, (p, xi), np.full(2, np.nan), half_spaces, None)
+    return run_cycle(plan, team.arrays, (p, xi), held, half_spaces, found.response), found.response
 
 
 def random_state(rng: np.random.Generator, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -114,16 +116,16 @@ def test_with_eulers_steps_of_a_tick_the_intervals_are_those_of_the_predictive_c
     certificate = PredictiveCertificate(replace(grid, bound=0.0 * grid.bound), plan.formation, plan.margin)
     for _ in range(6):
         p, xi, held = random_state(rng, n)
-        spaces, walls = HalfSpaces.empty(n, 1), {}
+        spaces, half_spaces = HalfSpaces.empty(n, 1), {}
         for i in range(n):
-            angle, everyone = rng.uniform(0, 2 * np.pi), bool(rng.random() < 0.5)
+            angle, binds_all = rng.uniform(0, 2 * np.pi), bool(rng.random() < 0.5)
             G = np.array([np.cos(angle), np.sin(angle)])
             h = float((G @ (p + plan.formation).T).max() + rng.uniform(-0.3, 2.0))
             spaces.G[i, 0], spaces.h[i, 0], spaces.active[i, 0] = G, h, True
-            spaces.binds[i, 0] = True if everyone else np.arange(n) == i
-            walls[i, 0] = Wall(everyone, float(G[0]), float(G[1]), h)
+            spaces.binds[i, 0] = True if binds_all else np.arange(n) == i
+            half_spaces[i, 0] = HalfSpace(binds_all, float(G[0]), float(G[1]), h)
         rows = certificate.rows_at(spaces, p, xi, held)
-        cycle, _ = cycle_of(team, plan, p, xi, held, walls)
+        cycle, _ = cycle_of(team, plan, p, xi, held, half_spaces)
         for i in range(n):
             at = spaces.G[i, 0] @ held
             high = rows.d[i, 0] - at if rows.active[i, 0] else np.inf
@@ -221,14 +223,14 @@ def test_whatever_is_lost_a_leader_moves_by_everybodys_verdicts_or_not_at_all() 
     nobody = np.zeros((0, 3), dtype=np.int64)
     lossy = Channel(np.zeros(links, dtype=np.int64), 0.0, Loss.independent(0.003), 7, nobody, 1)
     carried = NetworkedGovernor(RolloutProgram(plan), plan.exchanges, lossy)
-    memory, moved, response, walls = carried.init(problem), 0, None, {(2, 0): Wall(True, 0.6, 0.8, 4.0)}
+    memory, moved, response, half_spaces = carried.init(problem), 0, None, {(2, 0): HalfSpace(True, 0.6, 0.8, 4.0)}
     for _ in range(60):
         held = memory.robots[4].held
         solution, memory = carried.step(problem, memory)
         if memory.robots[4].status == "holding":
             np.testing.assert_array_equal(memory.robots[4].held, held)
             continue
-        cycle = run_cycle(plan, team.arrays, (p, xi), held, walls, response)
+        cycle = run_cycle(plan, team.arrays, (p, xi), held, half_spaces, response)
         response = cycle.response
         expected = cycle.summary.centre
         if cycle.verdicts is not None:

@@ -9,7 +9,7 @@ from scipy.stats import chi2
 from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.load import parse_scenario
 from pbrg_mj.sensing.noise import noise_parameters
-from pbrg_mj.sensing.pose_filter import FilterParameters, begun, corrected, driven, encoder_angles, predicted
+from pbrg_mj.sensing.pose_filter import FilterParameters, corrected, driven, encoder_angles, initial_memory, predicted
 from pbrg_mj.sensing.readings import Readings
 from pbrg_mj.sensing.sense import sense
 from pbrg_mj.sensing.ultra_wideband import Radio, measured_ranges, place_of
@@ -55,7 +55,7 @@ def test_encoders_count_whole_steps() -> None:
 
 
 def test_a_turn_of_the_wheels_is_the_arc_of_its_closed_form() -> None:
-    at = begun(np.zeros((1, 3)), np.zeros((1, 2)), PARAMETERS).now
+    at = initial_memory(np.zeros((1, 3)), np.zeros((1, 2)), PARAMETERS).now
     left, right, steps = 0.8e-4, 1.2e-4, 5000
     for _ in range(steps):
         at = predicted(at, np.array([[left, right]]), PARAMETERS)
@@ -71,7 +71,7 @@ def test_the_filter_is_as_wrong_as_it_says_in_the_world_that_it_assumes(delay: f
     truth = np.column_stack([random.uniform(-2, 2, (n, 2)), random.uniform(-3, 3, n)])
     spread = np.array([0.01, 0.01, 0.02])
     angle, poses = np.zeros((n, 2)), [truth]
-    memory = begun(truth + spread * random.standard_normal((n, 3)), angle, PARAMETERS)
+    memory = initial_memory(truth + spread * random.standard_normal((n, 3)), angle, PARAMETERS)
     frames, squares = 20, []
     for k in range(1, 121):
         travel = 0.02 * TICK * speed

@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pbrg_mj.analysis.metrics.contacts import FIELDS, contact_flags
+from pbrg_mj.analysis.metrics.contacts import FIELDS, contact_flags, contact_text
 from pbrg_mj.analysis.metrics.outcome import final_target
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics, metrics
 from pbrg_mj.log.read.run import Run, open_run

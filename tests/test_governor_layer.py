@@ -77,7 +77,7 @@ def test_an_only_leader_holds_its_place_for_one_cycle_and_then_moves(optimizer: 
 def test_a_candidate_farther_from_r_than_what_is_held_waits() -> None:
     p, reference = np.zeros((5, 2)), np.array([1.0, 0.0])
     for candidate, taken in (([0.4, 0.0], True), ([-0.1, 0.0], False), ([1.0, 1.1], False), ([2.1, 0.0], False)):
-        predicted = PredictedTeam(p, p, np.zeros(5), np.zeros(2), np.array(candidate), asked=False)
+        predicted = PredictedTeam(p, p, np.zeros(5), np.zeros(2), np.array(candidate), rows_requested=False)
         m, status = decision(predicted, 0.5, FREE, (), reference)
         np.testing.assert_allclose(m, 0.5 * np.array(candidate) if taken else np.zeros(2))
         assert status == "ok"

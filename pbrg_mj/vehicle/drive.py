@@ -95,7 +95,10 @@ def motor_of(robot: RobotModel, pwm_levels: int, friction: float) -> Motor:
 
 @kernel
 def write_wheel_voltages(velocity, body_pose, sizes, motor, voltage):
-    """Write what DifferentialDrive commands; `sizes` and `motor` are its parameters."""
+    """Write what DifferentialDrive commands to `voltage` (n, 2), of `velocity` (n, 2) and `body_pose` (n, 3).
+
+    `sizes` and `motor` are its parameters.
+    """
     found = motor_voltages(wheel_speeds_of(velocity, body_pose[:, 2], sizes), motor)
     for j in range(len(found)):
         voltage[j, 0], voltage[j, 1] = found[j, 0], found[j, 1]

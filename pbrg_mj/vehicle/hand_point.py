@@ -45,7 +45,7 @@ def omnidirectional_wheel_speeds(velocity: np.ndarray, heading: np.ndarray, whee
 
 @kernel
 def write_hand_points(body_pose, hand_offset, q):
-    """Write what `hand_point` returns."""
+    """Write what `hand_point` returns to q (n, 2), of `body_pose` (n, 3)."""
     for j in range(len(body_pose)):
         heading = body_pose[j, 2]
         q[j, 0] = body_pose[j, 0] + hand_offset * math.cos(heading)
@@ -54,7 +54,7 @@ def write_hand_points(body_pose, hand_offset, q):
 
 @kernel
 def wheel_speeds_of(velocity, heading, sizes):
-    """Compute what `wheel_speeds` returns; `sizes` are `robot_dimensions`."""
+    """Compute what `wheel_speeds` returns, of `velocity` (n, 2) and `heading` (n,); `sizes` are `robot_dimensions`."""
     hand_offset, half_track, wheel_radius = sizes
     speeds = np.empty((len(velocity), 2))
     for j in range(len(velocity)):

@@ -67,7 +67,7 @@ def sight(scenario: Scenario, robot: RobotModel) -> float:
 
 @kernel
 def sight_kappa(rows, error, advance):
-    """Compute `SightLimit.kappa`; `rows` are those of `SightLimit.rows`."""
+    """Compute `SightLimit.kappa` of `error` (2n, 2) and `advance` (2,); `rows` are its `rows`."""
     columns, s, robots, sight = rows
     if advance[0] == 0.0 and advance[1] == 0.0:
         return 1.0

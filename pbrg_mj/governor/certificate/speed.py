@@ -72,7 +72,7 @@ class SpeedLimit:
 
 @kernel
 def speed_kappa(rows, error, heading, advance):
-    """Compute `SpeedLimit.kappa`; `rows` are those of `SpeedLimit.rows`."""
+    """Compute `SpeedLimit.kappa` of `error` (2n, 2), `heading` (n,), `advance` (2,); `rows` are its `rows`."""
     time, columns, v, facets, offset, change = rows
     no_advance = advance[0] == 0.0 and advance[1] == 0.0  # m is where it is to go, as in most ticks
     if no_advance or (len(facets) == 0 and len(change) == 0):

@@ -71,7 +71,8 @@ def _radius(z, i):
 def descend_along(old, new, private, flow):
     """Do what `descend` does where each row has the motion along its own direction in place of rho.
 
-    Rows in a row that have one direction, such as those of one half-space, share its sums.
+    Neighbouring rows with one direction, such as those of one half-space, share its sums. Arguments as of `descend`;
+    `private.along` is (n, R, 2).
     """
     z, lam, new_z, new_lam = old.z, old.lam, new.z, new.lam
     leader, r, first, existing = private.leader, private.reference, private.first, private.row

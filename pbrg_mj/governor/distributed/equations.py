@@ -137,8 +137,8 @@ def robot_round(local: LocalProblem, own: Estimate, heard: Sequence[Message], fl
     Lz = sum((z - message.z for message in heard), np.zeros(len(z)))  # sum_k L_ik z_k
     Lzeta = sum((zeta - message.zeta for message in heard), np.zeros(len(z)))  # sum_k L_ik zeta_k
     if flow.proximal:
-        heading = z - flow.step * (Lz - Lzeta) - flow.step * flow.alpha * equality_force(local, z, nu)
-        new_z, new_lam = proximal_step(local, own, heading, flow)
+        target = z - flow.step * (Lz - Lzeta) - flow.step * flow.alpha * equality_force(local, z, nu)
+        new_z, new_lam = proximal_step(local, own, target, flow)
         new_nu = nu + flow.step * equalities(local, 2.0 * new_z - z)
         return Estimate(new_z, zeta - flow.step * Lz, new_lam, new_nu)
     force = cost_gradient(local, z) + inequality_force(local, z, lam) + equality_force(local, z, nu)
@@ -152,12 +152,12 @@ def robot_round(local: LocalProblem, own: Estimate, heard: Sequence[Message], fl
     )
 
 
-def proximal_step(local: LocalProblem, own: Estimate, heading: np.ndarray, flow: Flow) -> tuple[np.ndarray, np.ndarray]:
-    """Return z_i+ and lambda_i+ of rows of rho, from where links and pinned states take z_i, `heading` (4n + 2,).
+def proximal_step(local: LocalProblem, own: Estimate, target: np.ndarray, flow: Flow) -> tuple[np.ndarray, np.ndarray]:
+    """Return z_i+ and lambda_i+ of rows of rho, from where links and pinned states take z_i, `target` (4n + 2,).
 
     They solve
 
-        z+ = heading - step alpha (grad f_i(z+) + (C' lambda, 0, 0) + a'lambda+ grad rho(z+))
+        z+ = target - step alpha (grad f_i(z+) + (C' lambda, 0, 0) + a'lambda+ grad rho(z+))
         lambda+ = clip(lambda + step (a rho(z+) + C (2 m+ - m) - d), 0, cap)
 
     The pull of rho draws all of z_p towards m+, and z_xi towards 0, by one share s of their way: s = 1 at the kink. All
@@ -165,24 +165,24 @@ def proximal_step(local: LocalProblem, own: Estimate, heading: np.ndarray, flow:
     """
     if len(local.along):
         raise ValueError("proximal rounds take rows of rho, without directions")
-    n, gain = len(heading) // 4, flow.step * flow.alpha
-    v_m = heading[:2] + gain * (2.0 * local.leads * local.reference - local.C.T @ own.lam)
-    v_p, v_xi = heading[2 : 2 + 2 * n].reshape(n, 2), heading[2 + 2 * n :]
+    n, gain = len(target) // 4, flow.step * flow.alpha
+    v_m = target[:2] + gain * (2.0 * local.leads * local.reference - local.C.T @ own.lam)
+    v_p, v_xi = target[2 : 2 + 2 * n].reshape(n, 2), target[2 + 2 * n :]
     stiffness = 1.0 + 2.0 * gain * local.leads
 
     def m(s: float) -> np.ndarray:
         return (v_m + s * v_p.sum(axis=0)) / (stiffness + s * n)
 
-    def away(s: float) -> float:
+    def distance(s: float) -> float:
         """rho(z+) / (1 - s)."""
         return float(np.sqrt(np.sum((m(s) - v_p) ** 2) + np.sum(v_xi**2)))
 
     def multipliers(s: float) -> np.ndarray:
-        g = local.a * (1.0 - s) * away(s) + local.C @ (2.0 * m(s) - own.z[:2]) - local.d
+        g = local.a * (1.0 - s) * distance(s) + local.C @ (2.0 * m(s) - own.z[:2]) - local.d
         return np.clip(own.lam + flow.step * g, 0.0, flow.multiplier_cap)
 
     def excess(s: float) -> float:
-        return s * away(s) - gain * float(local.a @ multipliers(s))
+        return s * distance(s) - gain * float(local.a @ multipliers(s))
 
     s = _root(excess)
     return np.concatenate([m(s), ((1.0 - s) * v_p + s * m(s)).reshape(-1), (1.0 - s) * v_xi]), multipliers(s)

@@ -12,7 +12,10 @@ from pbrg_mj.kernel import kernel
 
 @kernel
 def put_sums(links, parameters, now):
-    """Put the sum of all waves sent so far, and how many they are, on every link."""
+    """Put the sum of all waves sent so far, and how many they are, on every link.
+
+    Arguments: `LinkArrays`, `LinkParameters`, `Events`; sums are (2, E, 4n + 2), counts (E,).
+    """
     flight, sent = links.flight, links.sent
     slot = now.now % flight.shape[2]
     for e in range(len(parameters.reverse)):
@@ -23,7 +26,10 @@ def put_sums(links, parameters, now):
 
 @kernel
 def exchange_waves(old, seen, links, parameters, moves):
-    """Use a wave and send one at the end of every link of the robots that move; write what their updates see."""
+    """Use a wave and send one at the end of every link of the robots that move; write what their updates see.
+
+    Arguments: `Estimates`, `ReceivedStates`, `LinkArrays`, `LinkParameters`, and `moves` (n,) bool.
+    """
     sent, unused, up = links.sent, links.unused, links.up
     first, reverse, eta = parameters.first, parameters.reverse, parameters.impedance
     root, det = np.sqrt(2.0 * eta), eta * eta + 2.0 * eta + 4.0  # det of eta I + 2 M

@@ -23,7 +23,7 @@ def near_references(p: np.ndarray, reference: np.ndarray, reference_range: float
 
 @kernel
 def write_near_references(p, reference, reference_range, near):
-    """Write what `near_references` returns."""
+    """Write what `near_references` returns to `near` (n, 2), of p (n, 2) and the reference (2,)."""
     for i in range(len(p)):
         x, y = reference[0] - p[i, 0], reference[1] - p[i, 1]
         distance = math.sqrt(x * x + y * y)

@@ -73,7 +73,11 @@ def narrow_intervals(states, tick, half_spaces, team, rows, intervals):
 
 @kernel
 def narrow_by_tails(held, half_spaces, team, tails, intervals):
-    """Narrow them by what comes after the last tick; `tails` are those from the start and from the hold on, norm."""
+    """Narrow them by what comes after the last tick, under the held m (2,).
+
+    `tails` are the bounds from the start and from the hold on, each (n,), and norm (W,); the rest as for
+    `narrow_intervals`.
+    """
     owner, binds_all, G, h = half_spaces
     robots, formation, margin = team
     from_start, from_hold, norm = tails

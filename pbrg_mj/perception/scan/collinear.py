@@ -16,7 +16,11 @@ NOISE_MARGIN = 4.0  # standard deviations of a point from its line, or of an ang
 
 @kernel
 def merge_collinear(points, params, order, work, lines):
-    """Merge collinear lines, longest first; return how many lines are left, listed in `work.ranking`."""
+    """Merge collinear lines, longest first; return how many lines are left, listed in `work.ranking`.
+
+    `points` are as `write_points` writes them, `params` are LineParameters, `order` (B,) the beams, `work` is a
+    LineWorkspace and `lines` the number of lines in it.
+    """
     rank_by_length(work.fits, work.ranking, lines)
     kept = 0
     for i in range(lines):
@@ -34,7 +38,10 @@ def merge_collinear(points, params, order, work, lines):
 
 @kernel
 def rank_by_length(fits, ranking, count):
-    """Sort the line numbers in `ranking` by length, longest first (insertion sort: stable, and there are few)."""
+    """Sort the line numbers in `ranking` by length, longest first.
+
+    `fits` (B, 7) are as `write_fit` writes them. Insertion sort: stable, and there are few lines.
+    """
     for i in range(1, count):
         line, k = ranking[i], i
         length = fits[line, 6] - fits[line, 5]
@@ -71,7 +78,7 @@ def _merge_pair(points, params, order, pair, work):
 
 @kernel
 def gather(order, owner, a, b, members):
-    """Write the beams that line a or line b owns; return how many there are."""
+    """Write to `members` (B,) the beams of `order` (B,) that line a or line b has by `owner` (B,); return how many."""
     count = 0
     for beam in order:
         if owner[beam] == a or owner[beam] == b:

@@ -28,7 +28,7 @@ def over_first_step(before: np.ndarray, after: np.ndarray) -> np.ndarray:
 
 @kernel
 def saturated(wanted, limit):
-    """Compute what `saturate` returns."""
+    """Compute what `saturate` returns, of `wanted` (n, 2)."""
     kept = np.empty((len(wanted), 2))
     for j in range(len(wanted)):
         scale = limit / max(abs(wanted[j, 0]), abs(wanted[j, 1]), limit)
@@ -38,5 +38,5 @@ def saturated(wanted, limit):
 
 @kernel
 def quantised(voltage, supply, levels):
-    """Compute what `quantise` returns for one level or more."""
+    """Compute what `quantise` returns for one level or more, of `voltage` (n, 2)."""
     return np.rint(voltage / supply * levels) * (supply / levels)

@@ -18,7 +18,7 @@ A half-space whose h falls at the rate c, the closing speed of what it keeps off
 so that h - G.q_j falls by the rate gamma at most (a control barrier function that depends on time). Where that is a
 retreat that other rows do not leave, the largest share of all retreats that they leave takes its place.
 
-In physics w is scaled down where robots turn: turning.py.
+In physics w is scaled down where robots turn, so that it meets these rows while they do: turning.py.
 
 Both robots of a pair take half, so ||q_i - q_j|| stays above d if it was, and below d it never falls; nobody crosses a
 half-space. Both are exact with w held for a tick and gamma tick <= 1 (docs/distances.md). Half-planes between pairs of
@@ -143,7 +143,8 @@ def write_driven(half_spaces, state, wheels, numbers, driven):
         scale = _scale(x, y, heading[j], facets) if found else 0.0  # but for rounding, 0 is allowed
         x, y = scale * x, scale * y
         theta = turning * (math.cos(heading[j]) * y - math.sin(heading[j]) * x)
-        share = turning_share(x, y, theta, slow, normals[:robots], offsets[:robots])
+        counted = robots if retreats[:rows].any() else rows  # who is pushed back does not wait for what stands
+        share = turning_share(x, y, theta, slow, normals[:counted], offsets[:counted])
         driven[j, 0], driven[j, 1] = share * x, share * y
 
 

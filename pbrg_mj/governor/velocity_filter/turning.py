@@ -1,15 +1,17 @@
-"""How much slower a robot goes past another one because it turns while motors and camera lag.
+"""How much slower a robot goes past another one, or past what stands, because it turns while motors and camera lag.
 
 What was asked for at one heading is driven at another. With the hand point l ahead of the body, a velocity w turns the
 robot at omega = w_y / l, w_y its part across the heading, and behind a lag tau the hand point moves at R(theta) w with
-theta = tau omega. So of w the largest share s is driven that meets the rows of other robots all the way there:
+theta = tau omega. So of w the largest share s is driven that meets the rows of separation.py all the way there:
 
     n.(R(a) s w) <= room    for a from 0 to s theta.
 
-The left side grows with s where it is positive, so that the largest share is found by bisection.
+The left side grows with s where it is positive, so that the largest share is found by bisection. The certificate does
+not cover the turn: what it predicts are points that move at u and have no heading. So turns count for all robots,
+displaced or not, and for half-spaces as for robots.
 
-A robot that must turn to go past another one would stand if every share had to. A quarter turn at the speed v costs at
-most pi / 2 tau v of the distance: where that is no more than what the distance has to spare, nothing is scaled.
+A robot that must turn to go past something would stand if every share had to. A quarter turn at the speed v costs at
+most pi / 2 tau v of the distance: where that is no more than what robots have to spare, nothing is scaled.
 """
 
 from __future__ import annotations
@@ -53,7 +55,9 @@ def _approach(share, theta, towards, beside):
     """Return the largest n.R(a) share w for a from 0 to share theta; n.w is `towards`, n.R(pi/2) w `beside`."""
     turn = abs(share * theta)
     side = beside if theta > 0.0 else -beside
-    c, s = math.cos(turn), math.sin(turn)
-    if side > 0.0 and side * c <= towards * s:  # on its way w points along n
+    until = math.atan2(side, towards)  # w points along n
+    if until < 0.0:
+        until += 2.0 * math.pi
+    if until <= turn:
         return share * math.sqrt(towards * towards + side * side)
-    return share * max(towards, c * towards + s * side)
+    return share * max(towards, math.cos(turn) * towards + math.sin(turn) * side)

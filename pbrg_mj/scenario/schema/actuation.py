@@ -10,7 +10,7 @@ from pbrg_mj.scenario.schema.base import NonNegative, Section
 
 
 class Drive(Section):
-    """From wanted wheel speeds to the motors."""
+    """From commanded wheel speeds to the motors."""
 
     kind: Literal["voltage", "speed_loop"] = Field(
         default="voltage", description="open-loop voltage as in the paper, or an on-board wheel-speed loop"
@@ -23,7 +23,7 @@ class Drive(Section):
     )
     friction_compensation: bool = Field(
         default=False,
-        description="add the voltage of the motors' Coulomb friction in the direction of the wanted speed; "
+        description="add the voltage of the motors' Coulomb friction in the direction of the commanded speed; "
         "`voltage` only",
     )
 

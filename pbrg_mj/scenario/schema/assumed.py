@@ -22,10 +22,11 @@ class AssumedBeams(Section):
         default=None, description="probability that a beam returns anything between range_min and range_max [-]"
     )
     cone_deg: Annotated[float, Field(ge=0, le=60)] | None = Field(
-        default=None, description="a beam tells of the nearest thing in a fan so wide, of points alone [deg]"
+        default=None,
+        description="width of the horizontal fan in which a beam sees the nearest object; used by points alone [deg]",
     )
     scan_time: Annotated[float, Field(ge=0, le=10)] | None = Field(
-        default=None, description="from the first beam of a scan to the end of its turn, of points alone [s]"
+        default=None, description="time from the first beam of a scan to the last; used by points alone [s]"
     )
 
 
@@ -35,7 +36,7 @@ class AssumedCamera(Section):
     position_std: Deviation | None = Field(default=None, description="standard deviation of x and y [m]")
     heading_std_deg: Deviation | None = Field(default=None, description="standard deviation of the heading [deg]")
     delay: NonNegative | None = Field(
-        default=None, description="from exposure to use, by which a pose is dated back from its arrival [s]"
+        default=None, description="from exposure to use [s]: a pose counts as so much older than its arrival"
     )
 
 

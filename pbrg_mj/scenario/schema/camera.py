@@ -9,7 +9,7 @@ from pbrg_mj.scenario.schema.sensor_errors import Deviation, PerRobot
 
 
 class Occlusion(Section):
-    """The camera does not find a robot: its pose reading stays that of the last frame before."""
+    """The camera does not find a robot, whose pose reading keeps the last value."""
 
     robot: RobotNumber = Field(description="the robot concerned")
     time: NonNegative = Field(description="from which exposure on [s]; later than 0")
@@ -17,9 +17,9 @@ class Occlusion(Section):
 
 
 class Swap(Section):
-    """A wrong identity: the camera takes two robots for each other, each gets the other's pose."""
+    """The camera exchanges the identities of two robots: each gets the other's pose."""
 
-    robots: tuple[RobotNumber, RobotNumber] = Field(description="the two")
+    robots: tuple[RobotNumber, RobotNumber] = Field(description="the two robots")
     time: NonNegative = Field(description="from which exposure on [s]")
     duration: Positive = Field(description="for how long [s]")
 
@@ -31,7 +31,7 @@ class Camera(Section):
     position_std: Deviation = Field(default=0.001, description="standard deviation of x and y [m]")
     heading_std_deg: Deviation = Field(default=0.2, description="standard deviation of the heading [deg]")
     bias_x: PerRobot = Field(
-        default=0.0, description="constant error of x, one for all robots or one per robot; never told [m]"
+        default=0.0, description="constant error of x, one for all robots or one per robot; unknown to them [m]"
     )
     bias_y: PerRobot = Field(default=0.0, description="the same of y [m]")
     heading_bias_deg: PerRobot = Field(default=0.0, description="the same of the heading [deg]")
@@ -40,8 +40,12 @@ class Camera(Section):
     )
     lost_frames: Probability = Field(default=0.0, description="probability that a frame is lost, for all robots [-]")
     occlusions: tuple[Occlusion, ...] = Field(
-        default=(), description="robots that the camera does not find, which is never told", max_length=MOST_EVENTS
+        default=(),
+        description="times in which the camera does not find a robot; robots are not informed",
+        max_length=MOST_EVENTS,
     )
     swaps: tuple[Swap, ...] = Field(
-        default=(), description="robots that it takes for each other, which is never told", max_length=MOST_EVENTS
+        default=(),
+        description="times in which it takes two robots for each other; robots are not informed",
+        max_length=MOST_EVENTS,
     )

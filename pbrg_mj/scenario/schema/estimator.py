@@ -28,7 +28,8 @@ class Estimator(Section):
 
     source: str = Field(
         default="beams",
-        description="beams: lines are fitted to them; points: whatever echoes, of any shape, with `scope: own`; given: "
+        description="beams: lines are fitted to them; points: single echoes, from obstacles of any shape, with `scope: "
+        "own`; given: "
         "`given` as it is; or a plug-in's name",
     )
     options: dict[str, Any] = Field(default={}, description="of a plug-in's estimator")
@@ -40,7 +41,7 @@ class Estimator(Section):
     )
     min_points: Annotated[int, Field(ge=3, le=1080)] = Field(default=5, description="fewest beams that make a line")
     split_distance: Positive = Field(
-        default=0.03, description="largest distance of a point from its line before a split [m]"
+        default=0.03, description="largest distance of a point from a line; beyond it the line is split [m]"
     )
     min_length: Positive = Field(default=0.25, description="shortest run of points that counts as a wall [m]")
     sigmas: NonNegative = Field(
@@ -52,9 +53,9 @@ class Estimator(Section):
     )
     unknown: Literal["free", "closed", "strict"] = Field(
         default="free",
-        description="`source: points`: free: what no echo tells of is free; closed: what no beam has shown to be free "
-        "is not entered: behind things, beyond the beams' range, on blind sides; strict: nor is what silent beams may "
-        "have passed, unless echoes are on both sides",
+        description="`source: points`: free: space without echoes is free; closed: robots do not enter space that no beam has "
+        "shown to be free: behind obstacles, beyond the beams' range, on blind sides; strict: nor space that a beam without "
+        "echo may have passed, unless echoes are on both sides",
     )
     memory: NonNegative = Field(default=10.0, description="how long a wall out of sight is kept [s]")
     drift_std: NonNegative = Field(

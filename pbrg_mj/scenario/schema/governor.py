@@ -26,11 +26,13 @@ class Control(Section):
         description="dxi/dt = -L p - leak L xi: bounds xi behind stuck wheels; 0, the paper's: no bound [-]",
     )
     speed_limit: Positive | None = Field(
-        default=None, description="of every robot's ||u||, governed as an input constraint (eqs. 5-7) [m/s]; null: none"
+        default=None,
+        description="limit of every robot's ||u||, kept by the governor as an input constraint (eqs. 5-7) [m/s]; null: "
+        "none",
     )
     speed_facets: Annotated[int, Field(ge=3, le=64)] = Field(
         default=8,
-        description="sides of the polygon inside the disc of `speed_limit`, where rows tell directions apart",
+        description="sides of the polygon inside the disc of `speed_limit`, for rows that depend on direction",
     )
     separation: Literal["auto"] | Positive | None = Field(
         default="auto",
@@ -51,7 +53,7 @@ class Nids(Section):
 class Admm(Section):
     """`optimizer: admm`."""
 
-    penalty: Positive = Field(default=0.5, description="c of what neighbours' difference costs [-]")
+    penalty: Positive = Field(default=0.5, description="penalty c on the difference between neighbours [-]")
 
 
 class FlowInM(Section):
@@ -67,7 +69,8 @@ class Governor(Section):
 
     kind: str = Field(
         default="distributed",
-        description="distributed (the paper), certified (recommended: applies what is verified), rollout (likewise, "
+        description="distributed (the paper), certified (recommended: applies verified references alone), rollout "
+        "(likewise, "
         "messages do not grow with the team), centralized, none, cbf and potential_field (r as it comes, every "
         "robot's velocity filtered), or a plug-in's name",
     )
@@ -103,7 +106,8 @@ class Governor(Section):
     certificate_options: dict[str, Any] = Field(default={}, description="of a plug-in's certificate")
     margin: NonNegative | None = Field(
         default=None,
-        description="kept from every half-space by directional_ball, predictive and `kind: cbf` [m]; null: 0.01 in "
+        description="distance kept from every half-space by directional_ball, predictive and `kind: cbf` [m]; null: "
+        "0.01 in "
         "physics, 0 in the ideal plant",
     )
     speed_rows: bool = Field(
@@ -146,7 +150,7 @@ class Governor(Section):
     )
     guard: bool = Field(
         default=False,
-        description="of earlier versions; true is refused: `kind: certified` with `optimizer: paper_flow` and "
+        description="from earlier versions; true is refused: `kind: certified` with `optimizer: paper_flow` and "
         "`certificate: ball` is in its place",
     )
     backend: Literal["compiled", "numpy", "program"] = Field(

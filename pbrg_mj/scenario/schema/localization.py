@@ -23,7 +23,7 @@ class UltraWideband(Section):
     range_std: Deviation = Field(default=0.05, description="standard deviation of a range in line of sight [m]")
     late_share: Probability = Field(default=0.1, description="share of ranges whose direct path is lost [-]")
     late_mean: NonNegative = Field(
-        default=0.3, description="mean of the exponential error that such a range has besides, always too long [m]"
+        default=0.3, description="mean of the additional exponential error of such a range, always too long [m]"
     )
 
     def position_std(self) -> float:
@@ -37,7 +37,7 @@ class UltraWideband(Section):
 class Odometry(Section):
     """Wheel encoders, which an extended Kalman filter fuses with the camera's poses."""
 
-    fuse: bool = Field(default=False, description="false: robots know the camera's last pose and nothing else")
+    fuse: bool = Field(default=False, description="false: robots use the camera's last pose alone")
     steps_per_turn: Annotated[int, Field(ge=4, le=10**6)] = Field(
         default=4096, description="steps of a wheel's encoder in one turn"
     )

@@ -27,7 +27,7 @@ class Outage(Section):
 
 
 class PreStabiliserNetwork(Section):
-    """What happens to the p and xi that robots tell their neighbours once a tick, for eq. 2."""
+    """What happens to the p and xi that robots send their neighbours once a tick, for eq. 2."""
 
     delay_ticks: Rounds = Field(default=0, description="ticks from sending to use")
     jitter_ticks: Rounds = Field(
@@ -36,7 +36,7 @@ class PreStabiliserNetwork(Section):
     reordering: bool = Field(
         default=True, description="messages overtake one another under jitter; false: a link delivers them in order"
     )
-    loss: Probability = Field(default=0.0, description="share of messages lost [-]; the last one that came is kept")
+    loss: Probability = Field(default=0.0, description="share of messages lost [-]; the last one received stays in use")
     loss_burst: Annotated[float, Field(ge=1, le=LARGEST)] | None = Field(
         default=None, description="mean length of a run of lost messages, in ticks [-]; null: losses are independent"
     )
@@ -61,7 +61,7 @@ class Network(Section):
     reordering: bool = Field(
         default=True, description="messages overtake one another under jitter; false: a link delivers them in order"
     )
-    loss: Probability = Field(default=0.0, description="share of messages lost [-]; the last one that came is kept")
+    loss: Probability = Field(default=0.0, description="share of messages lost [-]; the last one received stays in use")
     loss_burst: Annotated[float, Field(ge=1, le=LARGEST)] | None = Field(
         default=None, description="mean length of a run of lost messages, in rounds [-]; null: losses are independent"
     )
@@ -75,5 +75,5 @@ class Network(Section):
     )
     pre_stabiliser: PreStabiliserNetwork = PreStabiliserNetwork()
     neighbour_timeout: Positive = Field(
-        default=0.5, description="a neighbour from which nothing came for this long counts as lost [s]"
+        default=0.5, description="a neighbour counts as lost when nothing was received from it for this long [s]"
     )

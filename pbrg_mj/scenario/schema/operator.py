@@ -18,7 +18,7 @@ class Waypoint(Section):
 
 
 class Operator(Section):
-    """What the human asks for: one constant reference, or timed waypoints."""
+    """The human's reference: constant, or timed waypoints."""
 
     reference: Vector | None = Field(default=None, description="constant r [m]")
     waypoints: tuple[Waypoint, ...] = Field(

@@ -32,9 +32,9 @@ IDEAL_GAINS = {"control": {"alpha_r": 1.0}, "governor": {"alpha": 2.0}}
 class Contacts(Section):
     """Which contacts make a run violated. Contact with the floor never does."""
 
-    walls: Verdict = Field(default="violation", description="with whatever stands still, or past its line")
-    moving: Verdict = Field(default="violation", description="with boxes that move, or past their lines")
-    robots: Verdict = Field(default="violation", description="of robots with each other")
+    walls: Verdict = Field(default="violation", description="contact with an obstacle at rest, or its line crossed")
+    moving: Verdict = Field(default="violation", description="contact with a moving box, or its line crossed")
+    robots: Verdict = Field(default="violation", description="contact between robots")
 
 
 class Outcome(Section):

@@ -28,12 +28,14 @@ class Beams(Section):
 
     preset: Literal["generic", "ideal", "robotarium", "tof_ring", "tof_cones", "lidar", "lds_02"] = Field(
         default="generic",
-        description="generic: this page's defaults; else a known sensor, whose numbers stand in for them",
+        description="generic: the defaults of this page; else a known sensor, whose values replace them",
     )
     robots: Literal["all"] | tuple[RobotNumber, ...] = Field(default="all", description="robots that carry beams")
     count: Annotated[int, Field(ge=1, le=1080)] = Field(default=72, description="beams per robot")
     height: Low | High = Field(
-        default=0.049, description="above the floor [m]; up to 0.04 they see tubs and wheels, the own too, above plates"
+        default=0.049,
+        description="above the floor [m]; up to 0.04 beams meet the robots' tubs and wheels, their own too, above that "
+        "their plates",
     )
     range_min: NonNegative = Field(default=0.07, description="shortest range reported [m]")
     range_max: Positive = Field(default=4.0, description="longest range reported [m]")
@@ -45,7 +47,8 @@ class Beams(Section):
     noise_std: Deviation = Field(default=0.005, description="standard deviation of additive Gaussian range noise [m]")
     noise_ratio: Deviation = Field(default=0.0, description="standard deviation of range noise per range [-]")
     bias: PerRobot = Field(
-        default=0.0, description="constant error of all ranges, one for all robots or one per robot; never told [m]"
+        default=0.0,
+        description="constant error of all ranges, one for all robots or one per robot; unknown to them [m]",
     )
     quantum: NonNegative = Field(default=0.0, description="ranges are whole multiples of this; 0: any range [m]")
     dropout: Probability = Field(default=0.0, description="probability that a beam returns nothing [-]")
@@ -54,13 +57,14 @@ class Beams(Section):
     )
 
     beam_bias_std: Deviation = Field(
-        default=0.0, description="standard deviation of a constant error of each beam, drawn once a run; never told [m]"
+        default=0.0,
+        description="standard deviation of a constant error of each beam, drawn once a run; unknown to the robots [m]",
     )
     cone_deg: Annotated[float, Field(ge=0, le=60)] = Field(
-        default=0.0, description="a beam tells of the nearest thing in a fan so wide, level with it [deg]; 0: a ray"
+        default=0.0, description="width of the horizontal fan in which a beam sees the nearest object [deg]; 0: a ray"
     )
     cone_rays: Annotated[int, Field(ge=2, le=31)] = Field(
-        default=9, description="rays that stand for a cone, evenly from edge to edge"
+        default=9, description="rays that represent the fan, evenly from edge to edge"
     )
     signal_range: Positive | None = Field(
         default=None,
@@ -71,7 +75,7 @@ class Beams(Section):
         default=0.1, description="standard deviation of the power that comes back, relative [-]"
     )
     scan_time: Annotated[float, Field(ge=0, le=10)] = Field(
-        default=0.0, description="from the first beam of a scan to the end of its turn [s]; 0: all in one instant"
+        default=0.0, description="time from the first beam of a scan to the last [s]; 0: all at once"
     )
 
     @property
@@ -102,7 +106,7 @@ class Sensors(Section):
     uwb: UltraWideband = UltraWideband()
     odometry: Odometry = Odometry()
     noise_model: str = Field(
-        default="standard", description="of beams and camera: standard, by the numbers above, or a plug-in's name"
+        default="standard", description="noise of beams and camera: standard, by the numbers above, or a plug-in's name"
     )
     noise_options: dict[str, Any] = Field(default={}, description="of a plug-in's noise model")
 

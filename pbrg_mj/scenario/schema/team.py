@@ -13,7 +13,7 @@ Scales = Scale | tuple[Scale, ...]
 
 
 class Variation(Section):
-    """How the robots differ from their model in physics, one number for all or one per robot; never told to anyone."""
+    """How the robots differ from their model in physics, one number for all or one per robot; unknown to the robots."""
 
     mass: Scales = Field(default=1.0, description="of body and wheels, with their inertia, per the model's [-]")
     motor_constant: Scales = Field(

@@ -24,7 +24,7 @@ HIGHEST_THRESHOLD = 0.04  # [m] the generic robot's beams are 0.049 m up
 WHITE = 0.88  # reflectance of the targets that data sheets state ranges for [-]
 GLASS = Field(default=False, description="beams pass through it; robots do not")
 REFLECTANCE = Field(
-    default=WHITE, description="share of the light that it sends back, felt with sensors.beams.signal_range [-]"
+    default=WHITE, description="share of the light that it sends back; matters with sensors.beams.signal_range [-]"
 )
 
 
@@ -73,7 +73,7 @@ class Prism(Section):
     """An upright prism that stands still. One with notches stands as convex parts, side by side."""
 
     corners: tuple[Vector, ...] = Field(
-        description="of its footprint in turn, either way round; sides meet at corners alone [m]",
+        description="corners of its footprint, in either order around it; sides may meet at corners alone [m]",
         min_length=3,
         max_length=64,
     )
@@ -97,7 +97,7 @@ class BoxWaypoint(Section):
 class MovingBox(Section):
     """A box along the axes that is driven on straight lines between waypoints, whatever stands in its way.
 
-    Beams see it and robots bump into it. Margins and contacts count it apart from walls.
+    Beams see it, and robots collide with it. Margins and contacts count it separately from walls.
     """
 
     size: tuple[Positive, Positive] = Field(description="along x and along y [m]")
@@ -151,7 +151,7 @@ class Ramp(Section):
 
 
 class World(Section):
-    """What stands around the robots."""
+    """Obstacles and floor."""
 
     walls: tuple[Wall, ...] = Field(default=(), description="straight walls", max_length=MOST_OBSTACLES)
     boxes: tuple[Box, ...] = Field(default=(), description="boxes that stand still", max_length=MOST_OBSTACLES)

@@ -122,7 +122,7 @@ def test_an_interrupted_search_tells_all_that_is_finished_and_repeats_none_of_it
     for runs, over in ((6, "6 of 30 runs"), (0, "6 of 30 runs"), (5, "11 of 30 runs")):
         RunsUntil(monkeypatch, runs, error)
         assert main(arguments) == code
-        assert capsys.readouterr().err == f"interrupted; {out} has {over}; the same command goes on from there\n"
+        assert capsys.readouterr().err == f"interrupted; {out} has {over}; the same command continues from there\n"
     RunsUntil(monkeypatch, 4, error, failing=2)  # the 13th is the failure, two are to make it shorter
     assert main(arguments) == code
     assert f"{out} has 15 runs; " in capsys.readouterr().err

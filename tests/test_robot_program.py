@@ -92,7 +92,7 @@ class Omniscient:
 def test_a_governor_that_sees_the_whole_team_is_centralized_in_every_table(tmp_path, caplog):
     scenario = pbrg.load("paper/simulation_near", SHORT | {"network.loss": 0.5})
     run = pbrg.run(scenario, Omniscient(), tmp_path / "all.mcap")
-    why = "the governor object:Omniscient is centralized: it sees the whole team, and nobody carries messages for it"
+    why = "the governor object:Omniscient is centralized: it sees the whole team and sends no messages"
     said = [record.getMessage() for record in caplog.records]
     assert said == [f"paper/simulation_near: network.loss has no effect: {why}"]
     again = pbrg.open(tmp_path / "all.mcap")
@@ -112,7 +112,7 @@ def test_a_governor_that_sees_the_whole_team_is_centralized_in_every_table(tmp_p
     ("kind", "keys", "says"),
     [
         ("centralized", {"network.delay_rounds": 3}, "network.delay_rounds has no effect: the governor centralized is"),
-        ("none", {"network.delay_rounds": 3}, "with `governor.kind: none` robots send each other nothing"),
+        ("none", {"network.delay_rounds": 3}, "with `governor.kind: none` robots send each other no messages"),
         ("distributed", {"network.delay_rounds": 3}, ""),
         ("certified", {"network.delay_rounds": 3, "network.neighbour_timeout": 0.3}, "network.neighbour_timeout has"),
     ],

@@ -34,7 +34,7 @@ WRONG = {
     ),
     "leader twice": (
         swapped("[3]", "[3, 1, 3]"),
-        "x.yaml:7: team.leaders.2: is 3, which stands in the list twice; allowed: each robot once",
+        "x.yaml:7: team.leaders.2: is 3, which is in the list twice; allowed: each robot once",
     ),
     "beams on a robot that is not there": (
         three(sensors="{beams: {robots: [4]}}"),

@@ -185,7 +185,7 @@ def test_robots_mixed_up_have_each_others_poses() -> None:
         ("{beams: {scan_time: 0.2}}", "sensors.beams.scan_time: is 0.2 s; allowed: at most 0.1 s"),
         (
             "{camera: {swaps: [{robots: [1, 1], time: 0, duration: 1}]}}",
-            "sensors.camera.swaps.0.robots.1: is 1, which stands in the list twice",
+            "sensors.camera.swaps.0.robots.1: is 1, which is in the list twice",
         ),
         (
             "{camera: {occlusions: [{robot: 4, time: 1, duration: 1}]}}",

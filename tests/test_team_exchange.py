@@ -166,7 +166,7 @@ def test_a_team_is_stable_up_to_its_margin_and_the_run_says_so():
 
 def test_a_certificate_does_not_know_of_the_delay_and_the_run_says_so():
     certified = load_scenario("paper/simulation_near", ["governor.kind=certified", f"{KEYS}delay_ticks=2"]).scenario
-    assert "promises nothing here" in stability_warnings(certified)[0]
+    assert "guarantees nothing here" in stability_warnings(certified)[0]
 
 
 @pytest.mark.parametrize(

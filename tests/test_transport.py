@@ -194,7 +194,7 @@ def test_a_robot_that_is_killed_is_silent_and_the_others_go_on(caplog: pytest.Lo
         found = solutions(scenario, team)
     assert team.gone == {2: "killed by SIGKILL"}
     lines = [one.getMessage() for one in caplog.records]
-    assert lines == ["robot 3 is gone at t = 0.12 s: killed by SIGKILL; it is silent and holds its m from then on"]
+    assert lines == ["robot 3 is lost at t = 0.12 s: killed by SIGKILL; it sends nothing and holds its m from then on"]
     assert found[11].status != "holding"
     assert all(one.status == "holding" for one in found[12:])
     assert all((one.m[2] == found[11].m[2]).all() and one.bytes_sent[2] == 0 for one in found[12:])
@@ -448,7 +448,7 @@ def test_processes_are_killed_and_interrupted(tmp_path: Path) -> None:
     _, said = world.communicate(timeout=300)
     assert world.returncode == 1
     (line,) = said.splitlines()
-    assert "robot 3 is gone at t = " in line and "killed by SIGKILL" in line
+    assert "robot 3 is lost at t = " in line and "killed by SIGKILL" in line
 
     log = tmp_path / "stopped.mcap"
     world = running(log, "--duration", "60", "--pace", "1")

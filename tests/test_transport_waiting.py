@@ -41,7 +41,8 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("clock")
 def test_a_world_without_robots_names_them_after_five_minutes() -> None:
     world = team(Mailbox())
-    with pytest.raises(PbrgError, match=rf"^not come to {world.mailbox.address} within 300 s: robots 1, 2, 3, 4, 5$"):
+    late = rf"^not connected to {world.mailbox.address} within 300 s: robots 1, 2, 3, 4, 5$"
+    with pytest.raises(PbrgError, match=late):
         world.wait_for_robots()
     world.stop()
 
@@ -54,7 +55,7 @@ def test_a_run_that_no_robot_comes_to_is_one_line_and_no_log(
     assert main(["run", "paper/simulation_near", "--listen", "127.0.0.1:0", "--quiet", "-o", "r.mcap"]) == 1
     waiting, said = capsys.readouterr().err.splitlines()
     assert waiting.startswith("waiting for robots 1 to 5 at 127.0.0.1:")
-    assert said.startswith("error: not come to 127.0.0.1:") and said.endswith("within 300 s: robots 1, 2, 3, 4, 5")
+    assert said.startswith("error: not connected to 127.0.0.1:") and said.endswith("within 300 s: robots 1, 2, 3, 4, 5")
     assert not list(tmp_path.iterdir())
 
 

@@ -42,7 +42,7 @@ class PlugInGovernor:
     def step(self, problem: Problem, memory: Any) -> tuple[Solution, Any]:
         """Return a copy of its answer, and its memory as it is.
 
-        It sees the whole team, and nobody carries messages for it: rounds and bytes that it reports are set to 0.
+        It sees the whole team and sends no messages: rounds and bytes that it reports are set to 0.
 
         Raises PlugInError when it fails or takes too long, and for an answer that `checked_solution` refuses.
         """

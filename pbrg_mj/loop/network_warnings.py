@@ -17,9 +17,9 @@ def network_warnings(scenario: Scenario, given: Any = None) -> list[str]:
     """Return a line that names the keys of `network` which do nothing; `given` is the governor if it is an object."""
     kind, keys = scenario.governor.kind, _changed(scenario.network)
     if is_centralized(kind, given):
-        why = f"the governor {kind} is centralized: it sees the whole team, and nobody carries messages for it"
+        why = f"the governor {kind} is centralized: it sees the whole team and sends no messages"
     elif kind in WITHOUT_GOVERNOR:
-        why = f"with `governor.kind: {kind}` robots send each other nothing"
+        why = f"with `governor.kind: {kind}` robots send each other no messages"
     elif kind == "distributed":
         return []
     else:

@@ -58,7 +58,7 @@ def _pre_stabiliser(scenario: Scenario) -> Iterator[str]:
         at_all = f"up to {counted(margin, 'tick')}, {margin * tick:.2g} s" if margin >= 0 else "at no delay"
         yield f"{late}, at which the pre-stabiliser (eq. 2) is unstable on this graph; stable {at_all}"
     elif scenario.governor.kind in CERTIFIED:
-        yield f"{late}; the certificate predicts a team that hears them at once, so it promises nothing here"
+        yield f"{late}; the certificate predicts a team that receives them at once, so it guarantees nothing here"
 
 
 def _governor(scenario: Scenario) -> list[str]:

@@ -34,7 +34,7 @@ class Backend:
         if self.name not in BACKENDS:
             raise InputError(f"is {self.name!r}; allowed: {', '.join(BACKENDS)}", key="backend")
         if self.name == "joblib" and self.scheduler is not None:
-            raise InputError("goes with the backend dask alone", key="scheduler")
+            raise InputError("is for the backend dask alone", key="scheduler")
         if self.name == "dask" and self.scheduler is None:
             raise InputError(
                 "is missing; required with the backend dask: an address such as tcp://host:8786", key="scheduler"
@@ -73,7 +73,7 @@ def _processes(tasks: Sequence[Task], keep_logs: bool, jobs: int) -> Generator[R
             yield from results
         finished = True
     except TerminatedWorkerError:
-        raise PbrgError("a process that made runs was killed; the same command goes on where it ended") from None
+        raise PbrgError("a process that made runs was killed; the same command continues the study") from None
     finally:
         if not finished:
             get_reusable_executor().shutdown(wait=True, kill_workers=True)

@@ -150,7 +150,7 @@ class Runner:
 
     def _so_far(self) -> str:
         over = counted(self._over, "run") if self._total is None else f"{self._over} of {counted(self._total, 'run')}"
-        return f"{self.folder} has {over}; the same command goes on from there"
+        return f"{self.folder} has {over}; the same command continues from there"
 
     def _is_done(self, task: Task, names: dict[str, str]) -> bool:
         if task.digest not in self._journal:

@@ -152,7 +152,7 @@ class RobotProcess:
         until = monotonic() + WORLD_TIMEOUT
         while self._measured is None:
             if not self._take(PARENT_POLL) and monotonic() > until:
-                raise PbrgError(f"the world has said nothing for {WORLD_TIMEOUT:g} s")
+                raise PbrgError(f"no message from the world for {WORLD_TIMEOUT:g} s")
         measured, self._measured = self._measured, None
         return measured
 

@@ -73,7 +73,7 @@ class RobotProcesses:
                     raise PbrgError(f"robot {robot + 1} has not come: {why}")
             if monotonic() > until:
                 names = ", ".join(str(robot + 1) for robot in missing)
-                raise PbrgError(f"not come to {self.mailbox.address} within {timeout:g} s: robots {names}")
+                raise PbrgError(f"not connected to {self.mailbox.address} within {timeout:g} s: robots {names}")
             for _ in self._received(PARENT_POLL):
                 pass
 
@@ -184,7 +184,7 @@ class RobotProcesses:
         self.gone[robot] = why
         time = tick * self.tick_seconds
         LOG.warning(
-            "robot %d is gone at t = %.2f s: %s; it is silent and holds its m from then on", robot + 1, time, why
+            "robot %d is lost at t = %.2f s: %s; it sends nothing and holds its m from then on", robot + 1, time, why
         )
         for other, place in self._places.items():
             gone = Datagram(Kind.STOP, WORLD) if other == robot else Datagram(Kind.GONE, WORLD, tick, robot)

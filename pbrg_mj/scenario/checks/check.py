@@ -113,7 +113,7 @@ def _sensing(scenario: Scenario) -> Iterator[Diagnostic]:
     if estimator.source == "points" and estimator.half_spaces_per_robot < LEAST_SLOTS:
         yield Diagnostic(
             ("estimator", "half_spaces_per_robot"),
-            f"is {estimator.half_spaces_per_robot}; allowed with `source: points`, which leaves nothing out: "
+            f"is {estimator.half_spaces_per_robot}; allowed with `source: points`, which keeps all points: "
             f"{LEAST_SLOTS} or more",
         )
     if estimator.source == "points" and estimator.scope != "own":

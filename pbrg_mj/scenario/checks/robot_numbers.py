@@ -52,5 +52,5 @@ def _listed(path: KeyPath, robots: Sequence[int], n: int) -> Iterator[Diagnostic
     for k, robot in enumerate(robots):
         yield from in_range((*path, k), robot, n)
         if robot in seen:
-            yield Diagnostic((*path, k), f"is {robot}, which stands in the list twice; allowed: each robot once")
+            yield Diagnostic((*path, k), f"is {robot}, which is in the list twice; allowed: each robot once")
         seen.add(robot)

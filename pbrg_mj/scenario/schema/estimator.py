@@ -53,9 +53,9 @@ class Estimator(Section):
     )
     unknown: Literal["free", "closed", "strict"] = Field(
         default="free",
-        description="`source: points`: free: space without echoes is free; closed: robots do not enter space that no beam has "
-        "shown to be free: behind obstacles, beyond the beams' range, on blind sides; strict: nor space that a beam without "
-        "echo may have passed, unless echoes are on both sides",
+        description="`source: points`: free: space without echoes is free; closed: robots do not enter space that "
+        "no beam has shown to be free: behind obstacles, beyond the beams' range, on blind sides; strict: nor space "
+        "that a beam without echo may have passed, unless echoes are on both sides",
     )
     memory: NonNegative = Field(default=10.0, description="how long a wall out of sight is kept [s]")
     drift_std: NonNegative = Field(

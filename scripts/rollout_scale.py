@@ -3,7 +3,7 @@
 `pbrg run` keeps matrices of n x n numbers (the Laplacian, which half-space binds whom, the certificate in the log), and
 so takes 500 robots at most. This runs the governor's own code, `governor/rollout/team.py`, and eq. 2 on sparse arrays.
 
-A wall seen by one robot, no leader, binds everybody; the reference lies a metre beyond it.
+A wall seen by one robot, no leader, binds every robot; the reference lies a metre beyond it.
 
     python scripts/rollout_scale.py [--robots 10000] [--seed 1]
 """

@@ -350,7 +350,7 @@ def test_a_robot_that_cannot_come_ends_the_run() -> None:
 def test_a_port_that_is_taken_is_one_line() -> None:
     taken = Mailbox()
     port = taken.address.port
-    with pytest.raises(pbrg.InputError, match=rf"^UDP port {port} of this machine: somebody else has it"):
+    with pytest.raises(pbrg.InputError, match=rf"^UDP port {port} of this machine: another process has it"):
         Mailbox(port)
     taken.close()
 

@@ -78,7 +78,7 @@ class PaperProgram:
         return cls(flow, reference_range, diverged_beyond, channel, delays)
 
     def start(self, facts: RobotFacts, own: OwnData) -> PaperMemory:
-        """Return estimates of zero, or of everybody's first p where it was told."""
+        """Return estimates of zero, or of every robot's first p where it is known."""
         n = facts.robots
         z = np.zeros(4 * n + 2)
         if facts.start is not None:

@@ -4,7 +4,7 @@ It has a message stream of its own and hands nothing back: a run makes the same 
 speaks of Foxglove's protocol (github.com/foxglove/ws-protocol) is all that a viewer needs to look on: channels are
 advertised, subscribed to, and their messages sent.
 
-A web page that somebody looks at on this machine can reach a server on its loopback. It cannot hide where it comes
+A web page open in a browser on this machine can reach a server on its loopback. It cannot hide where it comes
 from: the browser says so in the handshake's Origin. Pages from elsewhere are refused.
 """
 

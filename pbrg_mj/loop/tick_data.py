@@ -69,7 +69,7 @@ class ControlTick(NamedTuple):
 
 
 class ExternalCommand(NamedTuple):
-    """What somebody asks of the robots from outside; None: the operator's r, the velocities of eq. 2."""
+    """Commands to the robots from outside; None: the operator's r, the velocities of eq. 2."""
 
     reference: np.ndarray | None = None  # (2,) in place of the operator's r [m]
     velocity: np.ndarray | None = None  # (n, 2) in place of u of eq. 2, before velocity filters [m/s]

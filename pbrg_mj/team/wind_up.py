@@ -6,10 +6,10 @@ tau the consensus' slowest time constant, 1 / lambda_2(L), and weights e^(-s / t
 
     commanded: the displacement by u,    achieved: that of p,    growth: of ||xi||    [m]
 
-and winds up while it was commanded to move, achieved less than half of that, and xi grew meanwhile. Half: what it
+and has integrator wind-up while it was commanded to move, achieved less than half of that, and xi grew. Half: what it
 missed, which winds xi up, is then more than what it did, which unwinds it. A displacement counts when it is longer than
 `outcome.tolerance`, the length below which the scenario calls the formation reached, and so does the growth of xi.
-A robot that moves at u, as in the ideal plant, has achieved = commanded to the bit of rounding: it never winds up.
+A robot that moves at u, as in the ideal plant, has achieved = commanded to the bit of rounding: it never has wind-up.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class WindUpState:
 def wind_up(
     detector: WindUpDetector, before: WindUpState | None, p: np.ndarray, xi: np.ndarray, u: np.ndarray
 ) -> tuple[WindUpState, np.ndarray]:
-    """Return what is remembered after T ticks, and who winds up at each of them, (T, n) bool.
+    """Return what is remembered after T ticks, and which robots have wind-up at each of them, (T, n) bool.
 
     `p`, `xi` (T, n, 2) [m] are the states at these ticks, `u` (T, n, 2) [m/s] what the robots do from each on; `before`
     is the memory of the tick before them, None if there is none. The answer for robot j depends on its own rows alone.
@@ -80,7 +80,7 @@ def wind_up(
 
 @kernel
 def _follow(before, states, detector, sums, winding):
-    """Bring the sums to the last tick, `commanded` with the next tick included, and write who winds up."""
+    """Bring the sums to the last tick, `commanded` with the next tick included, and write which robots have wind-up."""
     p_before, xi_before = before
     p, xi, u = states
     keep, tick, length = detector

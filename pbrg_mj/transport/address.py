@@ -48,5 +48,5 @@ class Address(NamedTuple):
 def reason(error: Exception) -> str:
     """Return in words why a socket cannot do what it is asked."""
     if isinstance(error, OSError) and error.errno == errno.EADDRINUSE:
-        return "somebody else has it"
+        return "another process has it"
     return (error.strerror if isinstance(error, OSError) else None) or str(error)

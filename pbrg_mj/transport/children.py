@@ -25,7 +25,7 @@ STOP_TIMEOUT = 5.0  # [s] for a process that was told to stop
 def robot_processes(scenario: Scenario, text: str, listen: Address | None = None) -> Iterator[RobotProcesses]:
     """Start a process for every robot of a scenario, whose YAML is `text`; end them all at the end.
 
-    `listen`: start none, and wait at this address for those that somebody else starts. Raises InputError for a governor
+    `listen`: start none, and wait at this address for those started elsewhere. Raises InputError for a governor
     that robots do not run themselves, and for an address that cannot be taken.
     """
     governor = robot_programs(scenario)

@@ -35,7 +35,7 @@ class Kind(IntEnum):
     """What a datagram is."""
 
     HELLO = 1  # robot to world: the SHA-256 of its scenario
-    START = 2  # world to robot: where neighbours are, everybody's first p where it is told, its first measurements
+    START = 2  # world to robot: where neighbours are, every robot's first p where it is told, its first measurements
     READY = 3  # robot to world
     OWN = 4  # world to robot: a tick's measurements
     MESSAGE = 5  # robot to robot: what its program sends in a round, perhaps nothing
@@ -71,7 +71,7 @@ class StartData(NamedTuple):
     """What a robot is told before the first tick."""
 
     places: dict[int, Address]  # of the robot itself and of its neighbours, as the world sees them
-    start: np.ndarray | None  # (n, 2) everybody's first p [m]
+    start: np.ndarray | None  # (n, 2) every robot's first p [m]
     own: OwnData
 
 

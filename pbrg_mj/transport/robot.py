@@ -32,7 +32,7 @@ from pbrg_mj.transport.mailbox import Mailbox
 TIMEOUT = 10.0  # [s] for a message of a round
 COMPILING = 300.0  # [s] for one of the first tick, in which kernels may be compiled
 RETRY_PERIOD = 0.2  # [s] after which a greeting is repeated
-CONNECT_TIMEOUT = 60.0  # [s] until somebody must have answered it
+CONNECT_TIMEOUT = 60.0  # [s] in which the world must answer it
 ASKED = {Kind.READY: Kind.START, Kind.ANSWER: Kind.OWN}  # what each of these answers
 WORLD_TIMEOUT = 300.0  # [s] of the world, after which it is taken to be gone: its kernels may be compiled
 PARENT_POLL = 1.0  # [s] after which a robot that hears nothing asks whether it is still wanted

@@ -97,7 +97,7 @@ class Course:
 
 
 class Unverified(Applied):
-    """An optimizer's answer as it is; owners of half-spaces know everybody's state."""
+    """An optimizer's answer as it is; owners of half-spaces know every robot's state."""
 
     def __init__(self, optimizer: Optimizer, course: Course, rounds: int) -> None:
         self.every, self.rounds, self.memory = StepByRobot(optimizer, course.team), rounds, None

@@ -31,7 +31,7 @@ class Speed:
 
 
 def grid(robots: int) -> Scenario:
-    """Return a grid of robots before a wall; everybody talks to the next in its row and column and has beams."""
+    """Return a grid of robots before a wall; every robot has beams, and links to the next in its row and column."""
     columns = COLUMNS[robots]
     places = [(APART * (j % columns), APART * (j // columns)) for j in range(robots)]
     rows = [(j, j + 1) for j in range(robots) if (j + 1) % columns]

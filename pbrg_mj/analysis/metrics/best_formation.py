@@ -112,11 +112,11 @@ def _separating(scenario: Scenario, index: int) -> list[tuple[np.ndarray, float]
 
 def _all_rows(given: HalfSpaceRows, choices: list[list[tuple[np.ndarray, float]]]) -> Iterator[HalfSpaceRows]:
     for chosen in product(*choices):
-        everybody = np.ones((len(chosen), given.binds.shape[1]), dtype=bool)
+        all_robots = np.ones((len(chosen), given.binds.shape[1]), dtype=bool)
         yield HalfSpaceRows(
             G=np.vstack([np.array([G for G, _ in chosen]).reshape(-1, 2), given.G]),
             h=np.append([h for _, h in chosen], given.h),
-            binds=np.vstack([everybody, given.binds]),
+            binds=np.vstack([all_robots, given.binds]),
         )
 
 

@@ -30,7 +30,7 @@ WORDS: dict[Direction, Word] = {
     "wandering": "stalled",
 }
 ROUNDING = 1e-6  # [m] a margin above -ROUNDING is on the line, not past it
-HUNTING = 1e-3  # [m] a standing team that strays farther than this from its mean place hunts
+HUNTING = 1e-3  # [m] a team at rest that moves farther than this from its mean place hunts
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 - `decide`: from what the half-spaces allow to the next reference
 - `compiled`: the same from a certificate's advances, in one compiled call
 - `flood`: one robot's data to all robots, hop by hop
-- `robot`: the program of one robot whose leaders know everybody's rows
+- `robot`: the program of one robot whose leaders know every robot's rows
 - `governor`: that exchange within a tick, computed at once
 - `cycles`: the same where the exchange takes several ticks
 - `consensus`: the smallest of the robots' steps kappa, and whether all are known

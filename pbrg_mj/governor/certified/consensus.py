@@ -1,6 +1,6 @@
 """Min-consensus on the steps kappa: each robot passes on the smallest that it has heard of, and whose it stands for.
 
-The minimum is exact as soon as it stands for everybody; a message that comes twice, late or by two ways changes
+The minimum is exact as soon as it stands for every robot; a message that comes twice, late or by two ways changes
 nothing, for min and union are idempotent, commutative and associative.
 """
 

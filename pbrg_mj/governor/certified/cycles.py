@@ -1,7 +1,7 @@
 """The certified governor whose cycles take several ticks, with messages in time, computed for all robots at once.
 
 It does in every tick what `robot.CertifiedProgram` does, bit for bit. In a cycle's first tick it takes the states that
-everybody floods, in later ones the half-spaces of those robots that come to know the whole team then, and in the last
+every robot floods, in later ones the half-spaces of those robots that come to know the whole team then, and in the last
 one the leaders' decision, which all of them make from the same data.
 """
 
@@ -109,7 +109,7 @@ class CycleSchedule(NamedTuple):
     def of(cls, network: Network, rounds: int, cycle_ticks: int) -> CycleSchedule:
         """Return the schedule of cycles of so many ticks of so many rounds, at least two floods."""
         hops = network.hops
-        complete = hops.max(axis=1)  # rounds after which a robot knows everybody, and has its own verdict
+        complete = hops.max(axis=1)  # rounds after which a robot knows every robot, and has its own verdict
         in_tick = np.arange(cycle_ticks)[:, None]
         informed = np.maximum(complete - 1, 0) // rounds == in_tick
         states = (hops // rounds == in_tick[:, :, None]).sum(axis=2)

@@ -1,4 +1,4 @@
-"""From what the half-spaces allow to the next reference: towards r as far as all of them, motors and eyes allow."""
+"""From what the half-spaces allow to the next reference: towards r as far as half-spaces, motors and beams allow."""
 
 from __future__ import annotations
 

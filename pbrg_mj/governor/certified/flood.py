@@ -1,4 +1,4 @@
-"""Flooding: an item that one robot has made reaches everybody, link by link.
+"""Flooding: an item that one robot has made reaches every robot, link by link.
 
 An item is a header (kind, robot, cycle) and a content whose size follows from its kind. Every robot passes on every
 item of the present cycle, once, or more often where messages are lost.

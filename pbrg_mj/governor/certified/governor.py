@@ -22,7 +22,7 @@ class CertifiedGovernor:
     """Leaders move towards the nearest certified point to r."""
 
     limits: tuple[AdvanceLimit, ...]
-    diameter: int  # of the graph: rounds until an item has reached everybody
+    diameter: int  # of the graph: rounds until an item has reached every robot
     reach: float  # of a retreat [m]
     compiled: CompiledDecision | None = None  # of the same limits; None: by the problem's rows, in NumPy
 

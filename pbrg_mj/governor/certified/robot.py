@@ -45,7 +45,7 @@ def repeats_for(lost: float, lost_again: float) -> int:
 def first_held(network: Network, cycle_ticks: int, facts: RobotFacts, own: OwnData) -> np.ndarray:
     """Return what a robot holds until it has decided (2,) [m], NaN for nothing.
 
-    An only leader holds its first p: then everybody can predict the first cycle's end. Several would hold several.
+    A single leader holds its first p, so every robot can predict the first cycle's end. Several would hold several.
     """
     alone = facts.leads and np.count_nonzero(network.leader) == 1 and cycle_ticks > 1
     return own.p.copy() if alone else np.full(2, np.nan)

@@ -54,7 +54,7 @@ class NetworkedGovernor:
     rounds: int  # per tick
     channel: Channel | None = None  # None: every message arrives within its round
     constants: TeamConstants | None = None  # told to every robot
-    shares_start: bool = False  # every robot is told everybody's first p
+    shares_start: bool = False  # every robot knows the first p of all
     shares_rows: bool = False  # every robot is given its own rows; never with rows that are made of the team's states
 
     @classmethod

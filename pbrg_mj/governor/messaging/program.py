@@ -50,7 +50,7 @@ class RobotFacts(NamedTuple):
     neighbours: tuple[int, ...]  # ascending
     leads: bool
     constants: TeamConstants | None = None  # None: not run from a scenario
-    start: np.ndarray | None = None  # (n, 2) everybody's first p [m], where `governor.initial: start` gives it; or None
+    start: np.ndarray | None = None  # (n, 2) first p of all robots [m], where `governor.initial: start`
 
     @classmethod
     def of(

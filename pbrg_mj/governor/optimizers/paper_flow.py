@@ -43,7 +43,7 @@ class PaperFlow:
         return 2 * (4 * self.robots + 2)
 
     def start(self, facts: RobotFacts, local: LocalProblem) -> PaperMemory:
-        """Return first estimates: all zero, or where everybody's start is told, m_i = p_i(0), z_p = p(0), z_xi = 0."""
+        """Return first estimates: all zero, or where every start is known, m_i = p_i(0), z_p = p(0), z_xi = 0."""
         z = np.zeros(4 * self.robots + 2)
         if facts.start is not None:
             z[:2] = local.own.p

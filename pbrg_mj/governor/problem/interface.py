@@ -22,7 +22,7 @@ Status = Literal["ok", "capped", "suspected", "inadmissible", "holding", "infeas
 ok            nothing to report; no promise that the certificate holds: `worst_row` in the log says whether it does
 capped        a multiplier is at its cap: the penalty may not be exact any more
 suspected     by the states it believes in, some robot has a row that no reference meets: the problem may be infeasible
-inadmissible  certified governors: rows forbid the held m, and not everybody's have come that a retreat needs, or
+inadmissible  certified governors: rows forbid the held m, and not every robot's have come that a retreat needs, or
               nothing near the team is admissible
 holding       a neighbour is lost: estimates and references are held
 infeasible    a solver that knows everything proved that nothing is admissible

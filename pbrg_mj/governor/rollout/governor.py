@@ -30,7 +30,7 @@ class TeamMemory(NamedTuple):
 
 
 class RolloutGovernor(NamedTuple):
-    """Leaders move m by what everybody has rolled out and allowed."""
+    """Leaders move m by what every robot has rolled out and allowed."""
 
     plan: RolloutPlan
     rounds: int  # per tick

@@ -13,7 +13,7 @@ from pbrg_mj.perception.half_spaces import HalfSpaces
 HEADER = struct.Struct("<H")  # number of the exchange
 NUMBERS = 1 << 16  # no message is so late that it could be taken for a later one
 SUMMARY = struct.Struct("<7d")  # least and largest p, largest ||xi||, held m
-HALF_SPACE = struct.Struct("<HB3d")  # owner, slot, G, h: of half-spaces that bind everybody
+HALF_SPACE = struct.Struct("<HB3d")  # owner, slot, G, h: of half-spaces that bind every robot
 STATE = struct.Struct("<4d")  # (p, xi), or a change of them
 VERDICT = struct.Struct("<HB4d")  # owner, slot, G, lowest and highest advance
 

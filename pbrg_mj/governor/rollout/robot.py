@@ -1,10 +1,10 @@
 """The rollout governor as the program of one robot.
 
-It knows nothing of the graph but its neighbours, and of others nothing but what `messages` says: half-spaces that bind
-everybody, a box of all p, numbers of its neighbours. A robot that misses a message of a neighbour says nothing more in
-this cycle, so that its neighbours miss one too: after D exchanges everybody does, and D follow the rollout.
-So a leader that hears all its neighbours to the end knows that everybody has received everything, and that the verdicts
-are everybody's; else it holds.
+Of the graph it knows its neighbours alone, and of other robots what `messages` contains: half-spaces that bind every
+robot, a box of all p, numbers of its neighbours. A robot that misses a message of a neighbour sends nothing more in this
+cycle, so its neighbours miss one too. After D exchanges every robot has missed one, and D exchanges follow the rollout.
+So a leader that receives all messages of its neighbours to the end knows that every robot has received all messages, and
+that the verdicts are those of all robots. Otherwise it holds.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """The rollout governor as the program of one robot.
 
 Of the graph it knows its neighbours alone, and of other robots what `messages` contains: half-spaces that bind every
-robot, a box of all p, numbers of its neighbours. A robot that misses a message of a neighbour sends nothing more in this
-cycle, so its neighbours miss one too. After D exchanges every robot has missed one, and D exchanges follow the rollout.
-So a leader that receives all messages of its neighbours to the end knows that every robot has received all messages, and
-that the verdicts are those of all robots. Otherwise it holds.
+robot, a box of all p, numbers of its neighbours. A robot that misses a message of a neighbour sends nothing more in
+this cycle, so its neighbours miss one too. After D exchanges every robot has missed one, and D exchanges follow the
+rollout. So a leader that receives all messages of its neighbours to the end knows that every robot has received all
+messages, and that the verdicts are those of all robots. Otherwise it holds.
 """
 
 from __future__ import annotations

@@ -108,7 +108,7 @@ PARTS: tuple[tuple[str, tuple[str, ...]], ...] = (
             "ls",
         ),
     ),
-    ("Again, and what is left of a damaged log: [replay](replay.md)", (
+    ("Replay and repair: [replay](replay.md)", (
         "pbrg replay near.mcap",
         "pbrg replay near.mcap --verify",
         "head -c 1000000 near.mcap > cut.mcap",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -15,6 +16,7 @@ import pytest
 from pbrg_mj.cli.main import main
 from pbrg_mj.errors import PlugInError
 from pbrg_mj.video import worker
+from scripts.fuzz.sandbox import run_apart
 from tests.test_cli import IDEAL, ROOT
 
 LIMITED = "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000)); "
@@ -207,6 +209,35 @@ def test_a_full_disk_is_one_line(folder):
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=False)
     assert (done.returncode, done.stderr) == (2, "error: a.json: cannot write: File too large\n")
     assert list(folder.iterdir()) == [folder / "ideal.yaml"]
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    made = tmp_path_factory.mktemp("log") / "ideal.mcap"
+    (made.parent / "ideal.yaml").write_text(IDEAL)
+    assert main(["run", str(made.parent / "ideal.yaml"), "--quiet", "-o", str(made)]) == 0
+    return str(made)
+
+
+@pytest.mark.parametrize(
+    ("command", "name"),
+    [
+        *(("plot", f"a.{kind}") for kind in ("pdf", "png", "svg")),
+        *(("export", f"a.{kind}") for kind in ("csv", "npz", "mat")),
+        ("report", "a.html"),
+        ("repair", "a.mcap"),
+    ],
+)
+def test_a_disk_that_is_full_while_a_file_is_written_is_one_line(folder, log, command, name):
+    """Writers of other packages fail in ways of their own, some of them again while they close the file."""
+
+    def limited():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))
+        return main([command, log, "-o", name])
+
+    ending = run_apart(limited)
+    assert (ending.code, ending.stderr) == (2, f"error: {name}: cannot write: File too large\n")
+    assert [one.name for one in folder.iterdir()] == ["ideal.yaml"]
 
 
 def test_ctrl_c_while_it_starts_leaves_no_traceback(folder):

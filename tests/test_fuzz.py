@@ -17,7 +17,7 @@ from pbrg_mj.studies.bench.suite import read_suite
 from pbrg_mj.studies.document import read_study
 from pbrg_mj.studies.sweep_plan import check_settings, plan
 from pbrg_mj.studies.task import Source
-from scripts.fuzz import kills, logs, scenarios, studies
+from scripts.fuzz import kills, logs, orphans, scenarios, studies
 from scripts.fuzz.forgeries import forgery
 from scripts.fuzz.mcap import take_apart
 from scripts.fuzz.mutants import mutant
@@ -31,11 +31,16 @@ SAMPLES = {
     studies: 8,
     logs: 12,
     kills: 3,
+    orphans: 4,
 }  # other cases than those that were looked at while this was written
 FIRST = 10**6
 
 
-@pytest.mark.parametrize("attack", SAMPLES, ids=lambda one: one.__name__.rsplit(".", 1)[-1])
+@pytest.mark.parametrize(
+    "attack",
+    [pytest.param(one, marks=pytest.mark.slow) if one is orphans else one for one in SAMPLES],
+    ids=lambda one: one.__name__.rsplit(".", 1)[-1],
+)
 def test_a_sample_of_attacks(attack, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     attack.warm_up()

@@ -10,6 +10,7 @@ import pytest
 from pyarrow import parquet
 
 import pbrg_mj as pbrg
+from pbrg_mj.analysis.output_file import write_atomically
 from pbrg_mj.cli.main import main
 from pbrg_mj.errors import InputError
 from pbrg_mj.studies.document import read_study
@@ -95,6 +96,25 @@ def test_what_is_there_is_not_run_again_and_a_torn_line_is(made, tmp_path):
     assert (out / "records.parquet").read_bytes() == (made.folder / "records.parquet").read_bytes()
     pbrg.sweep(written(tmp_path, SMALL), out, jobs=1, watch=lambda *numbers: seen.append(numbers))
     assert seen[5:] == [(16, 16, 0)]
+
+
+def test_what_a_killed_study_left_half_written_goes_when_it_goes_on(tmp_path):
+    file = written(tmp_path, SMALL.replace("seeds: 3,5", "seeds: 3\nlogs: true").replace("count: 2", "count: 1"))
+    folder = pbrg.sweep(file, tmp_path / "out", jobs=1).folder
+    names = sorted(folder.rglob("*"))
+
+    def be_killed(whole):
+        whole.write_bytes(b"half")
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    for place in (folder / "records.parquet", folder / "logs" / "any.mcap"):
+        child = os.fork()
+        if not child:
+            write_atomically(place, be_killed)
+        assert os.waitpid(child, 0)[1] == signal.SIGKILL
+    assert len(sorted(folder.rglob("*"))) == len(names) + 2
+    pbrg.sweep(file, folder, jobs=1)
+    assert sorted(folder.rglob("*")) == names
 
 
 def test_a_run_that_fails_is_a_record(tmp_path, capsys):

@@ -6,6 +6,7 @@ import errno
 import os
 import tempfile
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TypeVar
 
@@ -13,6 +14,7 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.log.write.log_file import check_regular
 
 Choice = TypeVar("Choice")
+UNFINISHED = ".pbrg-"  # how the names of files begin that are being written
 
 
 def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
@@ -22,7 +24,7 @@ def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
     """
     check_regular(path)
     try:
-        handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
+        handle, name = tempfile.mkstemp(prefix=UNFINISHED, suffix=path.suffix, dir=path.parent)
     except OSError as error:
         raise InputError(f"cannot write here: {error.strerror}", file=str(path)) from error
     os.close(handle)
@@ -44,6 +46,13 @@ def write_text_atomically(path: Path, text: str) -> None:
         whole.write_text(text, encoding="utf-8")
 
     write_atomically(path, write)
+
+
+def remove_unfinished(folder: Path) -> None:
+    """Remove what killed processes left half written in a folder in which nobody else writes now, and below it."""
+    for one in folder.rglob(f"{UNFINISHED}*"):
+        with suppress(OSError):
+            one.unlink()
 
 
 def check_place(path: Path) -> None:

@@ -10,7 +10,7 @@ from signal import SIGINT
 from types import TracebackType
 from typing import NamedTuple, Self, TypedDict
 
-from pbrg_mj.analysis.output_file import write_atomically
+from pbrg_mj.analysis.output_file import remove_unfinished, write_atomically
 from pbrg_mj.errors import InputError, Interrupted, PbrgError, Stopped
 from pbrg_mj.studies.backends import Backend
 from pbrg_mj.studies.journal import FILE, Journal
@@ -88,6 +88,7 @@ class Runner:
     def __enter__(self) -> Self:
         """Lock the folder. Raises InputError when another study holds it, or other code made its runs."""
         self._open.enter_context(self._journal)
+        remove_unfinished(self.folder)
         return self
 
     def __exit__(self, _kind: object, error: BaseException | None, _trace: TracebackType | None) -> None:

@@ -11,6 +11,7 @@
     forgeries   damaged and forged logs, by seed
     logs        every forgery is read by the commands that read logs
     kills       a run is killed at a random moment and its log read
+    orphans     a study's process is killed alone, and those that make its runs must end
 
 docs/reliability.md says what came of it.
 """

@@ -1,6 +1,6 @@
 """Attack the command line; print what ended as it must not, and how often each exit code was seen.
 
-python -m scripts.fuzz {scenarios,studies,logs,kills} [--cases 1000] [--first 0] [--failures FILE.jsonl]
+python -m scripts.fuzz {scenarios,studies,logs,kills,orphans} [--cases 1000] [--first 0] [--failures FILE.jsonl]
 python -m scripts.fuzz scenarios --first 1234 --cases 1 --keep FOLDER    # leaves the files of case 1234 there
 
 Case 1234 is the same on every machine. Exit code 1 if anything ended as it must not.
@@ -21,7 +21,7 @@ from collections import Counter
 from dataclasses import asdict
 from pathlib import Path
 
-ATTACKS = ("scenarios", "studies", "logs", "kills")
+ATTACKS = ("scenarios", "studies", "logs", "kills", "orphans")
 
 
 def main() -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -63,9 +64,14 @@ def plot(run: Run, path: Path | None = None, panels: Sequence[str] = PAPER) -> F
         figure.set_layout_engine("constrained", w_pad=EDGE)
         _fill(figure, columns, run)
         if path is not None:
-            kind = path.suffix.lower()[1:]
-            write_atomically(path, lambda whole: figure.savefig(whole, format=kind, dpi=200, metadata=metadata))
+            drawn = BytesIO()  # where a disk is full, the writer of PDF fails again and hides why
+            figure.savefig(drawn, format=path.suffix.lower()[1:], dpi=200, metadata=metadata)
+            write_atomically(path, lambda whole: _write(whole, drawn.getbuffer()))
     return figure
+
+
+def _write(path: Path, content: memoryview) -> None:
+    path.write_bytes(content)
 
 
 def wanted_panels(panels: str | Sequence[str]) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import tempfile
 import warnings
@@ -10,6 +11,8 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from importlib.util import find_spec
+from pathlib import Path
+from secrets import token_hex
 from typing import Any
 
 from pbrg_mj.errors import InputError, PbrgError
@@ -63,11 +66,12 @@ def _processes(tasks: Sequence[Task], keep_logs: bool, jobs: int) -> Generator[R
     options: dict[str, Any] = {"batch_size": 1, "idle_worker_timeout": IDLE}
     pool = Parallel(n_jobs=jobs, backend="loky", return_as="generator_unordered", **options)
     one: Callable[..., Any] = delayed(run_task)
-    place = tempfile.TemporaryDirectory(prefix="pbrg-")  # what killed processes leave behind goes with it
+    # What killed processes leave behind goes with this folder. They make it, so that it never is without them.
+    place = str(Path(tempfile.gettempdir()) / f"pbrg-{token_hex(8)}")
     finished = False
     try:
         with _hangup_blocked():
-            made: Any = pool(one(task, keep_logs, parent=os.getpid(), place=place.name) for task in tasks)
+            made: Any = pool(one(task, keep_logs, parent=os.getpid(), place=place) for task in tasks)
         with warnings.catch_warnings(), closing(made) as results:
             warnings.filterwarnings("ignore", ".*have been cancelled")  # as Ctrl-C means them to be
             yield from results
@@ -77,7 +81,7 @@ def _processes(tasks: Sequence[Task], keep_logs: bool, jobs: int) -> Generator[R
     finally:
         if not finished:
             get_reusable_executor().shutdown(wait=True, kill_workers=True)
-        place.cleanup()
+        shutil.rmtree(place, ignore_errors=True)
 
 
 @contextmanager

@@ -7,6 +7,7 @@ import shutil
 import signal
 import threading
 from functools import cache
+from pathlib import Path
 from time import sleep
 
 from pbrg_mj.api.interrupt import SIGNALS
@@ -19,14 +20,16 @@ def become_worker(parent: int, place: str | None = None) -> None:
     """Leave Ctrl-C and the like to the parent, and end with it, also where it is killed in the middle of a run.
 
     `parent`: the number of the process that started this one; of this process itself, nothing is done. `place`: the
-    folder of this process's files, which goes when the parent is gone. A worker may be told so again, with another
-    folder.
+    folder of this process's files, which is made if it is not there and goes when the parent is gone. A worker may be
+    told so again, with another folder.
     """
     if parent == os.getpid():
         return
     for one in SIGNALS:
         signal.signal(one, signal.SIG_IGN)
     _watch(parent).place = place
+    if place is not None:
+        Path(place).mkdir(mode=0o700, exist_ok=True)
 
 
 class _Watch(threading.Thread):

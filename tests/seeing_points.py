@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -37,7 +38,7 @@ def sensor(preset: str) -> dict:
 
 
 def scan(given: Scenario, scenes: Scene | list[Scene], poses: np.ndarray, frame: int) -> Readings:
-    """What robots read at true poses (n, 3), each in a scene of its own; the camera is three times as fast as beams."""
+    """What robots read at true poses (n, 3), each in a scene of its own; a frame of the camera comes with the scan."""
     noise, beams = sensor_noise(given), given.sensors.beams
     read, seen = [], []
     scenes = scenes if isinstance(scenes, list) else [scenes] * len(poses)
@@ -47,4 +48,5 @@ def scan(given: Scenario, scenes: Scene | list[Scene], poses: np.ndarray, frame:
         read.append(noisy_scan(raw, noise, stream(noise.seed, Source.BEAMS, robot, frame)))
         draw = stream(noise.seed, Source.CAMERA, robot, frame).standard_normal(3)
         seen.append(pose + draw * [noise.position_std, noise.position_std, noise.heading_std])
-    return Readings(np.array(seen), np.array(read), True, 3 * frame, frame)
+    pose_frame = math.ceil(frame * given.sensors.camera.rate_hz / beams.rate_hz - 1e-9)
+    return Readings(np.array(seen), np.array(read), True, pose_frame, frame)

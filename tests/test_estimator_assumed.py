@@ -9,10 +9,12 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.perception.perceive import initial, perceive
 from pbrg_mj.perception.points.parameters import point_parameters
 from pbrg_mj.perception.scan.parameters import line_parameters
-from pbrg_mj.perception.track.world_frame import ANCHOR, Clock, pose_at_scan, pose_model
+from pbrg_mj.perception.track.pose_history import no_poses, poses_at_scan, with_poses
+from pbrg_mj.perception.track.world_frame import pose_model
 from pbrg_mj.scenario.load import parse_scenario
 from pbrg_mj.scenario.schema import PRESETS, Beams, Scenario
 from pbrg_mj.sensing.noise import noise_parameters
+from pbrg_mj.sensing.readings import Readings
 from pbrg_mj.world.scene.robot import load_robot_model
 from tests.perceiving import readings, scenario, setup
 from tests.raycast import Scene
@@ -80,15 +82,15 @@ def test_a_pose_is_dated_back_by_the_delay_that_is_assumed(assumed: float | None
     """At a constant speed a pose carried on to the scan is right if the delay is, and behind by the rest if not."""
     camera = {"rate_hz": 20.0, "delay": DELAY}
     model = pose_model(scenario(sensors={"camera": camera}, estimator={"assumed": {"camera": {"delay": assumed}}}))
-    anchor = np.zeros(1, dtype=ANCHOR)[0]
-    missing = 0.0 if assumed is None else DELAY - assumed
-    for scan in range(1, 6):  # scans at 10 Hz; frames at 20 Hz arrive 0.1 s late
-        time = scan * 0.1
-        frame = round((time - DELAY) * 20)
-        seen = np.array([SPEED * frame / 20, 0.0, 0.0])
-        pose = pose_at_scan.py_func(seen, Clock(frame, scan, time), anchor, model)
-        if scan > 1:  # a speed takes two frames
-            assert pose.x == pytest.approx(SPEED * (time - missing), abs=1e-9)
+    history, missing = no_poses(1, model.frames), 0.0 if assumed is None else DELAY - assumed
+    for frame in range(8):  # scans at 10 Hz; frames at 20 Hz arrive 0.1 s late
+        time = 0.05 * frame + DELAY
+        seen = np.array([[SPEED * frame / 20, 0.0, 0.0]])
+        readings = Readings(seen, np.empty((1, 0)), frame % 2 == 0, frame, round(time * 10 - 0.25))
+        history = with_poses(history, readings, time, model)
+        if frame % 2 == 0 and frame > 1:  # a speed takes two frames
+            at = poses_at_scan(history, readings, model)
+            assert at.poses[0, 0] == pytest.approx(SPEED * (time - missing), abs=1e-9)
 
 
 def test_delays_beyond_bounds_are_refused_and_null_is_allowed() -> None:

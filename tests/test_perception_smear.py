@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pbrg_mj.perception.points.deskew import PoseHistory, deskewed, poses_at
+from pbrg_mj.perception.points.deskew import deskewed, poses_at
 from pbrg_mj.perception.scan.team_mates import distance_from_arc
+from pbrg_mj.perception.track.pose_history import PoseHistory, exposure, scanned
 from pbrg_mj.scenario.random_streams import Source, stream
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.sensing.beam_model import noisy_scan
@@ -89,6 +90,33 @@ def test_team_mates_all_around_bind_nobody(preset: str, count: int, speed: float
         assert seen[-1][2].scans == count and len(seen) == count
 
 
+def test_team_mates_around_a_robot_that_swings_bind_nobody_between_frames() -> None:
+    """Eight scans a second lie up to 25 ms after frames; at 1.5 Hz and 25 deg the heading is 2 deg off if held."""
+    beams = {"preset": "lidar", "robots": [1]}
+    for seed in range(4):
+        made, given = estimator({"beams": beams, "camera": {"rate_hz": 30.0}}, formation=((0.0, 0.0),) * 6)
+        noise, model, memory, m = sensor_noise(given), made.parameters.pose, made.init(), np.zeros((6, 2))
+        rest, bound = ring(seed, 0.0, 0.0)(0.0), []
+
+        def way(time: float, rest: np.ndarray = rest) -> np.ndarray:
+            return rest + np.array([[0.0, 0.0, np.deg2rad(25.0) * np.sin(3.0 * np.pi * time)]] + [[0.0] * 3] * 5)
+
+        scan, seen = -1, way(0.0)
+        for frame in range(90):
+            time = exposure(frame, model)
+            draws = stream(seed, Source.CAMERA, 0, frame).standard_normal((6, 3))
+            seen = way(time) + draws * [noise.position_std, noise.position_std, noise.heading_std]
+            readings = Readings(seen, np.full((1, 360), np.nan), False, frame, scan)
+            _, memory = made.step_towards(readings, time, memory, m)
+            while scanned(scan + 1, model) < exposure(frame + 1, model) - 1e-9:
+                scan += 1
+                taken = scanned(scan, model)
+                ranges = look(given, way, Scene(), taken, scan)
+                known, memory = made.step_towards(Readings(seen, ranges, True, frame, scan), taken, memory, m)
+                bound += [taken] * bool(known.active[0].any())
+        assert bound == [] and scan > 20
+
+
 @pytest.mark.parametrize(("preset", "turn"), [("tof_cones", 0.3), ("lds_02", 1.0)])
 def test_a_wall_behind_team_mates_stays_where_it_is(preset: str, turn: float) -> None:
     """Half-spaces keep hand points off the wall by the clearance, straight ahead by no more than noise asks.
@@ -137,7 +165,7 @@ def test_a_turning_scan_is_put_where_its_echoes_were() -> None:
     for k in range(beams.count):
         pose = way(0.6 - beams.scan_time * (1.0 - (k + 1) / beams.count))[0]
         ranges[0, k] = cast(wall, pose + np.array([0.0, 0.0, 2.0 * np.pi * k / beams.count]), 1, 8.0)[0]
-    seen = deskewed(Readings(way(0.6), ranges, True, 0, 3), history, np.array([0]), made.parameters)
+    seen = deskewed(Readings(way(0.6), ranges, True, 0, 3), history, way(0.6), np.array([0]), made.parameters)
     _, y, heading = way(0.6)[0]
     local = seen.ranges[0][:, None] * seen.directions[0]
     found = y + np.sin(heading) * local[:, 0] + np.cos(heading) * local[:, 1]
@@ -149,7 +177,7 @@ def test_a_turning_scan_is_put_where_its_echoes_were() -> None:
     assert np.nanmax(np.abs(flat - WALL)) > 0.05
 
 
-def test_poses_between_frames_and_beyond() -> None:
+def test_poses_between_frames() -> None:
     """Steady motion is met at every time, through half a turn as well; before the first frame robots are there."""
     times = np.array([0.0, 0.1, 0.2, 0.3])
 
@@ -158,18 +186,18 @@ def test_poses_between_frames_and_beyond() -> None:
 
     poses = way(times)
     poses[..., 2] = np.remainder(poses[..., 2] + np.pi, 2 * np.pi) - np.pi
-    asked = np.array([0.05, 0.1, 0.27, 0.3, 0.35])
-    off = poses_at(PoseHistory(times, poses), asked, 0.2) - way(asked)
+    asked = np.array([0.05, 0.1, 0.27, 0.3])
+    off = poses_at(PoseHistory(times, poses), asked) - way(asked)
     off[..., 2] = np.remainder(off[..., 2] + np.pi, 2 * np.pi) - np.pi
     np.testing.assert_allclose(off, 0.0, atol=1e-12)
-    np.testing.assert_array_equal(poses_at(PoseHistory(times, poses), np.array([-1.0]), 0.2)[0], poses[0])
+    np.testing.assert_array_equal(poses_at(PoseHistory(times, poses), np.array([-1.0]))[0], poses[0])
 
 
 def test_scans_at_once_are_taken_as_they_are() -> None:
     made, _ = estimator(sensor("tof_cones"))
     readings = Readings(np.zeros((1, 3)), np.ones((1, 24)), True, 0, 0)
     memory = made.init()
-    seen = deskewed(readings, memory.history, made.robots, made.parameters)
+    seen = deskewed(readings, memory.history, readings.body_pose, made.robots, made.parameters)
     assert seen.ranges is readings.ranges
     np.testing.assert_array_equal(seen.directions[0], made.parameters.directions)
     _, after = made.step_towards(replace(readings, new_scan=False), 0.0, memory, None)

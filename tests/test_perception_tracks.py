@@ -5,7 +5,6 @@ import pytest
 from scipy.stats import chi2
 
 from pbrg_mj.perception.setup import perception_setup
-from pbrg_mj.perception.track.world_frame import ANCHOR, Clock, pose_at_scan
 from tests.perceiving import HAND, PENTAGON, box, rows, scenario, together, walk
 from tests.raycast import Scene
 
@@ -156,14 +155,3 @@ def test_a_wall_behind_another_thing_is_kept() -> None:
     steps = list(walk(scenario(), lambda t: WALL if t < 1 else hidden, rests((0, 0, 0)), 40))
     track = steps[-1][3].tracks[0]
     assert np.sum(track["live"] * (np.abs(track["offset"] - 1) < 0.02) * (np.abs(track["angle"]) < 0.1)) == 1
-
-
-def test_a_pose_late_by_a_camera_delay_is_carried_on() -> None:
-    model = perception_setup(scenario(sensors={"camera": {"rate_hz": 10.0}}), 0.1).parameters.pose
-    last = np.zeros(1, dtype=ANCHOR)[0]
-    first = pose_at_scan(np.array([0.0, 0.0, 3.1]), Clock(0, 0, 0.0), last, model)
-    assert first.shift_x == first.elapsed == 0.0
-    late = pose_at_scan(np.array([0.02, 0.01, 3.2]), Clock(1, 2, 0.2), last, model)
-    assert (late.x, late.y, late.heading) == pytest.approx((0.04, 0.02, 3.3))
-    assert (late.shift_x, late.shift_y, late.elapsed) == pytest.approx((0.04, 0.02, 0.2))
-    assert late.position_var > 0.25 * 0.02**2

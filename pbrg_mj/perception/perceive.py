@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -23,11 +23,11 @@ from pbrg_mj.perception.scan.parameters import LineParameters
 from pbrg_mj.perception.scan.points import BLOCKED
 from pbrg_mj.perception.scan.team_mates import TeamMateModel, without_team_mates
 from pbrg_mj.perception.setup import PerceptionParameters, PerceptionSetup
+from pbrg_mj.perception.track.pose_history import PoseHistory, no_poses, poses_at_scan, with_poses
 from pbrg_mj.perception.track.records import TrackParameters, no_tracks
 from pbrg_mj.perception.track.update import update_tracks
 from pbrg_mj.perception.track.world_frame import (
     ANCHOR,
-    Clock,
     PoseModel,
     lines_in_world,
     pose_at_scan,
@@ -42,13 +42,15 @@ class PerceptionMemory:
 
     tracks: np.ndarray  # (n, M) of TRACK
     anchors: np.ndarray  # (n,) of ANCHOR
+    history: PoseHistory
     half_spaces: HalfSpaces
 
 
 def initial(setup: PerceptionSetup) -> PerceptionMemory:
     """Return the memory before the first tick: the given half-spaces, or none."""
     known = setup.given or HalfSpaces.empty(setup.robots, setup.slots)
-    return PerceptionMemory(no_tracks(setup.robots, setup.slots), np.zeros(setup.robots, dtype=ANCHOR), known)
+    anchors, history = np.zeros(setup.robots, dtype=ANCHOR), no_poses(setup.robots, setup.parameters.pose.frames)
+    return PerceptionMemory(no_tracks(setup.robots, setup.slots), anchors, history, known)
 
 
 def perceive(
@@ -60,14 +62,18 @@ def perceive(
     clearance and `sigmas` standard deviations: a robot nearer to the obstacle than that
     lies outside its own half-space, and the caller sees it so.
     """
-    if setup.given is not None or not readings.new_scan:
+    if setup.given is not None:
         return memory.half_spaces, memory
+    model = setup.parameters.pose
+    history = with_poses(memory.history, readings, time, model)
+    if not readings.new_scan:
+        return memory.half_spaces, memory if history is memory.history else replace(memory, history=history)
     known = HalfSpaces.empty(setup.robots, setup.slots)
     tracks, anchors = np.empty(memory.tracks.shape, memory.tracks.dtype), np.empty_like(memory.anchors)
-    scans = (readings.ranges, readings.body_pose, readings.pose_frame, readings.scan_frame, time)
+    scans = (readings.ranges, *poses_at_scan(history, readings, model), time)
     written = (tracks, anchors, known.G, known.h, known.active, known.binds)
     perceive_scans(scans, setup.packed, (memory.tracks, memory.anchors), written)
-    return known, PerceptionMemory(tracks, anchors, known)
+    return known, PerceptionMemory(tracks, anchors, history, known)
 
 
 class PerceptionArrays(NamedTuple):
@@ -94,20 +100,20 @@ class ScanWorkspace(NamedTuple):
 def perceive_scans(scans, packed, before, after):
     """Write to `after` what is known after the scans of all robots that have beams. All arguments are plain tuples.
 
-    - scans: ranges (R, beams) [m], estimated poses (n, 3) [m, rad], pose_frame, scan_frame, time of use [s]
+    - scans: ranges (R, beams) [m], the members of PosesAtScan, time of use [s]
     - packed: the members of PerceptionParameters, in their order
     - before: tracks (n, M) of TRACK and anchors (n,) of ANCHOR, as they were after the scans before
     - after: the members of PerceptionArrays, in their order, with empty half-spaces
     """
-    ranges, poses, pose_frame, scan_frame, time = scans
-    clock, known = Clock(pose_frame, scan_frame, time), PerceptionArrays(*after)
+    ranges, poses, variances, time = scans
+    known = PerceptionArrays(*after)
     parameters = _named(packed)
     _copy(before, known)
     work = _scan_workspace(len(parameters.directions))
     for row in range(len(parameters.robots)):
         robot = parameters.robots[row]
         if not math.isnan(poses[robot, 0] + poses[robot, 1] + poses[robot, 2]):  # else it cannot place a line
-            _perceive_scan(ranges[row], (robot, poses, clock), parameters, work, known)
+            _perceive_scan(ranges[row], (robot, poses, variances, time), parameters, work, known)
 
 
 @kernel
@@ -137,8 +143,8 @@ def _scan_workspace(beams):
 
 @kernel
 def _perceive_scan(read, whose, parameters, work, known):
-    robot, poses, clock = whose
-    pose = pose_at_scan(poses[robot], clock, known.anchors[robot], parameters.pose)
+    robot, poses, variances, time = whose
+    pose = pose_at_scan(poses[robot], variances[robot], time, known.anchors[robot])
     _mask_own_wheels(read, parameters.blocked, work.ranges)
     count = write_lines(work.ranges, parameters.directions, parameters.line, work.fitting, work.lines)
     team = poses, robot, parameters.team_mate

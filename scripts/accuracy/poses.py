@@ -8,16 +8,14 @@ Wheels slip as the filter assumes: the variance of a wheel's travel is `sensors.
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 
 import numpy as np
-from raycast import cast
-from rooms import ROOMS, SCANS, Drive, walls_of, way
+from rooms import ROOMS, SCANS, Drive, way
 from scanning_robot import scenario
 from walls import band
 
-from pbrg_mj.perception.perceive import perceive
 from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.sensing.sense import sense
 from pbrg_mj.world.plant.interface import Observation
 
 CORNERS = ((-3.0, -3.0), (3.0, -3.0), (3.0, 3.0), (-3.0, 3.0))  # where radio anchors stand [m]
@@ -39,27 +37,18 @@ class DriveOnWheels(Drive):
     """A drive that tells the angles of its wheels, which slip."""
 
     wheels = np.zeros(2)  # angles [rad]
+    turned = 0.0  # [s] until when
 
-    def observed(self, frame: int, time: float) -> Observation:
-        """What the sensors hold at a time [s], after a frame of the camera."""
-        pose, filtering = self.pose(time), self.noise.pose_filter
-        if self.scans > 0 and filtering is not None:
+    def observed(self, frame: int, scan: int, time: float) -> Observation:
+        """What the sensors hold at a time [s]: a frame of the camera, a scan and the wheels."""
+        filtering = self.noise.pose_filter
+        if time > self.turned and filtering is not None:
             turn = 0.5 * filtering.track * self.turn
-            travel = np.array([self.speed - turn, self.speed + turn]) / self.beams.rate_hz
-            random = np.random.default_rng([self.noise.seed, 99, self.scans])
+            travel = np.array([self.speed - turn, self.speed + turn]) * (time - self.turned)
+            random = np.random.default_rng([self.noise.seed, 99, round(1e6 * time)])
             slipped = travel + np.sqrt(filtering.slip * np.abs(travel)) * random.standard_normal(2)
-            self.wheels = self.wheels + slipped / filtering.wheel_radius
-        raw = np.nan_to_num(cast(walls_of(self.corners), pose, self.beams.count, self.beams.range_max), nan=-1.0)
-        seen = self.pose(frame / self.camera.rate_hz)
-        return Observation(seen[None], frame, raw[None], self.scans, time, self.wheels[None])
-
-    def scan(self) -> None:
-        """Scan, at the robot's next scan."""
-        time = self.scans / self.beams.rate_hz
-        frame = max(int((time - self.camera.delay) * self.camera.rate_hz + 1e-9), 0)
-        self.readings = sense(self.observed(frame, time), self.readings, self.noise)
-        _, self.memory = perceive(self.readings, time, self.memory, self.setup)
-        self.scans += 1
+            self.wheels, self.turned = self.wheels + slipped / filtering.wheel_radius, time
+        return replace(super().observed(frame, scan, time), wheel_angle=self.wheels[None])
 
 
 def squares(sensors: dict, seed: int) -> list[float]:

@@ -103,21 +103,35 @@ class Drive:
         self.setup, self.noise = perception_setup(given, CLEARANCE, HAND), sensor_noise(given)
         self.beams, self.camera = given.sensors.beams, given.sensors.camera
         self.corners, self.start, self.speed, self.turn = corners, start, speed, turn
-        self.memory, self.readings = initial(self.setup), None
-        self.scans = 0
+        self.memory = initial(self.setup)
+        self.readings: Readings | None = None
+        self.scans, self.frame = 0, -1
+        self.raw: tuple[int, np.ndarray] = -1, np.empty(0)
 
     def scan(self) -> None:
-        """Scan, at the robot's next scan."""
+        """Go on to the robot's next scan; the camera's frames until then are told one after the other."""
         time = self.scans / self.beams.rate_hz
-        frame = max(int((time - self.camera.delay) * self.camera.rate_hz + 1e-9), 0)
-        seen = self.pose(frame / self.camera.rate_hz)
-        pose = self.pose(time)
-        scene = walls_of(self.corners) + wheels(pose, self.beams.height)
-        raw = np.nan_to_num(cast(scene, pose, self.beams.count, self.beams.range_max), nan=-1.0)
-        readings: Readings = sense(Observation(seen[None], frame, raw[None], self.scans), self.readings, self.noise)
-        _, self.memory = perceive(readings, time, self.memory, self.setup)
-        self.readings = readings
+        newest = max(int((time - self.camera.delay) * self.camera.rate_hz + 1e-9), 0)
+        for frame in range(self.frame + 1, newest):
+            told = max(frame / self.camera.rate_hz + self.camera.delay, 0.0)
+            self.tell(self.observed(frame, self.scans - 1, told))
+        self.frame = newest
+        self.tell(self.observed(newest, self.scans, time))
         self.scans += 1
+
+    def tell(self, observed: Observation) -> None:
+        """Let the robot sense and perceive."""
+        self.readings = sense(observed, self.readings, self.noise)
+        _, self.memory = perceive(self.readings, observed.time, self.memory, self.setup)
+
+    def observed(self, frame: int, scan: int, time: float) -> Observation:
+        """What the sensors hold at a time [s]: a frame of the camera and a scan."""
+        seen, pose = self.pose(frame / self.camera.rate_hz), self.pose(scan / self.beams.rate_hz)
+        if self.raw[0] != scan:
+            scene = walls_of(self.corners) + wheels(pose, self.beams.height)
+            raw = np.nan_to_num(cast(scene, pose, self.beams.count, self.beams.range_max), nan=-1.0)
+            self.raw = scan, raw
+        return Observation(seen[None], frame, self.raw[1][None], scan, time)
 
     def pose(self, time: float) -> np.ndarray:
         """The true pose (3,) at a time [s]."""

@@ -1,8 +1,7 @@
 """A scan that takes time, as if taken at once at its end, and where all robots were when each beam was taken.
 
-Poses are those of the camera, carried on from its last frame to the scan's end at the speed over one scan's time. The
-echo of a beam is moved by how far the robot has come since that beam, by the same poses. A team-mate is looked for
-where it was then.
+Poses are those of the camera, and that at the scan's end. The echo of a beam is moved by how far the robot has come
+since that beam, by the same poses. A team-mate is looked for where it was then.
 """
 
 from __future__ import annotations
@@ -13,14 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pbrg_mj.perception.points.parameters import PointParameters
+from pbrg_mj.perception.track.pose_history import PoseHistory, scanned
 from pbrg_mj.sensing.readings import Readings
-
-
-class PoseHistory(NamedTuple):
-    """Poses that the camera told, oldest first; none where a scan takes no time. Never written to."""
-
-    time: np.ndarray  # (H,) when robots were there [s]; -inf: nothing yet
-    poses: np.ndarray  # (H, n, 3) x, y [m], heading [rad]
 
 
 class DeskewedScans(NamedTuple):
@@ -31,29 +24,15 @@ class DeskewedScans(NamedTuple):
     bodies: np.ndarray  # (beams, n, 2) places of robots when a beam was taken [m], or (1, n, 2): for all beams
 
 
-def no_poses(robots: int, frames: int) -> PoseHistory:
-    """Return an empty history of so many frames."""
-    return PoseHistory(np.full(frames, -math.inf), np.full((frames, robots, 3), np.nan))
-
-
-def with_poses(history: PoseHistory, readings: Readings, time: float, parameters: PointParameters) -> PoseHistory:
-    """Return the history with the readings' poses at `time` [s]; the same one if it has them already."""
-    told = min(readings.pose_frame * parameters.pose.frame_period + parameters.pose.dated_late, time)
-    if not len(history.time) or readings.pose_frame < 0 or told <= history.time[-1]:
-        return history
-    return PoseHistory(np.append(history.time[1:], told), np.concatenate([history.poses[1:], readings.body_pose[None]]))
-
-
 def deskewed(
-    readings: Readings, history: PoseHistory, robots: np.ndarray, parameters: PointParameters
+    readings: Readings, history: PoseHistory, end: np.ndarray, robots: np.ndarray, parameters: PointParameters
 ) -> DeskewedScans:
-    """Return the readings' scans, of `robots` (R,), as if taken at their end."""
-    known = history.time > -math.inf
-    if not known.any():
-        return DeskewedScans(readings.ranges, parameters.directions[None], readings.body_pose[None, :, :2].copy())
-    end, count = readings.scan_frame * parameters.pose.scan_period, readings.ranges.shape[1]
+    """Return the readings' scans, of `robots` (R,), as if taken at their end, when robots were at `end` (n, 3)."""
+    if not parameters.scan_time > 0.0 or readings.pose_frame < 0:
+        return DeskewedScans(readings.ranges, parameters.directions[None], end[None, :, :2].copy())
+    taken, count = scanned(readings.scan_frame, parameters.pose), readings.ranges.shape[1]
     early = parameters.scan_time * (1.0 - np.arange(1, count + 1) / count)
-    poses = poses_at(PoseHistory(history.time[known], history.poses[known]), end - early, parameters.scan_time)
+    poses = poses_at(_until(taken, end, history), taken - early)
     own = poses[:, robots]  # (beams, R, 3)
     turn = own[:, :, 2] - own[-1, :, 2]
     cos, sin, dx, dy = np.cos(turn), np.sin(turn), parameters.directions[:, :1], parameters.directions[:, 1:]
@@ -66,21 +45,22 @@ def deskewed(
     return DeskewedScans(ranges, directions, np.ascontiguousarray(poses[:, :, :2]))
 
 
-def poses_at(history: PoseHistory, times: np.ndarray, span: float) -> np.ndarray:
-    """Return all robots' poses (k, n, 3) at `times` (k,) [s]: between frames along the way from one to the next.
+def _until(time: float, poses: np.ndarray, history: PoseHistory) -> PoseHistory:
+    """Return a history that ends with the `poses` (n, 3) of a later time [s]; itself where it goes on until then."""
+    if time <= history.time[-1]:
+        return history
+    return PoseHistory(np.append(history.time, time), np.concatenate([history.poses, poses[None]]))
 
-    Beyond the last frame robots go on at their speed over the last `span` [s] of the history; before the first they
-    were where they are then.
+
+def poses_at(history: PoseHistory, times: np.ndarray) -> np.ndarray:
+    """Return all robots' poses (k, n, 3) at `times` (k,) [s], on the way from one pose of the history to the next.
+
+    Before the first they were where they are then, after the last where they are then.
     """
     time, poses = history
-    if len(time) == 1:
-        return np.repeat(poses, len(times), axis=0)
     after = np.clip(np.searchsorted(time, times), 1, len(time) - 1)
     before = after - 1
-    late = times > time[-1]
-    before[late] = max(int(np.searchsorted(time, time[-1] - span, side="right")) - 1, 0)
-    before = np.minimum(before, after - 1)
-    share = np.maximum((times - time[before]) / (time[after] - time[before]), 0.0)[:, None]
+    share = np.clip((times - time[before]) / (time[after] - time[before]), 0.0, 1.0)[:, None]
     step = poses[after] - poses[before]
     step[:, :, 2] = np.remainder(step[:, :, 2] + math.pi, 2.0 * math.pi) - math.pi
     return poses[before] + share[:, :, None] * step

@@ -11,14 +11,15 @@ import numpy as np
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.perception.points.beams import SeenBeams
-from pbrg_mj.perception.points.deskew import PoseHistory, deskewed, no_poses, with_poses
+from pbrg_mj.perception.points.deskew import deskewed
 from pbrg_mj.perception.points.detect import add_scan
 from pbrg_mj.perception.points.known_free import edge_of_free
 from pbrg_mj.perception.points.memory import copy_records, forget, no_points, places_used, room_after
 from pbrg_mj.perception.points.motion import PAST, PLACE, TRACK, TRACKS, closing_speeds
 from pbrg_mj.perception.points.parameters import PointParameters
 from pbrg_mj.perception.points.separate import separate
-from pbrg_mj.perception.track.world_frame import ANCHOR, Clock, pose_at_scan
+from pbrg_mj.perception.track.pose_history import PoseHistory, no_poses, poses_at_scan, with_poses
+from pbrg_mj.perception.track.world_frame import ANCHOR, pose_at_scan
 from pbrg_mj.sensing.readings import Readings
 
 
@@ -51,7 +52,7 @@ class PointEstimator:
         nothing = HalfSpaces.empty(n, self.slots)
         lag, beams = self.parameters.lag, len(self.parameters.directions)
         motion = np.zeros((n, lag, beams), PAST), np.zeros((n, lag), PLACE), np.zeros((n, TRACKS), TRACK)
-        history = no_poses(n, self.parameters.frames)
+        history = no_poses(n, self.parameters.pose.frames)
         return PointMemory(no_points(n, 0), 0, np.zeros(n, dtype=ANCHOR), *motion, history, 0, nothing)
 
     def step(self, readings: Readings, time: float, memory: PointMemory) -> tuple[HalfSpaces, PointMemory]:
@@ -66,7 +67,7 @@ class PointEstimator:
         `m` (n, 2) [m] are the governed references that robots hold, None before the first tick. Half-spaces change
         with a new scan only.
         """
-        history = with_poses(memory.history, readings, time, self.parameters)
+        history = with_poses(memory.history, readings, time, self.parameters.pose)
         if not readings.new_scan:
             return memory.half_spaces, memory if history is memory.history else memory._replace(history=history)
         n, beams = len(self.formation), len(self.parameters.directions)
@@ -75,8 +76,9 @@ class PointEstimator:
         past, places, tracks = (np.empty_like(array) for array in motion)
         known = _as_known(memory.half_spaces)
         targets = np.full(self.formation.shape, np.nan) if m is None else m + self.formation
-        seen = tuple(deskewed(readings, history, self.robots, self.parameters))
-        scans = (seen, readings.body_pose, readings.pose_frame, readings.scan_frame, time, memory.scans + 1)
+        at = poses_at_scan(history, readings, self.parameters.pose)
+        seen = tuple(deskewed(readings, history, at.poses, self.robots, self.parameters))
+        scans = (seen, *at, time, memory.scans + 1)
         after = (points, anchors, past, places, tracks, (known.G, known.h, known.active, known.binds, known.closing))
         used = perceive_points(scans, self.parameters, self.robots, targets, memory[:6], after)
         return known, PointMemory(points, used, anchors, past, places, tracks, history, memory.scans + 1, known)
@@ -94,15 +96,14 @@ def perceive_points(scans, parameters, robots, targets, before, after):
 
     `before` are the first members of PointMemory as they were. Returns how many places for points are used.
     """
-    (ranges, directions, bodies), poses, pose_frame, scan_frame, time, scan = scans
+    (ranges, directions, bodies), poses, variances, time, scan = scans
     points, anchors, past, places, tracks, (G, h, active, binds, closing) = after
     _copy(before, after)
-    clock = Clock(pose_frame, scan_frame, time)
     for row in range(len(robots)):
         robot = robots[row]
         if math.isnan(poses[robot, 0] + poses[robot, 1] + poses[robot, 2]):  # else it cannot place an echo
             continue
-        pose = pose_at_scan(poses[robot], clock, anchors[robot], parameters.pose)
+        pose = pose_at_scan(poses[robot], variances[robot], time, anchors[robot])
         beams = SeenBeams(ranges[row], directions[row if len(directions) > 1 else 0])
         forget(points[robot], scan, beams, pose, parameters)
         echoes = add_scan(points[robot], scan, beams, pose, (bodies, robot), parameters)

@@ -35,7 +35,6 @@ class PointParameters(NamedTuple):
     joining: np.ndarray  # (MOST_LOST + 1,) most that neighbours are apart for their range, 0, 1, ... beams between lost
     unseen: float  # angle between the views of two beams [rad]: a corner may stick out there
     scan_time: float  # from the first beam of a scan to its end [s]; 0: all at once
-    frames: int  # poses to remember, so many that they cover a scan and what came before
     range_std: float  # [m]
     noise_ratio: float  # [-]
     range_min: float  # [m]
@@ -74,7 +73,6 @@ def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
         joining=np.array([JOINING * math.sin(min(k * gap, 0.5 * math.pi)) for k in range(1, MOST_LOST + 2)]),
         unseen=max(gap - cone, 0.0),
         scan_time=scan_time,
-        frames=pose_frames(scenario, scan_time),
         range_std=0.0 if exact else math.hypot(beams.noise_std, beams.quantum / math.sqrt(12.0)),
         noise_ratio=0.0 if exact else beams.noise_ratio,
         range_min=beams.range_min,
@@ -94,13 +92,6 @@ def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
         silence_is_free=scenario.estimator.unknown != "strict",
         blind_radius=blind_radius(robot, scenario.estimator.sigmas * math.sqrt(pose.position_var)),
     )
-
-
-def pose_frames(scenario: Scenario, scan_time: float) -> int:
-    """Return how many poses, as often as they are told, last for a scan and as long before; 0 for scans at once."""
-    tick = scenario.timing.tick
-    period = tick if scenario.sensors.odometry.fuse else max(1.0 / scenario.sensors.camera.rate_hz, tick)
-    return math.ceil(2.0 * scan_time / period) + 2 if scan_time > 0.0 else 0
 
 
 def blind_radius(robot: RobotModel, error: float) -> float:

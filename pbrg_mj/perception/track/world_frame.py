@@ -2,8 +2,7 @@
 
 Assumed of the pose estimate: unbiased noise, independent from camera frame to camera frame and the same for all lines
 of a scan. Several scans that share a camera frame share its error, so each counts as that much worse: together they
-weigh as one. A pose older than the scan is carried on at the speed since the last scan; half of that way counts as
-one more standard deviation.
+weigh as one. A pose older than the scan is carried on first, see `pose_history`.
 """
 
 from __future__ import annotations
@@ -14,18 +13,18 @@ from typing import NamedTuple
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.scan.line_fit import wrapped
 from pbrg_mj.scenario.schema import Scenario
 
 LONGEST = 0.5  # [s] speeds are not taken over longer gaps
-NEVER_OLD = 1e9  # [s] a filter carries poses on by itself: they are those of the scan
+SPANS = 5  # frames back to which speeds are taken: 0.17 s at 30 Hz, half a swing of 3 Hz
+LAST = 4  # frames that tell of accelerations now
+SWING = 1.0  # [s] over which accelerations are taken: robots that swing do so faster
 FRESH = 1e-6  # [s] a pose this old is as old as the scan
+NEVER_OLD = 1e9  # [s] a filter carries poses on by itself: they are those of the scan
 
-ANCHOR = np.dtype(
-    [(name, np.float64) for name in ("x", "y", "est_x", "est_y", "est_heading", "exposed", "time", "known")]
-)
-"""Where a robot stood at its last scan: x, y [m], the tracks' anchor; the camera's estimate [m], [rad] and when it was
-exposed [s]; the time of the scan [s]; known: 0 before the first scan, then 1."""
+ANCHOR = np.dtype([(name, np.float64) for name in ("x", "y", "time", "known")])
+"""Where a robot stood at its last scan: x, y [m], the tracks' anchor; the time of the scan [s]; known: 0 before the
+first scan, then 1."""
 
 LINE = np.dtype(
     [(name, np.float64) for name in ("angle", "offset", "c_aa", "c_ac", "c_cc", "low", "high")]
@@ -46,14 +45,9 @@ class PoseModel(NamedTuple):
     frame_period: float  # of the camera [s]
     scan_period: float  # of the beams [s]
     dated_late: float  # by how much a frame is dated too late: its delay less the delay that is assumed [s]
-
-
-class Clock(NamedTuple):
-    """When a scan and the pose that goes with it were taken."""
-
-    pose_frame: int
-    scan_frame: int
-    time: float  # of use [s]
+    step: float  # of physics, at which frames and scans are taken [s]
+    shared: float  # scans that share a frame, counted in both variances
+    frames: int  # to remember; 0: every scan comes with one
 
 
 class ScanPose(NamedTuple):
@@ -81,35 +75,37 @@ def pose_model(scenario: Scenario) -> PoseModel:
     late = scenario.sensors.camera.delay - camera.delay
     if scenario.sensors.odometry.fuse:
         late = NEVER_OLD
-    return PoseModel(shared * position_std**2, shared * heading_std**2, frame, scan, late)
+    frames = _frames(scenario, frame, scan)
+    return PoseModel(shared * position_std**2, shared * heading_std**2, frame, scan, late, step, shared, frames)
+
+
+def _frames(scenario: Scenario, frame_period: float, scan_period: float) -> int:
+    """Return how many poses are remembered: those that last for a scan that takes time, and to carry poses on from."""
+    if scenario.plant == "ideal":
+        return 0
+    fused, scan_time = scenario.sensors.odometry.fuse, scenario.assumed_sensors.beams.scan_time
+    period = scenario.timing.tick if fused else max(frame_period, scenario.timing.tick)
+    lasting = math.ceil(scan_time / period) + 2 if scan_time > 0.0 else 0
+    camera, ratio = scenario.sensors.camera, scan_period / frame_period
+    faults = camera.lost_frames or camera.occlusions or camera.swaps
+    delay = scenario.assumed_sensors.camera.delay
+    if fused or (abs(ratio - round(ratio)) < FRESH and not faults and not delay):
+        return lasting
+    return max(lasting, SPANS + math.ceil(delay / period) + 1 + max(LAST, math.ceil(SWING / period)))
 
 
 @kernel
-def pose_at_scan(estimate, clock, last, model):
-    """Return the ScanPose of a scan from the `estimate` (3,) of the camera, and remember it in `last` (a ANCHOR)."""
-    exposed = clock.pose_frame * model.frame_period + model.dated_late
-    age = min(max(clock.scan_frame * model.scan_period - exposed, 0.0), LONGEST)
-    x, y, heading = estimate[0], estimate[1], estimate[2]
-    position_var, heading_var = model.position_var, model.heading_var
-    gap = exposed - last["exposed"]
-    if last["known"] > 0 and age > FRESH and 0 < gap <= LONGEST:
-        ratio = age / gap
-        dx, dy = ratio * (x - last["est_x"]), ratio * (y - last["est_y"])
-        turn = ratio * wrapped(heading - last["est_heading"])
-        x, y, heading = x + dx, y + dy, heading + turn
-        position_var = (1 + 2 * ratio**2) * position_var + 0.25 * (dx**2 + dy**2)
-        heading_var = (1 + 2 * ratio**2) * heading_var + 0.25 * turn**2
+def pose_at_scan(estimate, variances, time, last):
+    """Return the ScanPose of a scan at `time` [s] of use, and remember it in `last` (a ANCHOR).
+
+    The `estimate` (3,) is the robot's pose when it scanned, with `variances` (2,) of position and heading.
+    """
+    x, y = estimate[0], estimate[1]
     shift_x, shift_y, elapsed = 0.0, 0.0, 0.0
     if last["known"] > 0:
-        shift_x, shift_y, elapsed = x - last["x"], y - last["y"], clock.time - last["time"]
-    last["x"], last["y"], last["time"], last["known"] = x, y, clock.time, 1.0
-    last["est_x"], last["est_y"], last["est_heading"], last["exposed"] = (
-        estimate[0],
-        estimate[1],
-        estimate[2],
-        exposed,
-    )
-    return ScanPose(x, y, heading, position_var, heading_var, shift_x, shift_y, clock.time, elapsed)
+        shift_x, shift_y, elapsed = x - last["x"], y - last["y"], time - last["time"]
+    last["x"], last["y"], last["time"], last["known"] = x, y, time, 1.0
+    return ScanPose(x, y, estimate[2], variances[0], variances[1], shift_x, shift_y, time, elapsed)
 
 
 @kernel

@@ -1,0 +1,160 @@
+"""Where robots were at a scan, by the camera's last frames, and how well that is known.
+
+A pose that is older than the scan is carried on at a constant twist: what a robot drives and turns goes on as over a
+span of frames. With sigma the noise of a frame, S the span, a the age and r = a / S, the noise of what is carried on
+has the variance sigma^2 ((1 + r)^2 + r^2). What comes of accelerations the frames of the last second show: each of them
+is foretold from the ones before it in the same way, and what the errors have beyond their noise is counted. An
+acceleration is behind by a (a + S) / 2 of it, which is how errors over other ages are made ones over this. The span is
+the one of least variance: a short one has more of the noise, a long one more of the acceleration.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.scan.line_fit import wrapped
+from pbrg_mj.perception.track.world_frame import FRESH, LAST, LONGEST, SPANS, PoseModel
+from pbrg_mj.sensing.readings import Readings
+
+STRAIGHT = 1e-9  # [rad] what turns by less goes straight
+
+
+class PoseHistory(NamedTuple):
+    """Poses that the camera told, oldest first; none where all scans come with frames. Never written to."""
+
+    time: np.ndarray  # (H,) when robots were there [s]; -inf: nothing yet
+    poses: np.ndarray  # (H, n, 3) x, y [m], heading [rad]
+
+
+class PosesAtScan(NamedTuple):
+    """Where robots were at a scan."""
+
+    poses: np.ndarray  # (n, 3) x, y [m], heading [rad]
+    variances: np.ndarray  # (n, 2) of x and y each [m^2], of the heading [rad^2]
+
+
+def no_poses(robots: int, frames: int) -> PoseHistory:
+    """Return an empty history of so many frames."""
+    return PoseHistory(np.full(frames, -math.inf), np.full((frames, robots, 3), np.nan))
+
+
+def exposure(frame: int, model: PoseModel) -> float:
+    """Return when a frame was exposed [s], by the delay that is assumed: at the first physics step that it is due."""
+    return _due(frame * model.frame_period, model.step) + model.dated_late
+
+
+def scanned(frame: int, model: PoseModel) -> float:
+    """Return when a scan was taken [s]."""
+    return _due(frame * model.scan_period, model.step)
+
+
+def _due(time: float, step: float) -> float:
+    return math.ceil(time / step - FRESH) * step
+
+
+def with_poses(history: PoseHistory, readings: Readings, time: float, model: PoseModel) -> PoseHistory:
+    """Return the history with the readings' poses at `time` [s]; the same one if it has them already.
+
+    Before the first frame robots were where they are then.
+    """
+    if not len(history.time) or readings.pose_frame < 0:
+        return history
+    told = min(exposure(readings.pose_frame, model), time)
+    if told <= history.time[-1]:
+        return history
+    if history.time[-1] == -math.inf:
+        count = len(history.time)
+        times = told - model.frame_period * np.arange(count - 1, -1, -1)
+        return PoseHistory(times, np.repeat(readings.body_pose[None], count, axis=0))
+    return PoseHistory(np.append(history.time[1:], told), np.concatenate([history.poses[1:], readings.body_pose[None]]))
+
+
+def poses_at_scan(history: PoseHistory, readings: Readings, model: PoseModel) -> PosesAtScan:
+    """Return where robots were when the readings' scan was taken."""
+    age = scanned(readings.scan_frame, model) - exposure(readings.pose_frame, model)
+    if age <= FRESH or len(history.time) < SPANS + 2 or readings.pose_frame < 0:
+        poses, variance = readings.body_pose, (model.position_var, model.heading_var)
+        return PosesAtScan(poses, np.full((len(poses), 2), variance))
+    return carried_on(history, min(age, max(LONGEST, SPANS * model.frame_period)), model)
+
+
+def carried_on(history: PoseHistory, age: float, model: PoseModel) -> PosesAtScan:
+    """Return where robots are `age` [s] after the last frame of a history."""
+    time, poses = history
+    found, variances = np.empty(poses.shape[1:]), np.empty((poses.shape[1], 2))
+    noise = model.position_var / model.shared, model.heading_var / model.shared
+    ahead = math.ceil(age / model.frame_period - FRESH)  # frames that last for the age
+    ahead = min(max(ahead, 1), len(time) - 1 - SPANS)
+    for robot in range(len(found)):
+        one = poses[:, robot].copy()
+        _carry_on((time, one), (age, ahead), noise, (found[robot], variances[robot]))
+    return PosesAtScan(found, model.shared * variances)
+
+
+@kernel
+def _carry_on(frames, over, noise, written):
+    """Write a robot's pose (3,) and the variances (2,) of its x and y each and its heading.
+
+    `frames` are times (H,) and poses (H, 3), whose headings are unwound in place; `over` an age [s] and how many frames
+    last for it; `noise` the variances of a frame.
+    """
+    (time, poses), (age, ahead), (found, variances) = frames, over, written
+    last = len(time) - 1
+    for k in range(last):
+        poses[k + 1, 2] = poses[k, 2] + wrapped(poses[k + 1, 2] - poses[k, 2])
+    variances[0], variances[1] = math.inf, math.inf
+    for back in range(1, SPANS + 1):
+        span = time[last] - time[last - back]
+        if back > 1 and span > LONGEST:
+            break
+        x, y, heading = _along(poses[last], poses[last - back], age / span)
+        of_place, of_heading = _errors(time, poses, (ahead, back), noise, age * (age + span))
+        own = _noise(age / span)
+        if own * noise[0] + of_place < variances[0]:
+            found[0], found[1], variances[0] = x, y, own * noise[0] + of_place
+        if own * noise[1] + of_heading < variances[1]:
+            found[2], variances[1] = heading, own * noise[1] + of_heading
+
+
+@kernel
+def _errors(time, poses, apart, noise, drawn):
+    """Return mean squares of errors by accelerations, of x and y each [m^2] and of the heading [rad^2].
+
+    Frames are foretold from those `ahead` before them and `back` more. The mean is over all or over the last, whichever
+    is more: that of all counts for what begins to turn within the age, that of the last for what turns now.
+    """
+    ahead, back = apart
+    place, heading, place_now, heading_now = 0.0, 0.0, 0.0, 0.0
+    count = len(time) - ahead - back
+    for k in range(count - 1, -1, -1):
+        middle, end = k + back, k + back + ahead
+        age, span = time[end] - time[middle], time[middle] - time[k]
+        own, scale = _noise(age / span) + 1.0, (drawn / (age * (age + span))) ** 2
+        x, y, theta = _along(poses[middle], poses[k], age / span)
+        x, y, theta = poses[end, 0] - x, poses[end, 1] - y, poses[end, 2] - theta
+        place += scale * (0.5 * (x * x + y * y) - own * noise[0])
+        heading += scale * (theta * theta - own * noise[1])
+        if k == max(count - LAST, 0):
+            place_now, heading_now = place / (count - k), heading / (count - k)
+    return max(place / count, place_now, 0.0), max(heading / count, heading_now, 0.0)
+
+
+@kernel
+def _noise(ratio):
+    """Return the variance of what is carried on by a ratio of a span, of poses whose variance is 1."""
+    return (1.0 + ratio) ** 2 + ratio**2
+
+
+@kernel
+def _along(pose, before, ratio):
+    """Return x, y and heading of a pose (3,) carried on by a ratio of what has come since one `before`, as a twist."""
+    x, y, turn = pose[0] - before[0], pose[1] - before[1], pose[2] - before[2]
+    chord = ratio
+    if abs(turn) > STRAIGHT:
+        chord = math.sin(0.5 * ratio * turn) / math.sin(0.5 * turn)
+    cos, sin = chord * math.cos(0.5 * (1.0 + ratio) * turn), chord * math.sin(0.5 * (1.0 + ratio) * turn)
+    return pose[0] + cos * x - sin * y, pose[1] + sin * x + cos * y, pose[2] + ratio * turn

@@ -1,0 +1,146 @@
+"""Poses carried on from the camera's last frames to a scan, held against motions in closed form."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from pbrg_mj.perception.track.pose_history import (
+    PoseHistory,
+    PosesAtScan,
+    carried_on,
+    exposure,
+    no_poses,
+    poses_at_scan,
+    scanned,
+    with_poses,
+)
+from pbrg_mj.perception.track.world_frame import pose_model
+from pbrg_mj.scenario.schema import PRESETS, Scenario
+from pbrg_mj.sensing.readings import Readings
+from tests.perceiving import scenario
+
+Way = Callable[[np.ndarray], np.ndarray]
+EXACT = {"rate_hz": 30.0, "position_std": 0.0, "heading_std_deg": 0.0}
+RUNS = 300  # of one robot each
+
+
+def circle(speed: float, turn: float) -> Way:
+    """A robot on a circle: poses (..., 3) at times (...)."""
+
+    def pose(time: np.ndarray) -> np.ndarray:
+        heading = 2.5 + turn * np.asarray(time)
+        return np.stack([speed / turn * np.sin(heading), -speed / turn * np.cos(heading), heading], axis=-1)
+
+    return pose
+
+
+def swing(rng: np.random.Generator) -> Way:
+    """A robot that drives to and fro and swings at 0.5 to 2 Hz by up to 25 deg, from anywhere in a swing."""
+    rates, phases = 2.0 * math.pi * rng.uniform(0.5, 2.0, 2), rng.uniform(0.0, 2.0 * math.pi, 2)
+    angle, reach = math.radians(rng.uniform(0.0, 25.0)), rng.uniform(0.0, 0.03)
+
+    def pose(time: np.ndarray) -> np.ndarray:
+        time = np.asarray(time)
+        heading, along = angle * np.sin(rates[0] * time + phases[0]), reach * np.sin(rates[1] * time + phases[1])
+        return np.stack([0.2 * time + along, 0.5 * along, heading], axis=-1)
+
+    return pose
+
+
+def carried(given: Scenario, way: Way, scans: int, rng: np.random.Generator) -> tuple[PosesAtScan, np.ndarray]:
+    """Estimate and true pose at the last of so many scans, each used as soon as it is there."""
+    model, camera = pose_model(given), given.sensors.camera
+    std = np.array([camera.position_std, camera.position_std, math.radians(camera.heading_std_deg)])
+    end = scanned(scans, model)
+    times = np.array([exposure(frame, model) for frame in range(int(end / model.frame_period) + 1)])
+    times = times[times + camera.delay <= end + 1e-9]
+    seen, history = way(times)[:, None] + std * rng.standard_normal((len(times), 1, 3)), no_poses(1, model.frames)
+    told = [Readings(poses, np.empty((1, 0)), True, frame, scans) for frame, poses in enumerate(seen)]
+    for readings, time in zip(told, times, strict=True):
+        history = with_poses(history, readings, time + camera.delay, model)
+    return poses_at_scan(history, told[-1], model), way(np.array([end]))
+
+
+def squares(at: PosesAtScan, true: np.ndarray) -> tuple[float, float]:
+    """Normalised errors squared of the heading, one degree of freedom, and of the place, two."""
+    error = at.poses[0] - true[0]
+    turn = math.remainder(error[2], 2.0 * math.pi)
+    return turn**2 / at.variances[0, 1], float(error[:2] @ error[:2]) / at.variances[0, 0]
+
+
+@pytest.mark.parametrize("age", [0.008, 0.025, 0.1, 0.45])
+def test_on_a_circle_poses_are_carried_on_exactly_whatever_frames_are_there(age: float) -> None:
+    model, way = pose_model(scenario(sensors={"camera": EXACT})), circle(0.3, 1.2)
+    time = np.cumsum(np.random.default_rng(1).uniform(0.02, 0.08, 12))
+    poses = way(time)[:, None]
+    poses[..., 2] = np.remainder(poses[..., 2] + math.pi, 2.0 * math.pi) - math.pi
+    at = carried_on(PoseHistory(time, poses), age, model)
+    true = way(time[-1] + age)
+    np.testing.assert_allclose(at.poses[0, :2], true[:2], atol=2e-5 if age < 0.2 else 3e-4)  # chords for arcs
+    assert math.remainder(at.poses[0, 2] - true[2], 2.0 * math.pi) == pytest.approx(0.0, abs=1e-9)
+    assert at.variances[0].max() < 1e-6
+
+
+def test_at_rest_the_longest_span_is_taken_and_its_noise_is_all() -> None:
+    model = pose_model(scenario())
+    time = np.arange(32) / 30.0
+    at = carried_on(PoseHistory(time, np.zeros((32, 1, 3))), 0.025, model)
+    ratio = 0.025 * 30.0 / 5.0
+    noise = (1.0 + ratio) ** 2 + ratio**2
+    np.testing.assert_allclose(at.variances[0], [noise * model.position_var, noise * model.heading_var])
+
+
+def test_an_acceleration_takes_the_shortest_span_and_counts_in_full() -> None:
+    """theta = alpha t^2 / 2 is behind by alpha a (a + T) / 2, and that is what is believed."""
+    model, alpha, age = pose_model(scenario(sensors={"camera": EXACT})), 30.0, 0.025
+    time = np.arange(32) / 30.0
+    poses = np.zeros((32, 1, 3))
+    poses[:, 0, 2] = 0.5 * alpha * time**2
+    at = carried_on(PoseHistory(time, poses), age, model)
+    behind = 0.5 * alpha * (time[-1] + age) ** 2 - at.poses[0, 2]
+    assert behind == pytest.approx(0.5 * alpha * age * (age + 1.0 / 30.0))
+    assert at.variances[0, 1] == pytest.approx(behind**2)
+
+
+@pytest.mark.parametrize("camera", [{"rate_hz": 30.0}, {"rate_hz": 30.0, "delay": 0.05}, {"rate_hz": 12.0}])
+@pytest.mark.parametrize("preset", sorted(PRESETS))
+def test_swinging_robots_know_how_well_they_know_their_poses(preset: str, camera: dict) -> None:
+    """No mean is above the band of honest ones (99.9 %); those of robots that are too careful may be below it."""
+    given = scenario(sensors={"beams": {"preset": preset}, "camera": camera})
+    heading, place = [], []
+    for run in range(RUNS):
+        rng = np.random.default_rng([run, 23])
+        at, true = carried(given, swing(rng), int(rng.integers(12, 20)), rng)
+        one, two = squares(at, true)
+        heading.append(one)
+        place.append(two)
+    assert 0.4 < np.mean(heading) < 1.0 + 3.3 * math.sqrt(2.0 / RUNS)
+    assert 1.0 < np.mean(place) < 2.0 + 3.3 * math.sqrt(4.0 / RUNS)
+
+
+def test_scans_that_come_with_frames_carry_nothing_on() -> None:
+    given = scenario()
+    model = pose_model(given)
+    assert model.frames == 0
+    readings = Readings(np.ones((1, 3)), np.empty((1, 0)), True, 3, 1)
+    at = poses_at_scan(with_poses(no_poses(1, 0), readings, 0.1, model), readings, model)
+    assert at.poses is readings.body_pose
+    np.testing.assert_array_equal(at.variances, [[model.position_var, model.heading_var]])
+
+
+def test_before_the_first_frame_robots_were_where_they_are_then() -> None:
+    given = scenario(sensors={"beams": {"preset": "lidar"}})
+    model = pose_model(given)
+    unseen = no_poses(1, model.frames)
+    nothing = Readings(np.full((1, 3), np.nan), np.empty((1, 0)), True, -1, 0)
+    assert with_poses(unseen, nothing, 0.0, model) is unseen
+    assert np.isnan(poses_at_scan(unseen, nothing, model).poses).all()
+    first = Readings(np.array([[1.0, 2.0, 3.0]]), np.empty((1, 0)), True, 0, 0)
+    history = with_poses(unseen, first, 0.0, model)
+    assert with_poses(history, first, 0.01, model) is history
+    later = Readings(first.body_pose, np.empty((1, 0)), True, 3, 1)
+    np.testing.assert_allclose(poses_at_scan(history, later, model).poses, first.body_pose)

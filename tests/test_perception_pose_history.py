@@ -1,4 +1,4 @@
-"""Poses carried on from the camera's last frames to a scan, held against motions in closed form."""
+"""Poses extrapolated from the camera's last frames to a scan, held against motions in closed form."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 from pbrg_mj.perception.track.pose_history import (
     PoseHistory,
     PosesAtScan,
-    carried_on,
+    extrapolated,
     exposure,
     no_poses,
     poses_at_scan,
@@ -51,7 +51,7 @@ def swing(rng: np.random.Generator) -> Way:
     return pose
 
 
-def carried(given: Scenario, way: Way, scans: int, rng: np.random.Generator) -> tuple[PosesAtScan, np.ndarray]:
+def at_last_scan(given: Scenario, way: Way, scans: int, rng: np.random.Generator) -> tuple[PosesAtScan, np.ndarray]:
     """Estimate and true pose at the last of so many scans, each used as soon as it is there."""
     model, camera = pose_model(given), given.sensors.camera
     std = np.array([camera.position_std, camera.position_std, math.radians(camera.heading_std_deg)])
@@ -73,12 +73,12 @@ def squares(at: PosesAtScan, true: np.ndarray) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("age", [0.008, 0.025, 0.1, 0.45])
-def test_on_a_circle_poses_are_carried_on_exactly_whatever_frames_are_there(age: float) -> None:
+def test_on_a_circle_poses_are_extrapolated_exactly_whatever_frames_are_there(age: float) -> None:
     model, way = pose_model(scenario(sensors={"camera": EXACT})), circle(0.3, 1.2)
     time = np.cumsum(np.random.default_rng(1).uniform(0.02, 0.08, 12))
     poses = way(time)[:, None]
     poses[..., 2] = np.remainder(poses[..., 2] + math.pi, 2.0 * math.pi) - math.pi
-    at = carried_on(PoseHistory(time, poses), age, model)
+    at = extrapolated(PoseHistory(time, poses), age, model)
     true = way(time[-1] + age)
     np.testing.assert_allclose(at.poses[0, :2], true[:2], atol=2e-5 if age < 0.2 else 3e-4)  # chords for arcs
     assert math.remainder(at.poses[0, 2] - true[2], 2.0 * math.pi) == pytest.approx(0.0, abs=1e-9)
@@ -88,7 +88,7 @@ def test_on_a_circle_poses_are_carried_on_exactly_whatever_frames_are_there(age:
 def test_at_rest_the_longest_span_is_taken_and_its_noise_is_all() -> None:
     model = pose_model(scenario())
     time = np.arange(32) / 30.0
-    at = carried_on(PoseHistory(time, np.zeros((32, 1, 3))), 0.025, model)
+    at = extrapolated(PoseHistory(time, np.zeros((32, 1, 3))), 0.025, model)
     ratio = 0.025 * 30.0 / 5.0
     noise = (1.0 + ratio) ** 2 + ratio**2
     np.testing.assert_allclose(at.variances[0], [noise * model.position_var, noise * model.heading_var])
@@ -100,7 +100,7 @@ def test_an_acceleration_takes_the_shortest_span_and_counts_in_full() -> None:
     time = np.arange(32) / 30.0
     poses = np.zeros((32, 1, 3))
     poses[:, 0, 2] = 0.5 * alpha * time**2
-    at = carried_on(PoseHistory(time, poses), age, model)
+    at = extrapolated(PoseHistory(time, poses), age, model)
     behind = 0.5 * alpha * (time[-1] + age) ** 2 - at.poses[0, 2]
     assert behind == pytest.approx(0.5 * alpha * age * (age + 1.0 / 30.0))
     assert at.variances[0, 1] == pytest.approx(behind**2)
@@ -114,7 +114,7 @@ def test_swinging_robots_know_how_well_they_know_their_poses(preset: str, camera
     heading, place = [], []
     for run in range(RUNS):
         rng = np.random.default_rng([run, 23])
-        at, true = carried(given, swing(rng), int(rng.integers(12, 20)), rng)
+        at, true = at_last_scan(given, swing(rng), int(rng.integers(12, 20)), rng)
         one, two = squares(at, true)
         heading.append(one)
         place.append(two)
@@ -122,7 +122,7 @@ def test_swinging_robots_know_how_well_they_know_their_poses(preset: str, camera
     assert 1.0 < np.mean(place) < 2.0 + 3.3 * math.sqrt(4.0 / RUNS)
 
 
-def test_scans_that_come_with_frames_carry_nothing_on() -> None:
+def test_scans_that_come_with_frames_extrapolate_nothing() -> None:
     given = scenario()
     model = pose_model(given)
     assert model.frames == 0

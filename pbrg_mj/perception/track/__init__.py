@@ -3,6 +3,7 @@
 In: the lines of a scan, the pose estimate, the tracks before. Out: the tracks after, confirmed or not.
 
     world_frame     the robot's pose at the scan; lines and beams from the body frame into the world frame
+    pose_history    where robots were at a scan, from the camera's last frames
     records         the record of a track, and the parameters
     association     which line belongs to which track; tracks of one line merged
     extent          where a track ends

@@ -1,11 +1,11 @@
-"""Where robots were at a scan, by the camera's last frames, and how well that is known.
+"""Where robots were at a scan, from the camera's last frames, and how uncertain that is.
 
-A pose that is older than the scan is carried on at a constant twist: what a robot drives and turns goes on as over a
-span of frames. With sigma the noise of a frame, S the span, a the age and r = a / S, the noise of what is carried on
-has the variance sigma^2 ((1 + r)^2 + r^2). What comes of accelerations the frames of the last second show: each of them
-is foretold from the ones before it in the same way, and what the errors have beyond their noise is counted. An
-acceleration is behind by a (a + S) / 2 of it, which is how errors over other ages are made ones over this. The span is
-the one of least variance: a short one has more of the noise, a long one more of the acceleration.
+A pose that is older than the scan is extrapolated at the constant twist over a span of frames. With the noise sigma of
+a frame, the span S, the age a and r = a / S, the noise of the result has the variance sigma^2 ((1 + r)^2 + r^2). The
+error by accelerations is measured: each frame of the last second is predicted from the frames before it in the same
+way, and the squared error less its noise counts. A unit acceleration gives an error of a (a + S) / 2, by which errors
+over other ages are scaled to this one. The span is the one of least variance: a short one has more of the noise, a long
+one more of the acceleration.
 """
 
 from __future__ import annotations
@@ -79,10 +79,10 @@ def poses_at_scan(history: PoseHistory, readings: Readings, model: PoseModel) ->
     if age <= FRESH or len(history.time) < SPANS + 2 or readings.pose_frame < 0:
         poses, variance = readings.body_pose, (model.position_var, model.heading_var)
         return PosesAtScan(poses, np.full((len(poses), 2), variance))
-    return carried_on(history, min(age, max(LONGEST, SPANS * model.frame_period)), model)
+    return extrapolated(history, min(age, max(LONGEST, SPANS * model.frame_period)), model)
 
 
-def carried_on(history: PoseHistory, age: float, model: PoseModel) -> PosesAtScan:
+def extrapolated(history: PoseHistory, age: float, model: PoseModel) -> PosesAtScan:
     """Return where robots are `age` [s] after the last frame of a history."""
     time, poses = history
     found, variances = np.empty(poses.shape[1:]), np.empty((poses.shape[1], 2))
@@ -91,12 +91,12 @@ def carried_on(history: PoseHistory, age: float, model: PoseModel) -> PosesAtSca
     ahead = min(max(ahead, 1), len(time) - 1 - SPANS)
     for robot in range(len(found)):
         one = poses[:, robot].copy()
-        _carry_on((time, one), (age, ahead), noise, (found[robot], variances[robot]))
+        _extrapolate((time, one), (age, ahead), noise, (found[robot], variances[robot]))
     return PosesAtScan(found, model.shared * variances)
 
 
 @kernel
-def _carry_on(frames, over, noise, written):
+def _extrapolate(frames, over, noise, written):
     """Write a robot's pose (3,) and the variances (2,) of its x and y each and its heading.
 
     `frames` are times (H,) and poses (H, 3), whose headings are unwound in place; `over` an age [s] and how many frames
@@ -122,10 +122,10 @@ def _carry_on(frames, over, noise, written):
 
 @kernel
 def _errors(time, poses, apart, noise, drawn):
-    """Return mean squares of errors by accelerations, of x and y each [m^2] and of the heading [rad^2].
+    """Return mean squared errors by accelerations, of x and y each [m^2] and of the heading [rad^2].
 
-    Frames are foretold from those `ahead` before them and `back` more. The mean is over all or over the last, whichever
-    is more: that of all counts for what begins to turn within the age, that of the last for what turns now.
+    Frames are predicted from those `ahead` before them and `back` more. The mean is over all or over the last, whichever
+    is more: that of all covers robots that begin to turn within the age, that of the last those that turn now.
     """
     ahead, back = apart
     place, heading, place_now, heading_now = 0.0, 0.0, 0.0, 0.0
@@ -145,13 +145,13 @@ def _errors(time, poses, apart, noise, drawn):
 
 @kernel
 def _noise(ratio):
-    """Return the variance of what is carried on by a ratio of a span, of poses whose variance is 1."""
+    """Return the variance of an extrapolation by a ratio of its span, from poses whose variance is 1."""
     return (1.0 + ratio) ** 2 + ratio**2
 
 
 @kernel
 def _along(pose, before, ratio):
-    """Return x, y and heading of a pose (3,) carried on by a ratio of what has come since one `before`, as a twist."""
+    """Return x, y and heading of a pose (3,) that goes on by a ratio of the twist since the pose `before`."""
     x, y, turn = pose[0] - before[0], pose[1] - before[1], pose[2] - before[2]
     chord = ratio
     if abs(turn) > STRAIGHT:

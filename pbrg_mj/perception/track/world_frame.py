@@ -2,7 +2,7 @@
 
 Assumed of the pose estimate: unbiased noise, independent from camera frame to camera frame and the same for all lines
 of a scan. Several scans that share a camera frame share its error, so each counts as that much worse: together they
-weigh as one. A pose older than the scan is carried on first, see `pose_history`.
+weigh as one. A pose older than the scan is extrapolated first, see `pose_history`.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def pose_model(scenario: Scenario) -> PoseModel:
 
 
 def _frames(scenario: Scenario, frame_period: float, scan_period: float) -> int:
-    """Return how many poses are remembered: those that last for a scan that takes time, and to carry poses on from."""
+    """Return how many poses are remembered: those that last for a scan that takes time, and to extrapolate from."""
     if scenario.plant == "ideal":
         return 0
     fused, scan_time = scenario.sensors.odometry.fuse, scenario.assumed_sensors.beams.scan_time

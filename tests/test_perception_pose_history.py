@@ -11,8 +11,8 @@ import pytest
 from pbrg_mj.perception.track.pose_history import (
     PoseHistory,
     PosesAtScan,
-    extrapolated,
     exposure,
+    extrapolated,
     no_poses,
     poses_at_scan,
     scanned,

@@ -20,7 +20,7 @@ SPANS = 5  # frames back to which speeds are taken: 0.17 s at 30 Hz, half a swin
 LAST = 4  # frames that tell of accelerations now
 SWING = 1.0  # [s] over which accelerations are taken: robots that swing do so faster
 FRESH = 1e-6  # [s] a pose this old is as old as the scan
-NEVER_OLD = 1e9  # [s] a filter carries poses on by itself: they are those of the scan
+NEVER_OLD = 1e9  # [s] a filter predicts poses itself: they are those of the scan
 
 ANCHOR = np.dtype([(name, np.float64) for name in ("x", "y", "time", "known")])
 """Where a robot stood at its last scan: x, y [m], the tracks' anchor; the time of the scan [s]; known: 0 before the

@@ -124,8 +124,8 @@ def _extrapolate(frames, over, noise, written):
 def _errors(time, poses, apart, noise, drawn):
     """Return mean squared errors by accelerations, of x and y each [m^2] and of the heading [rad^2].
 
-    Frames are predicted from those `ahead` before them and `back` more. Of the means over all and over the last the larger
-    counts: that of all covers robots that begin to turn within the age, that of the last those that turn now.
+    Frames are predicted from those `ahead` before them and `back` more. Of the means over all and over the last the
+    larger counts: that of all covers robots that begin to turn within the age, that of the last those that turn now.
     """
     ahead, back = apart
     place, heading, place_now, heading_now = 0.0, 0.0, 0.0, 0.0

@@ -15,6 +15,8 @@ from scipy import stats
 import pbrg_mj as pbrg
 from pbrg_mj.cli.main import main
 from pbrg_mj.errors import InputError
+from pbrg_mj.scenario.families.draw import draw_world
+from pbrg_mj.scenario.parse.document import read_document
 from pbrg_mj.studies.bench.bench import Bench
 from pbrg_mj.studies.bench.statistics import Difference, Quartiles, shifted_geometric_mean
 from pbrg_mj.studies.bench.suite import bundled_suites, read_suite
@@ -157,13 +159,16 @@ def test_a_submission_that_lies_is_refused(made, submission, capsys):
         pbrg.verify_bench(submission)
 
 
-@pytest.mark.parametrize(("seeds", "suite"), [("1001-1002", "standard"), ("1002-1003", None)])
-def test_a_submission_is_told_whose_worlds_it_has(seeds, suite, tmp_path):
+@pytest.mark.parametrize(
+    ("change", "suite"),
+    [(("", ""), "standard"), (("  held_out: 1001-", "  held_out: 1000-"), None), (("stride: 10", "stride: 9"), None)],
+)
+def test_a_submission_is_told_whose_worlds_it_has(change, suite, tmp_path):
     """Whoever takes part in them; logs there are none."""
     quick = bundled_suites()["standard"].read_text().replace("[none, paper, recommended, centralized]", "[none]")
-    (tmp_path / "quick_suite.yaml").write_text(quick.replace("  held_out: 1001-1002", f"  held_out: {seeds}"))
+    (tmp_path / "quick_suite.yaml").write_text(quick.replace(*change))
     found = pbrg.verify_bench(tmp_path)
-    assert (found.suite, len(found.bench.runs)) == (suite, 6)
+    assert (found.suite, len(found.bench.runs)) == (suite, 8 if "1000-" in change[1] else 6)
 
 
 OWN = """\
@@ -239,6 +244,59 @@ def test_bundled_suites_can_be_read_and_say_how_governors_were_tuned(name):
     assert len(suite.tasks) <= 40
 
 
+TWO = """\
+scenario: [paper/simulation_near, paper/experiment_near]
+train: {train}
+held_out: {held_out}
+seed_stride: {stride}
+governors: {{none: {{settings: {{governor.kind: none}}, tuning: nothing to tune}}}}
+"""
+
+
+def test_scenarios_have_seeds_of_their_own_where_a_suite_asks_for_it(tmp_path):
+    found = {}
+    for stride in (0, 10):
+        suite = read_suite(written(tmp_path, TWO.format(train=1, held_out="3,2", stride=stride)))
+        found[stride] = [one.removeprefix("none-perfect-").removesuffix(".mcap") for one in suite.logs]
+    near, ours = "simulation_near", "experiment_near"
+    assert found[0] == [f"{near}-3", f"{ours}-3", f"{near}-2", f"{ours}-2", f"{near}-1", f"{ours}-1"]
+    assert found[10] == [f"{near}-3", f"{ours}-13", f"{near}-2", f"{ours}-12", f"{near}-1", f"{ours}-11"]
+
+
+@pytest.mark.parametrize("quick", [False, True])
+@pytest.mark.parametrize("name", bundled_suites())
+def test_no_two_worlds_of_a_bundled_suite_share_a_team(name, quick):
+    """But for scenarios that draw nothing; and no seed is there to tune on and to compare by."""
+    suite = read_suite(name, quick=quick)
+    worlds = {(task.source.name, task.seed): task for task in suite.tasks}
+    groups = [{seed for _, seed in worlds if seed in group} for group in seeds_by_group(suite)]
+    assert not set.intersection(*groups) and sum(map(len, groups)) == len(worlds)
+    teams = [team(task) for task in worlds.values() if task.source.name.startswith("families/")]
+    assert len(teams) >= (3 if quick else 56)
+    for part in zip(*teams, strict=True):
+        assert len(set(part)) == len(teams)
+
+
+def seeds_by_group(suite):
+    return [{task.seed for task in suite.tasks if task.labels["group"] == one} for one in ("train", "held_out")]
+
+
+def team(task):
+    """Return starts, formation and reference that the task's family draws."""
+    document = read_document(task.source.text, task.source.file)
+    document.data["seed"] = task.seed
+    drawn = draw_world(document, task.source.file).data
+    places = (drawn["team"]["start"], drawn["team"]["formation"], drawn["operator"]["reference"])
+    return [json.dumps(one) for one in places]
+
+
+def test_a_world_of_a_suite_is_that_of_its_seed():
+    suite = read_suite("standard")
+    one = next(task for task in suite.tasks if task.source.name == "families/corridor" and task.seed > 1000)
+    drawn = pbrg.draw("families/corridor", one.seed).settings
+    assert one.scenario().settings.team == drawn.team and one.scenario().settings.world == drawn.world
+
+
 WRONG = {
     SUITE.replace("train: 1\n", "train: 3\n"): "4: held_out: has the seed 3 of `train`",
     SUITE.replace("governors: [none]", "governors: [nothing]"): "12: quick.governors.0: is 'nothing'; allowed: none, ",
@@ -249,6 +307,9 @@ WRONG = {
     SUITE.replace("[paper/simulation_inadmissible]\ntrain", "[paper/experiment_near, paper/experiment_near]\ntrain"): (
         "2: scenario.1: is a second experiment_near; allowed: each name once"
     ),
+    TWO.format(train=1, held_out="32-42", stride=10): "4: seed_stride: gives two scenarios the same seed of `held_out`",
+    TWO.format(train=1, held_out=11, stride=10): "3: held_out: has the seed 11 of `train`; allowed: other ones",
+    TWO.format(train=1, held_out=2**63 - 5, stride=10): "3: held_out: goes up to 9223372036854775813; allowed: below",
     SUITE.replace(", tuning: nothing to tune", "", 1): "8: governors.none.tuning: is missing",
 }
 

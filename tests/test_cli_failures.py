@@ -113,17 +113,44 @@ def test_a_thread_that_fails_is_one_line_and_exit_code_3(failing, capsys):
     assert err.count("\n") == 1
 
 
-def test_a_warning_of_python_is_one_line(failing, capsys):
+# As numba words it when a variable of the environment has a value that it cannot read.
+UNREAD = """\
+Environment variable 'NUMBA_OPT' is defined but its associated value 'nine' could not be parsed.
+The parse failed with exception:
+Traceback (most recent call last):
+  File "config.py", line 183, in _readenv
+    return ctor(value)
+           ^^^^^^^^^^^
+ValueError: unsupported value 'nine'
+"""
+READ = (
+    "warning: Environment variable 'NUMBA_OPT' is defined but its associated value 'nine' could not be parsed. "
+    "The parse failed with exception: ValueError: unsupported value 'nine'"
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("overflow\nsomewhere", "warning: overflow somewhere"),
+        (UNREAD, READ),
+        ("x" * 10_000, "warning: " + "x" * 397 + "..."),
+    ],
+)
+def test_a_warning_of_python_is_one_line(failing, capsys, text, says):
     def warn():
         with warnings.catch_warnings():
             warnings.simplefilter("default")
             warnings.showwarning = sys.modules["warnings"].showwarning
-            warnings.warn("overflow\nsomewhere", RuntimeWarning, stacklevel=1)
+            warnings.warn(text, RuntimeWarning, stacklevel=1)
         return []
 
     failing(warn)
     assert main(["list"]) == 0
-    assert capsys.readouterr().err == "warning: overflow\\nsomewhere\n"
+    assert capsys.readouterr().err == says + "\n"
+    assert main(["list", "--debug"]) == 0
+    *whole, last = capsys.readouterr().err.splitlines()
+    assert last.startswith(says + " (") and whole == (text.splitlines() if "\n" in text else [])
 
 
 def test_hooks_are_put_back(failing):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import signal
+import socket
 
 import pytest
 from pyarrow import parquet
@@ -15,6 +16,7 @@ from pbrg_mj.cli.main import main
 from pbrg_mj.errors import InputError
 from pbrg_mj.studies.document import read_study
 from pbrg_mj.studies.sweep_plan import SweepKeys, plan
+from tests.needs import need_module
 
 SMALL = """\
 scenario: paper/simulation_near
@@ -202,6 +204,20 @@ def test_options_of_backends_are_refused_in_one_line(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nowhere", "nowhere://x", "tcp://127.0.0.1:{}"])
+def test_a_scheduler_that_does_not_answer_leaves_no_folder(address, tmp_path, capfd, monkeypatch):
+    """Nobody is there, the address is none, or who is there says nothing."""
+    need_module("distributed")
+    monkeypatch.setattr("pbrg_mj.studies.backends.PATIENCE", 0.3)
+    file, out = str(written(tmp_path, SMALL)), tmp_path / "out"
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        address = address.format(silent.getsockname()[1])
+        assert main(["sweep", file, "-o", str(out), "--backend", "dask", "--scheduler", address]) == 2
+    said = capfd.readouterr().err
+    assert said.startswith(f"error: scheduler: no scheduler answers at '{address}': ") and said.count("\n") == 1
+    assert not out.exists()
+
+
 def test_a_folder_is_one_sweeps_at_a_time(made, tmp_path):
     from pbrg_mj.studies.journal import Journal
     from pbrg_mj.studies.run_task import packages
@@ -219,8 +235,6 @@ def test_processes_give_the_same_bytes(made, tmp_path):
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")  # of the cluster that loses a worker
 def test_a_cluster_that_loses_a_worker_gives_the_same_bytes(made, tmp_path):
-    from tests.needs import need_module
-
     distributed = need_module("distributed")
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
         killed = []

@@ -5,12 +5,16 @@ from __future__ import annotations
 import json
 import logging
 import os
+import re
 import sys
 from typing import Any, TextIO
 
 from pbrg_mj.cli.stdout import result_stream
 from pbrg_mj.errors import PbrgError
 from pbrg_mj.text import plain
+
+LONGEST = 400  # characters of an exception's or a warning's text shown
+FRAMES = re.compile(r"^Traceback \(most recent call last\):\n(?:[ \t].*\n|\n)*", re.MULTILINE)
 
 
 class StdoutClosedError(Exception):
@@ -35,6 +39,12 @@ def note(text: str) -> None:
         _write(sys.stderr, plain(text) + "\n")
     except OSError:
         discard(sys.stderr)
+
+
+def one_line(text: str) -> str:
+    """Return another package's text in one line, cut off where long; of a traceback in it only what was raised."""
+    line = " ".join(FRAMES.sub("", text).split())
+    return line if len(line) <= LONGEST else line[: LONGEST - 3] + "..."
 
 
 class WarningNotes(logging.Handler):

@@ -18,14 +18,13 @@ from typing import ParamSpec, TypeVar
 
 import typer
 
-from pbrg_mj.cli.console import StdoutClosedError, note
+from pbrg_mj.cli.console import StdoutClosedError, note, one_line
 from pbrg_mj.errors import InputError, PbrgError, Stopped
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 
 FAILED, WRONG_INPUT, DEFECT, STDOUT_CLOSED = 1, 2, 3, 141  # the last one as after a signal
-LONGEST = 400  # characters of an exception's text shown
 # The machine is short of something: neither wrong input nor a defect.
 SCARCE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.ENOMEM, errno.EMFILE, errno.ENFILE, errno.EAGAIN}
 # typer has it only as the base of what it exports.
@@ -76,8 +75,10 @@ def failures_on_one_line(*, debug: bool) -> Iterator[list[BaseException]]:
             explain(hook.exc_value, debug=debug)
 
     def warn(message: Warning | str, kind: type[Warning], file: str, line: int, *_: object) -> None:
-        place = f" ({file}:{line})" if debug else ""
-        note(f"warning: {message}{place}")
+        text = str(message)
+        for one in text.splitlines() if debug and "\n" in text else ():
+            note(one)
+        note(f"warning: {one_line(text)}{f' ({file}:{line})' if debug else ''}")
 
     threading.excepthook, sys.unraisablehook, warnings.showwarning = in_thread, unraisable, warn  # type: ignore
     try:
@@ -108,10 +109,9 @@ def _verdict(error: BaseException) -> tuple[int, str]:
 
 def _text(error: BaseException) -> str:
     try:
-        text = " ".join(str(error).split())
+        return one_line(str(error))
     except Exception:  # an exception of another package, whose text fails
         return ""
-    return text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."
 
 
 def _place(trace: TracebackType | None) -> str:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import shutil
 import signal
 import tempfile
 import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -33,7 +35,7 @@ class Backend:
     scheduler: str | None = None  # address of Dask's
 
     def check(self) -> None:
-        """Raise InputError for a backend that is not there, or options that do not belong to it."""
+        """Raise InputError for a backend or scheduler that is not there, or options that do not belong to it."""
         if self.name not in BACKENDS:
             raise InputError(f"is {self.name!r}; allowed: {', '.join(BACKENDS)}", key="backend")
         if self.name == "joblib" and self.scheduler is not None:
@@ -44,6 +46,8 @@ class Backend:
             )
         if self.name == "dask" and find_spec("distributed") is None:
             raise InputError("the backend dask needs Dask: pip install distributed")
+        if self.name == "dask":
+            _reach(str(self.scheduler))
 
     def run(self, tasks: Sequence[Task], keep_logs: bool) -> Generator[Result, None, None]:
         """Yield the results in the order in which they come. Closing the iterator ends what is under way."""
@@ -97,11 +101,7 @@ def _hangup_blocked() -> Iterator[None]:
 def _dask(tasks: Sequence[Task], keep_logs: bool, scheduler: str) -> Generator[Result, None, None]:
     from distributed import Client, KilledWorker, as_completed
 
-    try:
-        client = Client(scheduler, timeout=PATIENCE)
-    except (OSError, ValueError) as error:
-        raise InputError(f"no scheduler answers at {scheduler!r}: {error}", key="scheduler") from None
-    with client:
+    with Client(scheduler, timeout=PATIENCE) as client:
         futures = [client.submit(run_task, task, keep_logs, pure=False, key=f"run-{task.digest}") for task in tasks]
         waiting = as_completed(futures)
         try:
@@ -112,3 +112,24 @@ def _dask(tasks: Sequence[Task], keep_logs: bool, scheduler: str) -> Generator[R
             raise PbrgError(f"workers are killed again and again: {error}") from None
         finally:
             client.cancel(futures)
+
+
+def _reach(scheduler: str) -> None:
+    """Ask the scheduler who it is. Raises InputError when none answers: nobody, or what is no scheduler."""
+
+    async def ask() -> Any:
+        from distributed.core import rpc
+        from distributed.security import Security
+
+        secrets = Security().get_connection_args("client")  # of Dask's own configuration
+        async with rpc(scheduler, timeout=PATIENCE, connection_args=secrets) as there:
+            return await there.identity()
+
+    try:
+        with ThreadPoolExecutor(1) as thread:  # a notebook's own thread has a loop already
+            who = thread.submit(asyncio.run, asyncio.wait_for(ask(), PATIENCE)).result()
+    except Exception as error:  # of whatever kind: an address, a name or an answer may be wrong in many ways
+        why = str(error) or type(error).__name__
+        raise InputError(f"no scheduler answers at {scheduler!r}: {why}", key="scheduler") from None
+    if who.get("type") != "Scheduler":
+        raise InputError(f"at {scheduler!r} is a {who.get('type')} of Dask, no scheduler", key="scheduler")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -55,6 +55,9 @@ class SuiteKeys(Section):
     )
     train: Seeds = Field(description="seeds to tune on")
     held_out: Seeds = Field(description="other seeds, to compare by")
+    seed_stride: Annotated[int, Field(ge=0, lt=2**32)] = Field(
+        default=0, description="added to both for each scenario before: families draw teams alike for equal seeds"
+    )
     duration: Annotated[float, Field(gt=0)] | None = Field(default=None, description="simulated time [s]")
     set: Values = Field(default={}, description="values of keys, the same in all runs")
     governors: dict[str, GovernorEntry] = Field(
@@ -126,14 +129,13 @@ def _suite(file: StudyFile[SuiteKeys], copies: Path | None) -> Suite:
     if twice := [k for k, stem in enumerate(stems) if stem in stems[:k]]:
         raise file.error(("scenario", twice[0]), f"is a second {stems[twice[0]]}; allowed: each name once")
     seeds = {group: seed_list(file, group) for group in GROUPS}
-    if both := set(seeds["train"]) & set(seeds["held_out"]):
-        raise file.error(("held_out",), f"has the seed {min(both)} of `train`; allowed: other ones")
+    _check_seeds(file, seeds, len(scenarios))
     kinds = _governor_kinds(file, scenarios, seeds["train"][0])
     tasks = [
         Task(
             source,
             always | plain(settings) | plain(entry.settings),
-            seed,
+            seed + k * keys.seed_stride,
             {"group": group, "governor_name": governor, "network_name": network},
         )
         for group in GROUPS
@@ -141,11 +143,24 @@ def _suite(file: StudyFile[SuiteKeys], copies: Path | None) -> Suite:
         for network, settings in keys.networks.items()
         for governor, entry in keys.governors.items()
         if network in (entry.networks or keys.networks)
-        for source in scenarios
+        for k, source in enumerate(scenarios)
     ]
     centralized = frozenset(name for name, kind in kinds.items() if is_centralized(kind))
     tunings = {name: entry.tuning for name, entry in keys.governors.items()}
     return Suite(file, tuple(tasks), tuple(map(_log_name, tasks)), tunings, centralized)
+
+
+def _check_seeds(file: StudyFile[SuiteKeys], seeds: Mapping[str, Sequence[int]], scenarios: int) -> None:
+    """Raise InputError for a seed to tune on and to compare by, and for one that the stride gives two scenarios."""
+    stride = file.keys.seed_stride
+    own = {group: {seed + k * stride for seed in listed for k in range(scenarios)} for group, listed in seeds.items()}
+    if both := own["train"] & own["held_out"]:
+        raise file.error(("held_out",), f"has the seed {min(both)} of `train`; allowed: other ones")
+    for group, listed in seeds.items():
+        if stride and len(own[group]) < scenarios * len(listed):
+            raise file.error(("seed_stride",), f"gives two scenarios the same seed of `{group}`; allowed: 0, or more")
+        if max(own[group]) >= 2**63:
+            raise file.error((group,), f"goes up to {max(own[group])}; allowed: below 2^63")
 
 
 def _governor_kinds(file: StudyFile[SuiteKeys], scenarios: Sequence[Source], seed: int) -> dict[str, str]:

@@ -19,7 +19,8 @@ from pbrg_mj.studies.run_task import Record, numbers, timings
 from pbrg_mj.studies.runner import LOGS, Watch, no_progress
 from pbrg_mj.studies.task import Task
 
-WORLDS = ("scenario", "train", "held_out", "duration", "set", "networks")  # of a suite: all but who takes part
+# Of a suite: all but who takes part.
+WORLDS = ("scenario", "train", "held_out", "seed_stride", "duration", "set", "networks")
 
 
 @dataclass(frozen=True)

@@ -199,7 +199,7 @@ def test_options_of_backends_are_refused_in_one_line(tmp_path):
         pbrg.sweep(file, tmp_path / "out", backend="slurm")
     with pytest.raises(InputError, match=r"^scheduler: is missing"):
         pbrg.sweep(file, tmp_path / "out", backend="dask")
-    with pytest.raises(InputError, match=r"^scheduler: goes with the backend dask"):
+    with pytest.raises(InputError, match=r"^scheduler: is for the backend dask alone"):
         pbrg.sweep(file, tmp_path / "out", scheduler="tcp://localhost:1")
     assert not (tmp_path / "out").exists()
 

@@ -186,6 +186,13 @@ def test_compare_s_table_holds_the_json_s_values(logs, capsys):
     assert max(map(len, lines)) <= 100
 
 
+@pytest.mark.parametrize(
+    ("count", "said"), [(0.0, "0 B"), (999.0, "999 B"), (704e3, "704 kB"), (1.4081e3, "1.408 kB"), (2.5e15, "2500 TB")]
+)
+def test_bytes_stand_in_the_table_with_a_unit_that_a_person_reads(count, said):
+    assert shown({"centralized": False, "sent_bytes": count}, "sent_bytes") == said
+
+
 def test_every_metric_stands_in_the_table():
     keys = {key for rows in LAYOUT.values() for _, key in rows}
     nested = metrics(run()).as_dict()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import signal
-import time
 from collections import Counter
 from pathlib import Path
 
@@ -157,9 +156,7 @@ def test_a_command_apart_has_its_own_end() -> None:
     def hog() -> int:
         return len(bytearray(2 * MEMORY))
 
-    began = time.process_time()
     assert run_apart(lambda: 2).code == 2
     assert run_apart(crash).signal == signal.SIGSEGV
     assert "MemoryError" in run_apart(hog).stderr
     assert "ZeroDivisionError" in run_apart(lambda: 1 // 0).stderr
-    assert time.process_time() - began < CPU

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import pbrg_mj as pbrg
 from pbrg_mj.analysis.export import export
 from pbrg_mj.analysis.figures.figure import plot, wanted_panels
 from pbrg_mj.analysis.metrics.log_metrics import log_metrics
@@ -18,6 +19,7 @@ from pbrg_mj.analysis.metrics.run_metrics import metrics
 from pbrg_mj.analysis.reduced_run import open_reduced
 from pbrg_mj.analysis.replay_summary import replay_summary
 from pbrg_mj.analysis.report.report_run import report_log, report_run
+from pbrg_mj.api import simulate
 from pbrg_mj.api.logs import plot_log, replay_log
 from pbrg_mj.cli.main import main
 from pbrg_mj.errors import InputError
@@ -84,6 +86,21 @@ def test_memory_for_metrics_does_not_grow_with_the_log(tmp_path: Path) -> None:
     peak(few)
     # Of these lengths numbers for percentiles are still held, and the window of the trend is not full at first.
     assert (peak(many) - peak(few)) / 2000 < 250
+
+
+def test_a_run_holds_no_more_the_longer_it_takes(tmp_path: Path) -> None:
+    held: list[int] = []
+
+    def look(tick: pbrg.TickRecord) -> None:
+        if tick.index % 500 == 0:
+            held.append(tracemalloc.get_traced_memory()[0])
+
+    plan = pbrg.load("paper/simulation_near", duration=20.0)
+    tracemalloc.start()
+    simulate.record(plan, tmp_path / "long.mcap", watch=[look])
+    tracemalloc.stop()
+    assert len(held) == 5
+    assert (max(held[3:]) - max(held[1:3])) / 1000 < 250  # [bytes] a tick, whose record has some 5000
 
 
 @pytest.mark.parametrize("scenario", ["paper/experiment_near", "paper/simulation_inadmissible"])

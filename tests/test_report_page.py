@@ -20,6 +20,7 @@ from pbrg_mj.analysis.report.report_run import report_run
 from pbrg_mj.api import logs as api_logs
 from pbrg_mj.cli.main import main
 from tests.runs import replaced, resting, run, walled
+from tests.test_analysis_binding import multipliers, sensed
 
 TOP = Path(__file__).parents[1]
 EVIL = "</script><script>alert(1)</script><img src=x onerror=alert(2)>"
@@ -81,6 +82,13 @@ def test_text_from_a_log_is_never_markup():
     shown = "".join(data for tag, data in parsed.texts if tag != "script")
     assert shown.count(f"Damaged log: {EVIL}") == 2
     assert f"description: {EVIL}" in shown
+
+
+def test_what_binds_at_the_end_stands_beside_the_outcome():
+    bound = run(walled(), ticks={"multipliers": multipliers((0, 1, 3.1)), **sensed()})
+    said = "robot 1's half-space x <= 2.1 (walls.0), holding robot 2, lambda 3.1"
+    assert said in Parsed(made(bound)).text("li")
+    assert "Binds at the end:" not in Parsed(made(run(walled()))).text("p")
 
 
 def test_control_characters_are_spelt_out():

@@ -62,6 +62,16 @@ def test_team_and_reference_are_always_in_the_picture(camera):
         assert inside(shot(TICKS[k]).project(np.column_stack([seen, np.zeros(len(seen))]), SIZE))
 
 
+def test_from_above_what_stands_near_the_team_is_in_the_picture():
+    """Robots rest in two places a metre apart; the wall is 0.7 m beyond the upper one, the other one far away."""
+    near, far = ({"from": (0.5, y), "to": (1.5, y), "thickness": 0.1} for y in (0.7, 9.0))
+    made = run(scenario(plant="physics", world={"walls": (near, far)}, estimator={}))
+    shot = camera_path(job("top", made), motion_of(made.ticks))(0.0)
+    corners = np.array([[x, y, 0.0] for x in (0.5, 1.5) for y in (0.65, 0.75)])
+    assert inside(shot.project(corners, SIZE))
+    assert not inside(shot.project(corners + np.array([0.0, 8.3, 0.0]), SIZE))
+
+
 def test_the_robot_camera_follows_its_robot():
     made = moving()
     shot = camera_path(job("robot:2", made), motion_of(made.ticks))

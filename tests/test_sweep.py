@@ -6,6 +6,8 @@ import json
 import os
 import signal
 import socket
+import subprocess
+import sys
 
 import pytest
 from pyarrow import parquet
@@ -230,6 +232,19 @@ def test_a_folder_is_one_sweeps_at_a_time(made, tmp_path):
 def test_processes_give_the_same_bytes(made, tmp_path):
     pbrg.sweep(written(tmp_path, SMALL), tmp_path / "out", jobs=2)
     assert (tmp_path / "out" / "records.parquet").read_bytes() == (made.folder / "records.parquet").read_bytes()
+
+
+@pytest.mark.slow
+def test_a_warning_stands_once_and_in_one_line_whatever_the_number_of_processes(tmp_path):
+    """Numba's, whose text has a traceback: each process would print it again, in ten lines."""
+    text = "scenario: paper/simulation_near\nseeds: 1-2\nduration: 0.1\nset: {plant: ideal, reference.solver: none}\n"
+    program = "import sys; from pbrg_mj.cli.main import main; sys.exit(main())"
+    arguments = ["sweep", str(written(tmp_path, text)), "-o", str(tmp_path / "out"), "--jobs", "2"]
+    environment = os.environ | {"NUMBA_BOUNDSCHECK": "perhaps"}
+    command = [sys.executable, "-c", program, *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=True)
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("warning: Environment variable 'NUMBA_BOUNDSCHECK' is defined")
 
 
 @pytest.mark.slow

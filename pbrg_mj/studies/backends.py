@@ -23,6 +23,7 @@ from pbrg_mj.studies.task import Task
 
 BACKENDS = ("joblib", "dask")
 IDLE = 20  # [s] without work after which a process ends, also where the one that gave it work was killed
+WARNINGS = "PYTHONWARNINGS"  # by which Python decides what to warn of, in a process that begins
 PATIENCE = 10.0  # [s] for a scheduler to answer
 
 
@@ -74,7 +75,7 @@ def _processes(tasks: Sequence[Task], keep_logs: bool, jobs: int) -> Generator[R
     place = str(Path(tempfile.gettempdir()) / f"pbrg-{token_hex(8)}")
     finished = False
     try:
-        with _hangup_blocked():
+        with _hangup_blocked(), _warnings_ignored():
             made: Any = pool(one(task, keep_logs, parent=os.getpid(), place=place) for task in tasks)
         with warnings.catch_warnings(), closing(made) as results:
             warnings.filterwarnings("ignore", ".*have been cancelled")  # as Ctrl-C means them to be
@@ -96,6 +97,20 @@ def _hangup_blocked() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def _warnings_ignored() -> Iterator[None]:
+    """Let processes that are started meanwhile print none of Python's warnings: this one has printed them."""
+    before = os.environ.get(WARNINGS)
+    os.environ[WARNINGS] = "ignore"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[WARNINGS]
+        else:
+            os.environ[WARNINGS] = before
 
 
 def _dask(tasks: Sequence[Task], keep_logs: bool, scheduler: str) -> Generator[Result, None, None]:

@@ -9,8 +9,9 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.beams import next_beam
+from pbrg_mj.perception.points.corner import MOST_LOST, corner_beside, share_corners
 from pbrg_mj.perception.points.memory import place_for
-from pbrg_mj.perception.points.parameters import LEAST_JOINING, MOST_LOST
+from pbrg_mj.perception.points.parameters import LEAST_JOINING
 from pbrg_mj.perception.scan.team_mates import is_team_mate
 
 ABOVE = 1.0 + 1e-9  # by which a bound is above what it bounds, however both are rounded
@@ -24,6 +25,8 @@ class Echoes(NamedTuple):
     y: np.ndarray  # (beams,) [m]
     variance: np.ndarray  # (beams,) of the range [m^2]
     pose_std: np.ndarray  # (beams,) [m]
+    ux: np.ndarray  # (beams,) direction of the beam
+    uy: np.ndarray  # (beams,)
     binds: np.ndarray  # (beams,) bool: heard, and no outlier
     bulge: np.ndarray  # (beams,) how far a right-angled corner between its beam and the next may stick out [m]
 
@@ -55,8 +58,13 @@ def add_scan(points, scan, beams, pose, team, parameters):
         point["x"], point["y"], point["std"], point["pose_std"] = echoes.x[k], echoes.y[k], std, echoes.pose_std[k]
         point["time"], point["scan"] = pose.time, scan
         point["live"], point["passed"], point["binds"] = True, 0, echoes.binds[k]
-        echoes.bulge[k] = 0.0 if _on_a_line(echoes, k, joins) else 0.5 * parameters.unseen * ranges[k]
-        point["bulge"] = echoes.bulge[k]
+        point["ux"], point["uy"], point["beam"] = echoes.ux[k], echoes.uy[k], k
+        point["turn_std"] = ranges[k] * math.sqrt(pose.heading_var)
+        corner = corner_beside(echoes, ranges, k, joins, parameters)
+        point["bulge"], point["slack"] = corner.bulge, corner.slack
+        point["along_x"], point["along_y"] = corner.along_x, corner.along_y
+        echoes.bulge[k] = corner.bulge
+    share_corners(points, len(ranges))
     return echoes
 
 
@@ -66,15 +74,16 @@ def _echoes(seen, pose, team, parameters):
     (ranges, directions), (places, own) = seen, team
     beams = len(ranges)
     x, y, variance, pose_std = np.empty(beams), np.empty(beams), np.empty(beams), np.empty(beams)
-    heard, binds = np.zeros(beams, np.bool_), np.zeros(beams, np.bool_)
-    echoes = Echoes(heard, x, y, variance, pose_std, binds, np.zeros(beams))
+    heard, binds, ux, uy = np.zeros(beams, np.bool_), np.zeros(beams, np.bool_), np.empty(beams), np.empty(beams)
+    echoes = Echoes(heard, x, y, variance, pose_std, ux, uy, binds, np.zeros(beams))
     cos, sin = math.cos(pose.heading), math.sin(pose.heading)
     for k in range(beams):
         r = ranges[k]
         if parameters.blocked[k] or math.isnan(r):
             continue
         dx, dy = directions[k, 0], directions[k, 1]
-        x[k], y[k] = pose.x + r * (cos * dx - sin * dy), pose.y + r * (sin * dx + cos * dy)
+        ux[k], uy[k] = cos * dx - sin * dy, sin * dx + cos * dy
+        x[k], y[k] = pose.x + r * ux[k], pose.y + r * uy[k]
         variance[k] = parameters.range_std**2 + (parameters.noise_ratio * r) ** 2
         pose_std[k] = math.sqrt(pose.position_var + r * r * pose.heading_var)
         reach = parameters.body_radius + 3.0 * (math.sqrt(variance[k]) + pose_std[k])
@@ -100,21 +109,6 @@ def _neighbour(echoes, ranges, k, step, parameters):
                 limit += 3.0 * math.sqrt(echoes.variance[k] + echoes.variance[other])
             return other if squared <= limit * limit else -1
     return -1
-
-
-@kernel
-def _on_a_line(echoes, k, joins):
-    """Tell whether an echo lies on the line through both neighbours.
-
-    Within four standard deviations: of the 400 echoes in a memory none is off the line by chance.
-    """
-    before, after = joins
-    if before < 0 or after < 0 or before == after:
-        return False
-    x, y = echoes.x[after] - echoes.x[before], echoes.y[after] - echoes.y[before]
-    across = (echoes.x[k] - echoes.x[before]) * y - (echoes.y[k] - echoes.y[before]) * x
-    variance = echoes.variance[k] + 0.25 * (echoes.variance[before] + echoes.variance[after])
-    return across * across <= 16.0 * variance * (x * x + y * y)
 
 
 @kernel

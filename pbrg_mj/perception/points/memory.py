@@ -10,8 +10,9 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.beams import layout, nearest_beam, nearest_from
 
 POINT = np.dtype(
-    [(name, np.float64) for name in ("x", "y", "std", "pose_std", "bulge", "time")]
-    + [(name, np.int64) for name in ("scan", "passed")]
+    [(name, np.float64) for name in ("x", "y", "std", "pose_std", "time")]
+    + [(name, np.float32) for name in ("ux", "uy", "turn_std", "bulge", "along_x", "along_y", "slack")]
+    + [(name, np.int32) for name in ("scan", "passed", "beam")]
     + [(name, np.bool_) for name in ("live", "binds")],
     align=True,
 )
@@ -19,8 +20,11 @@ POINT = np.dtype(
 
 - x, y [m]
 - std [m]: standard deviation of its range; pose_std [m]: what the robot's position and heading add
-- bulge [m]: how far a right-angled corner between its beam and the next may stick out
 - time [s] and scan: when it was seen, by the clock and by the number of the scan
+- ux, uy: direction of its beam; turn_std [m]: what the heading adds, across it
+- bulge [m]: how far a right-angled corner between its beam and the next may stick out in any direction; and in the
+  direction g: by no more than |g . along| + slack, along [m] the way on its face to the next beam
+- beam: of the newest scan, with an echo at the same place; -1: none
 - binds: it is no outlier; passed: scans in which a beam went past it to something behind
 """
 
@@ -72,6 +76,7 @@ def forget(points, scan, beams, pose, parameters):
         if pose.time - point["time"] > parameters.memory:
             point["live"] = False
             continue
+        point["beam"] = -1
         x, y = point["x"] - pose.x, point["y"] - pose.y
         x, y = cos * x + sin * y, cos * y - sin * x
         beam = nearest_beam(x, y, even)
@@ -88,7 +93,7 @@ def forget(points, scan, beams, pose, parameters):
             if point["passed"] >= PASSES:
                 point["live"] = False
         elif abs(ranges[beam] - distance) <= tolerance:
-            point["passed"] = 0
+            point["passed"], point["beam"] = 0, beam
             if scan - point["scan"] >= parameters.recent:
                 point["live"] = False
 

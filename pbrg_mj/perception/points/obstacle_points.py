@@ -18,36 +18,59 @@ class ObstaclePoints(NamedTuple):
     std: np.ndarray  # (M,) of the range [m]
     inset: np.ndarray  # (M,) how far the hand point must stay from a place known as badly as the robot's pose [m]
     squared: np.ndarray  # (M,) of the distance from the path [m^2], once `measure_from` has written it
+    point: np.ndarray  # (M,) the number of its point in the memory, -1 for the edge
+    memory: np.ndarray  # of POINT
 
 
 @kernel
-def empty_points(size):
-    """Return room for `size` places."""
-    return ObstaclePoints(np.empty(size), np.empty(size), np.empty(size), np.empty(size), np.empty(size))
+def empty_points(size, memory):
+    """Return room for `size` places, of points of a memory."""
+    x, y, point = np.empty(size), np.empty(size), np.empty(size, np.int64)
+    return ObstaclePoints(x, y, np.empty(size), np.empty(size), np.empty(size), point, memory)
 
 
 @kernel
 def obstacle_points(points, edge, parameters):
     """Return the `ObstaclePoints` of the points that bind and of the `Edge`, and how many there are."""
-    places, count = empty_points(len(points) + len(edge.x)), 0
+    places, count = empty_points(len(points) + len(edge.x), points), 0
     for i in range(len(points)):
         point = points[i]
         if point["live"] and point["binds"]:
             places.x[count], places.y[count], places.std[count] = point["x"], point["y"], point["std"]
             places.inset[count] = parameters.clearance + parameters.sigmas * point["pose_std"] + point["bulge"]
+            places.point[count] = i
             count += 1
     for i in range(len(edge.x)):
         places.x[count], places.y[count], places.std[count] = edge.x[i], edge.y[i], 0.0
         places.inset[count] = parameters.clearance + parameters.sigmas * edge.pose_std[i]
+        places.point[count] = -1
         count += 1
     return places, count
+
+
+@kernel
+def kept_along(places, i, normal, parameters):
+    """Return how far the hand point must stay from place i along a unit vector, and its range's deviation there [m].
+
+    Neither is more than `inset` and `std`: a range is wrong along its beam alone, a heading across it, and a corner on
+    a face that is known sticks out along that face.
+    """
+    if places.point[i] < 0:
+        return places.inset[i], places.std[i]
+    (gx, gy), point = normal, places.memory[places.point[i]]
+    ahead, aside = gx * point["ux"] + gy * point["uy"], gx * point["uy"] - gy * point["ux"]
+    turn = point["turn_std"] ** 2
+    pose = math.sqrt(max(point["pose_std"] ** 2 - turn, 0.0) + turn * aside * aside)
+    corner = min(point["bulge"], abs(gx * point["along_x"] + gy * point["along_y"]) + point["slack"])
+    inset = parameters.clearance + parameters.sigmas * pose + corner
+    return min(inset, places.inset[i]), places.std[i] * min(abs(ahead), 1.0)
 
 
 @kernel
 def copy_point(source, i, target, k):
     """Write point i of one array to place k of another."""
     target.x[k], target.y[k] = source.x[i], source.y[i]
-    target.std[k], target.inset[k] = source.std[i], source.inset[i]
+    target.std[k], target.inset[k], target.point[k] = source.std[i], source.inset[i], source.point[i]
 
 
 @kernel
@@ -57,6 +80,7 @@ def swap_points(places, i, k):
     places.y[i], places.y[k] = places.y[k], places.y[i]
     places.std[i], places.std[k] = places.std[k], places.std[i]
     places.inset[i], places.inset[k] = places.inset[k], places.inset[i]
+    places.point[i], places.point[k] = places.point[k], places.point[i]
     places.squared[i], places.squared[k] = places.squared[k], places.squared[i]
 
 

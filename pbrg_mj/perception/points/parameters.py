@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtr, ndtri, pdtrc  # scipy.stats has the same, but takes a second to import
 
+from pbrg_mj.perception.points.corner import MOST_LOST
 from pbrg_mj.perception.points.face import ROOM
 from pbrg_mj.perception.scan.self_occlusion import blocked_beams
 from pbrg_mj.perception.track.world_frame import PoseModel, pose_model
@@ -19,7 +20,6 @@ MOST_ECHOES = 16
 ENOUGH = 432  # echoes that are remembered, six scans of 72 beams: what a noisy sensor misses in one is in another
 FALSE_ECHOES = 1e-5  # confirmed outliers a scan: one in three hours of scans
 SPAN = 0.3  # [s] between the scans whose difference is a speed: a thing at 0.1 m/s moves by more than ranges are wrong
-MOST_LOST = 1  # beams without an echo between two of one thing
 LEAST_JOINING = 0.2  # [m] robots are 0.2 m wide: they pass between no two echoes that are nearer than that
 
 

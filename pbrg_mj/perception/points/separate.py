@@ -43,7 +43,7 @@ def separate(seen, q, target, parameters, half_spaces):
     """
     G, h, active = half_spaces
     places, count = obstacle_points(seen[0], seen[1], parameters)
-    window, path = empty_points(count), free_path(places, count, q, target, parameters)
+    window, path = empty_points(count, seen[0]), free_path(places, count, q, target, parameters)
     measure_from(path, places, count)
     before = G.copy(), active.copy(), np.zeros(len(h), np.bool_)
     taken = before[2]
@@ -56,7 +56,7 @@ def separate(seen, q, target, parameters, half_spaces):
             count = 0
             break
         half_space = _write((window, size, path), (nx, ny), before, half_spaces, parameters)
-        count = points_not_separated(places, count, half_space, parameters.sigmas)
+        count = points_not_separated(places, count, half_space, parameters)
         faces += 1
     if count > 0:
         taken[:] = taken_before_box

@@ -1,0 +1,120 @@
+"""How far a right-angled corner between two beams may stick out beyond the echo beside it.
+
+An echo on the line through its neighbours is beside none. Beside another the corner lies no farther out than half the
+way to the next beam, in whatever direction (Thales). Where the echo and two others in a row lie on a line, it is on a
+face that is known, and so is the corner: no farther along it than the next beam, and not before it; nor farther than a
+gap between beams at that range, since the echo on its other face is nearer to it then. Echoes of several scans at one place share what one of them knows: a neighbour that was lost once makes no corner.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.points.beams import next_beam
+
+OFF_LINE = 16.0  # squared standard deviations: of the 400 echoes in a memory none is off the line by chance
+ROUNDING = 1e-9  # [m] of exact ranges
+MOST_LOST = 1  # beams without an echo between two of one thing
+
+
+class Corner(NamedTuple):
+    """How far it sticks out: by `bulge` [m] at most, and in the direction g by |g . along| + slack at most."""
+
+    bulge: float  # [m]
+    along_x: float  # [m]
+    along_y: float  # [m]
+    slack: float  # [m]
+
+
+@kernel
+def corner_beside(echoes, ranges, k, joins, parameters):
+    """Return the `Corner` that may be between the beam of echo k and those beside it; `joins` are its neighbours."""
+    before, after = joins
+    if before >= 0 and after >= 0 and _on_a_line(echoes, before, k, after):
+        return Corner(0.0, 0.0, 0.0, 0.0)
+    bulge = 0.5 * parameters.unseen * ranges[k]
+    before, after = _next_heard(echoes, k, -1, parameters), _next_heard(echoes, k, 1, parameters)
+    if before >= 0 and after >= 0 and before != after and _on_a_line(echoes, before, k, after):
+        x, y, _ = _way(echoes, before, after)
+        half = 0.5 * max(_way(echoes, before, k)[2], _way(echoes, k, after)[2])
+        way = min(half, 2.0 * bulge)
+        return Corner(bulge, way * x, way * y, 0.0)
+    for step, near in ((-1, after), (1, before)):
+        far = _next_heard(echoes, near, -step, parameters) if near >= 0 else -1
+        if far < 0 or far == k or not _on_a_line(echoes, far, near, k):
+            continue
+        x, y, length = _way(echoes, far, k)
+        beam = echoes.ux[k], echoes.uy[k]
+        way = min(_to_the_next_beam(ranges[k], beam, (x, y), step, parameters.unseen), 2.0 * bulge)
+        turned = math.sqrt(_across(echoes, k, x, y) + _across(echoes, far, x, y)) / length
+        return Corner(bulge, way * x, way * y, min(parameters.sigmas * turned * way, bulge))
+    return Corner(bulge, 0.0, 0.0, bulge)
+
+
+@kernel
+def share_corners(points, beams):
+    """Give all echoes at one place, those of the beam that met it last, the corner of the one that knows most."""
+    best = np.full(beams, -1)
+    for i in range(len(points)):
+        beam = points[i]["beam"]
+        if points[i]["live"] and beam >= 0 and (best[beam] < 0 or points[i]["slack"] < points[best[beam]]["slack"]):
+            best[beam] = i
+    for i in range(len(points)):
+        point = points[i]
+        if point["slack"] > 0.0 and point["live"] and point["beam"] >= 0:
+            known = points[best[point["beam"]]]
+            if known["slack"] < point["slack"]:
+                point["bulge"], point["slack"] = known["bulge"], known["slack"]
+                point["along_x"], point["along_y"] = known["along_x"], known["along_y"]
+
+
+@kernel
+def _on_a_line(echoes, a, k, b):
+    """Tell whether echo k is on the line through the echoes a and b as far as ranges are known."""
+    x, y = echoes.x[b] - echoes.x[a], echoes.y[b] - echoes.y[a]
+    dx, dy, squared = echoes.x[k] - echoes.x[a], echoes.y[k] - echoes.y[a], x * x + y * y
+    if squared == 0.0:
+        return False
+    share, off = (dx * x + dy * y) / squared, dx * y - dy * x
+    variance = (1.0 - share) ** 2 * _across(echoes, a, x, y) + share**2 * _across(echoes, b, x, y)
+    return off * off <= OFF_LINE * (variance + _across(echoes, k, x, y)) + ROUNDING**2 * squared
+
+
+@kernel
+def _way(echoes, a, b):
+    """Return the direction from echo a to echo b, and how far it is [m]."""
+    x, y = echoes.x[b] - echoes.x[a], echoes.y[b] - echoes.y[a]
+    length = math.sqrt(x * x + y * y)
+    return x / length, y / length, length
+
+
+@kernel
+def _across(echoes, k, x, y):
+    """Return the variance of an echo's range across a vector, times the square of its length."""
+    across = echoes.ux[k] * y - echoes.uy[k] * x
+    return echoes.variance[k] * across * across
+
+
+@kernel
+def _next_heard(echoes, k, step, parameters):
+    """Return the next echo's beam in a direction, -1 where too many beams in a row have none."""
+    for lost in range(1, 2 + MOST_LOST):
+        other = next_beam(k, step * lost, parameters)
+        if other < 0 or other == k:
+            return -1
+        if echoes.heard[other]:
+            return other
+    return -1
+
+
+@kernel
+def _to_the_next_beam(reach, beam, face, step, gap):
+    """Return how far a face goes on from an echo at `reach` to the next beam [m]; inf where it never meets it."""
+    ahead = beam[0] * face[0] + beam[1] * face[1]
+    aside = step * (beam[0] * face[1] - beam[1] * face[0])
+    meets = aside * math.cos(gap) - ahead * math.sin(gap)
+    return reach * math.sin(gap) / meets if meets > 0.0 else math.inf

@@ -3,8 +3,10 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from pbrg_mj.analysis.metrics.best_formation import _corners, best_formation, given_rows, nearest
+from pbrg_mj.analysis.metrics.best_formation import best_formation, given_rows
+from pbrg_mj.analysis.metrics.nearest_point import _corners, nearest
 from pbrg_mj.analysis.metrics.obstacles import distance_to_obstacles, faces, footprints
+from pbrg_mj.scenario.load import load_scenario
 from pbrg_mj.scenario.robots import robot_size
 from tests.runs import FORMATION, WALL, scenario, walled
 
@@ -169,6 +171,53 @@ def test_own_scope_admits_robots_on_both_sides():
 @pytest.mark.parametrize(("x", "admitted"), [(2.5 - CLEARANCE - 1e-6, True), (2.5 - CLEARANCE + 1e-6, False)])
 def test_own_scope_keeps_the_clearance(x, admitted):
     assert (best(around(boxes=(BOX,), scope="own"), x, 0.0).point is not None) == admitted
+
+
+LONG = {"from": (2.25, -5.0), "to": (2.25, 5.0), "thickness": 0.1}  # its face at x = 2.2
+
+
+def test_own_scope_stops_before_a_long_wall():
+    """As `scope: team` does, exactly; all robots count, not the foremost alone."""
+    start, formation = ((0.0, 0.0), (-0.5, 0.6), (-0.5, -0.6)), ((0.4, 0.0), (-0.2, 0.5), (-0.2, -0.5))
+    own, team_scope = (around(walls=(LONG,), start=start, formation=formation, scope=one) for one in ("own", "team"))
+    for r in ((3.2, 0.4), (2.9, -0.7), (3.4, 0.0)):
+        found = best(own, *r).point
+        np.testing.assert_allclose(found, best(team_scope, *r).point, atol=1e-9)
+        np.testing.assert_allclose(found, [2.2 - CLEARANCE - 0.4, r[1]], atol=1e-9)
+
+
+def test_the_paper_s_wall_parts_the_team_from_what_is_behind_it():
+    plan = load_scenario("paper/experiment_inadmissible", ["set_up=recommended"]).scenario
+    np.testing.assert_allclose(best(plan, 1.8, 2.0).point, [1.4, 1.6], atol=1e-6)
+
+
+def test_own_scope_goes_round_what_is_on_the_way():
+    """A box, a door, and a wall whose end is nearer to r than the start is."""
+    door = ({"from": (2.25, -5.0), "to": (2.25, -0.5), "thickness": 0.1}, {"from": (2.25, 0.5), "to": (2.25, 5.0)})
+    short = {"from": (2.25, -1.0), "to": (2.25, 1.0), "thickness": 0.1}
+    for obstacles in ({"boxes": (BOX,)}, {"walls": door}, {"walls": (short,)}):
+        found = best(around(**obstacles, scope="own"), 4.5, 0.2)
+        np.testing.assert_array_equal(found.point, [4.5, 0.2])
+
+
+def test_a_closed_room_is_not_left():
+    """r is outside, beside a corner: the planted answer is the corner of the room, the clearance off both walls."""
+    corners = ((-1.0, -1.0), (2.0, -1.0), (2.0, 1.5), (-1.0, 1.5))
+    walls = tuple(
+        {"from": a, "to": b, "thickness": 0.1} for a, b in zip(corners, (*corners[1:], corners[0]), strict=True)
+    )
+    found = best(around(walls=walls, scope="own"), 3.0, 2.5)
+    np.testing.assert_allclose(found.point, [1.95 - CLEARANCE, 1.45 - CLEARANCE], atol=1e-9)
+
+
+def test_a_column_that_fills_a_door_parts_within_a_cell():
+    """Between two walls a round thing: the nearest place before it lies on a circle, and is found within 3 cm."""
+    door = ({"from": (2.25, -5.0), "to": (2.25, -0.5), "thickness": 0.1}, {"from": (2.25, 0.5), "to": (2.25, 5.0)})
+    world = {"walls": door, "columns": ({"center": (2.25, 0.0), "radius": 0.4},)}
+    plan = scenario(plant="physics", world=world, team=team((0.0, 0.0)), estimator={"scope": "own"})
+    found = best(plan, 3.5, 0.0).point
+    assert np.linalg.norm(found - [3.5, 0.0]) <= 1.65 + CLEARANCE + 0.03
+    assert distance_to_obstacles(plan, found[None]) >= CLEARANCE - 1e-9
 
 
 def test_own_scope_binds_a_given_half_space_to_its_robot_alone():

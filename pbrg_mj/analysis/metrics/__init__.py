@@ -1,6 +1,8 @@
 """The numbers of a run, from the log's arrays and the scenario's true obstacles.
 
 obstacles         walls and boxes as rectangles with faces
+nearest_point     the nearest point to another one behind lines
+reachable_places  where robots that go beside obstacles can bring their formation
 best_formation    the point where the team should come to rest
 contacts          which contacts there were, and which of them violate the run
 margins           distances to true and sensed lines, the ball's radius

@@ -9,12 +9,12 @@ from math import prod
 
 import numpy as np
 
+from pbrg_mj.analysis.metrics.nearest_point import FEASIBLE, nearest
 from pbrg_mj.analysis.metrics.obstacles import distance_to_obstacles, faces, footprints, names
+from pbrg_mj.analysis.metrics.reachable_places import nearest_reachable, parts
 from pbrg_mj.scenario.robots import robot_size
 from pbrg_mj.scenario.schema import GivenHalfSpace, Scenario
 
-PARALLEL = 1e-12  # rows whose determinant is smaller have no corner
-FEASIBLE = 1e-9  # [m] rounding allowed when a candidate is tested against the other rows
 MOST_CHOICES = 4096  # ways to choose one face per obstacle; more of them are not tried
 
 
@@ -71,36 +71,16 @@ def given_rows(scenario: Scenario) -> HalfSpaceRows:
     return HalfSpaceRows(normal / length[:, None], np.array([one.offset for one in given]) / length, binds)
 
 
-def nearest(r: np.ndarray, C: np.ndarray, d: np.ndarray) -> np.ndarray | None:
-    """Return the minimiser (2,) of ||m - r|| subject to C m <= d, unit rows C (H, 2); None when infeasible.
-
-    Exact: in the plane at most two rows carry the optimum, so all sets of 0, 1 and 2 active rows are tried.
-    """
-    candidates = np.array([r, *_projections(r, C, d), *_corners(C, d)])
-    slack = FEASIBLE * (1.0 + np.abs(d))
-    feasible = candidates[np.all(candidates @ C.T <= d + slack, axis=1)]
-    if not len(feasible):
-        return None
-    return feasible[np.argmin(np.linalg.norm(feasible - r, axis=1))]
-
-
-def _projections(r: np.ndarray, C: np.ndarray, d: np.ndarray) -> np.ndarray:
-    return r - (C @ r - d)[:, None] * C
-
-
-def _corners(C: np.ndarray, d: np.ndarray) -> np.ndarray:
-    """Return the points (P, 2) at which two rows meet, all pairs at once: thousands of choices have some 200 each."""
-    i, j = np.triu_indices(len(d), 1)
-    pairs, sides = np.stack([C[i], C[j]], axis=1), np.stack([d[i], d[j]], axis=1)
-    meet = np.abs(np.linalg.det(pairs)) > PARALLEL
-    return np.linalg.solve(pairs[meet], sides[meet][..., None])[..., 0]
-
-
 def _behind(scenario: Scenario, r: np.ndarray, rows: HalfSpaceRows) -> BestFormation:
     """Return the best formation behind all rows: G.(m + b_j) <= h for every j that a row binds (eq. 3)."""
-    reach = np.where(rows.binds, rows.G @ np.array(scenario.team.formation).T, -np.inf).max(axis=1, initial=-np.inf)
-    point = nearest(r, rows.G, rows.h - reach)
+    point = nearest(r, *_of_the_team(scenario, rows))
     return BestFormation(point, None if point is not None else "no admissible formation", rows)
+
+
+def _of_the_team(scenario: Scenario, rows: HalfSpaceRows) -> tuple[np.ndarray, np.ndarray]:
+    """Return C (H, 2), d (H,) [m] such that C m <= d is the formation at m behind all rows."""
+    reach = np.where(rows.binds, rows.G @ np.array(scenario.team.formation).T, -np.inf).max(axis=1, initial=-np.inf)
+    return rows.G, rows.h - reach
 
 
 def _separating(scenario: Scenario, index: int) -> list[tuple[np.ndarray, float]]:
@@ -121,13 +101,15 @@ def _all_rows(given: HalfSpaceRows, choices: list[list[tuple[np.ndarray, float]]
 
 
 def _beside_obstacles(scenario: Scenario, r: np.ndarray, given: HalfSpaceRows) -> BestFormation:
-    """With `scope: own` robots may stand beside obstacles: what they leave free is not convex in general."""
+    """With `scope: own` robots may stand beside obstacles, and no farther than they get without going back."""
     best = _behind(scenario, r, given)
-    if (
-        best.point is None
-        or distance_to_obstacles(scenario, best.point + np.array(scenario.team.formation))
-        >= robot_size(scenario.robot).clearance - FEASIBLE
-    ):
+    if best.point is None:
+        return best
+    if parts(scenario, best.point):
+        point = nearest_reachable(scenario, r, _of_the_team(scenario, given))
+        return BestFormation(point, None if point is not None else "no formation that every robot reaches", given)
+    clear = distance_to_obstacles(scenario, best.point + np.array(scenario.team.formation))
+    if clear >= robot_size(scenario.robot).clearance - FEASIBLE:
         return best
     return BestFormation(
         None, "the formation at r meets an obstacle, and what is free beside obstacles is not convex", given

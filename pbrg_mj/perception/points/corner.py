@@ -3,7 +3,8 @@
 An echo on the line through its neighbours is beside none. Beside another the corner lies no farther out than half the
 way to the next beam, in whatever direction (Thales). Where the echo and two others in a row lie on a line, it is on a
 face that is known, and so is the corner: no farther along it than the next beam, and not before it; nor farther than a
-gap between beams at that range, since the echo on its other face is nearer to it then. Echoes of several scans at one place share what one of them knows: a neighbour that was lost once makes no corner.
+gap between beams at that range, since the echo on its other face is nearer to it then. Echoes of several scans at one
+place share what one of them knows: a neighbour that was lost once makes no corner.
 """
 
 from __future__ import annotations

@@ -211,12 +211,13 @@ def test_a_closed_room_is_not_left():
 
 
 def test_a_column_that_fills_a_door_parts_within_a_cell():
-    """Between two walls a round thing: the nearest place before it lies on a circle, and is found within 3 cm."""
+    """The planted answer is in the bay beside it, on the wall's line and the column's circle, either side of it."""
     door = ({"from": (2.25, -5.0), "to": (2.25, -0.5), "thickness": 0.1}, {"from": (2.25, 0.5), "to": (2.25, 5.0)})
     world = {"walls": door, "columns": ({"center": (2.25, 0.0), "radius": 0.4},)}
     plan = scenario(plant="physics", world=world, team=team((0.0, 0.0)), estimator={"scope": "own"})
     found = best(plan, 3.5, 0.0).point
-    assert np.linalg.norm(found - [3.5, 0.0]) <= 1.65 + CLEARANCE + 0.03
+    planted = np.array([2.2 - CLEARANCE, np.sqrt((0.4 + CLEARANCE) ** 2 - 0.15**2)])
+    assert np.linalg.norm([found[0], abs(found[1])] - planted) < 0.03
     assert distance_to_obstacles(plan, found[None]) >= CLEARANCE - 1e-9
 
 

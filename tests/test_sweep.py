@@ -17,6 +17,7 @@ from pbrg_mj.analysis.output_file import write_atomically
 from pbrg_mj.cli.main import main
 from pbrg_mj.errors import InputError
 from pbrg_mj.studies.document import read_study
+from pbrg_mj.studies.run_task import run_task
 from pbrg_mj.studies.sweep_plan import SweepKeys, plan
 from tests.needs import need_module
 
@@ -119,6 +120,13 @@ def test_what_a_killed_study_left_half_written_goes_when_it_goes_on(tmp_path):
     assert len(sorted(folder.rglob("*"))) == len(names) + 2
     pbrg.sweep(file, folder, jobs=1)
     assert sorted(folder.rglob("*")) == names
+
+
+def test_a_run_whose_log_nobody_wants_makes_no_folder(tmp_path, monkeypatch):
+    """Nobody would remove it where the process is killed."""
+    task = plan(read_study(written(tmp_path, SMALL), SweepKeys))[0]
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "nowhere"))
+    assert run_task(task).record["status"] == "ok"
 
 
 def test_a_run_that_fails_is_a_record(tmp_path, capsys):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import tempfile
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, fields
 from functools import cache
 from pathlib import Path
@@ -44,17 +44,21 @@ def run_task(task: Task, keep_log: bool = False, parent: int | None = None, plac
     """
     if parent is not None:
         become_worker(parent, place)
-    with tempfile.TemporaryDirectory(prefix="pbrg-", dir=place) as folder, _silent():
-        log = Path(folder) / "run.mcap"
+    with _folder(place) if keep_log else nullcontext() as folder, _silent():
+        log = Path(folder) / "run.mcap" if folder else None
         try:
-            metrics = record(task.scenario(), log) if keep_log else measure(task.scenario())
+            metrics = record(task.scenario(), log) if log else measure(task.scenario())
         except (OSError, MemoryError):
             raise
         except Exception as error:  # of whatever kind: the other runs go on
             text = " ".join(f"{type(error).__name__}: {error}".split())[:LONGEST]
             return Result(task.digest, {"status": "failed", "error": text}, {}, packages())
         found = {"status": "ok", "error": None, **numbers(metrics)}
-        return Result(task.digest, found, timings(metrics), packages(), log.read_bytes() if keep_log else None)
+        return Result(task.digest, found, timings(metrics), packages(), log.read_bytes() if log else None)
+
+
+def _folder(place: str | None) -> tempfile.TemporaryDirectory[str]:
+    return tempfile.TemporaryDirectory(prefix="pbrg-", dir=place)
 
 
 def numbers(metrics: RunMetrics) -> Record:

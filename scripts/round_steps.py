@@ -56,8 +56,8 @@ def main() -> None:
     found = [steps_at(rng) for _ in range(asked.optima)]
     for name in found[0]:
         values = np.array([one[name] for one in found])
-        told = f"{values.sum()} of {len(values)}" if values.dtype == bool else f"{np.exp(np.log(values).mean()):.2f}"
-        print(f"{name:<55}{told}")
+        text = f"{values.sum()} of {len(values)}" if values.dtype == bool else f"{np.exp(np.log(values).mean()):.2f}"
+        print(f"{name:<55}{text}")
 
 
 if __name__ == "__main__":

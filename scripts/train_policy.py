@@ -53,9 +53,9 @@ def action(gains: np.ndarray, seen: np.ndarray, parts: dict[str, slice]) -> np.n
 
 def episode_return(env: TeamParallelEnv, gains: np.ndarray, seed: int) -> float:
     """Return the sum of rewards of an episode, the mean of all robots."""
-    total, (told, _) = 0.0, env.reset(seed=seed)
+    total, (observed, _) = 0.0, env.reset(seed=seed)
     while env.agents:
-        told, rewards, *_ = env.step({one: action(gains, seen, env.layout.parts) for one, seen in told.items()})
+        observed, rewards, *_ = env.step({one: action(gains, seen, env.layout.parts) for one, seen in observed.items()})
         total += float(np.mean(list(rewards.values())))
     return total
 

@@ -29,8 +29,8 @@ def channel(network, delay: int | Callable[[int, int], int] = 0, impedance=0.0, 
     """`delay` is one number, or a function of the two ends of a link; `more` are other fields of Channel."""
     of = delay if callable(delay) else lambda i, k: delay
     delays = np.array([of(min(pair), max(pair)) for pair in links(network)], dtype=np.int64)
-    silences = np.array(more.pop("silences", ()), np.int64).reshape(-1, 3)
-    plain = Channel(delays, impedance, loss or Loss(), seed=1, silences=silences, silent_after=FOREVER)
+    outage_rounds = np.array(more.pop("outage_rounds", ()), np.int64).reshape(-1, 3)
+    plain = Channel(delays, impedance, loss or Loss(), seed=1, outage_rounds=outage_rounds, silent_after=FOREVER)
     return dataclasses.replace(plain, **more)
 
 

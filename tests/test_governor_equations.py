@@ -1,4 +1,4 @@
-"""Compiled kernels against the equations in plain NumPy: random graphs, rows, states, delays, losses and silences."""
+"""Compiled kernels against the equations in plain NumPy: random graphs, rows, states, delays, losses and outages."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def test_a_compiled_round_over_a_network_is_the_round_of_the_equations(seed):
         lambda i, k: delay[i, k],
         impedance,
         (Loss(), Loss.independent(0.3), Loss.bursty(0.3, 4.0))[seed % 3],
-        silences=silent,
+        outage_rounds=silent,
         silent_after=int(rng.integers(2, 8)),
         jitter=int(rng.integers(0, 5)) if seed >= 12 else 0,
         in_order=seed >= 22,

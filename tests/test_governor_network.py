@@ -58,7 +58,9 @@ def test_without_delay_and_loss_it_is_the_immediate_exchange_bit_for_bit(name):
 @pytest.mark.parametrize("impedance", [0.0, 2.0])
 def test_rounds_may_be_grouped_in_any_way_and_leave_their_memory_alone(impedance):
     problem, first = start(6)
-    links_ = channel(problem.network, uneven, impedance, Loss.bursty(0.4, 3.0), silences=[(2, 20, 35)], silent_after=5)
+    links_ = channel(
+        problem.network, uneven, impedance, Loss.bursty(0.4, 3.0), outage_rounds=[(2, 20, 35)], silent_after=5
+    )
     at_once = memory = quiet(links_, first)
     before = at_once[1].copied()
     at_once = run(problem, at_once, links_, FLOW, 60)
@@ -174,7 +176,7 @@ def test_private_data_travel_no_faster_than_the_links(name, impedance, private):
     problem = dataclasses.replace(problem, rows=problem.rows._replace(active=np.ones_like(problem.rows.active)))
     first = random_estimates(rng, problem.rows)
     first = first._replace(lam=np.full_like(first.lam, 0.5))
-    links_ = channel(network, uneven, impedance, silences=[(2, 0, 3)], silent_after=40)
+    links_ = channel(network, uneven, impedance, outage_rounds=[(2, 0, 3)], silent_after=40)
     times = travel_times(network, links_.delay)
     for k in (0, 3, 4):
         memories = [quiet(links_, first), quiet(links_, first)]
@@ -194,7 +196,7 @@ def test_bytes_count_what_is_sent_though_it_be_lost_and_nothing_of_the_silent():
     problem, _ = start(8)
     for impedance in (0.0, 2.0):
         message = 2 * 22 * 8 + 2 + (4 if impedance else 0)  # vectors, hop count, and how many waves are in the sum
-        links_ = channel(problem.network, 1, impedance, Loss.independent(0.5), silences=[(2, 4, 7)])
+        links_ = channel(problem.network, 1, impedance, Loss.independent(0.5), outage_rounds=[(2, 4, 7)])
         governor = DistributedGovernor(Flow(2.0, 1e-3), 10, "zero", links_)
         solution, memory = governor.step(problem, governor.init(problem))
         np.testing.assert_array_equal(solution.bytes_sent, message * np.array([20, 20, 3 * 7, 20, 10]))
@@ -222,7 +224,7 @@ def test_a_scenarios_network_becomes_rounds():
     np.testing.assert_array_equal(made.delay, [4, 4, 9, 9])  # 1<-2, 2<-1, 2<-3, 3<-2
     assert (made.impedance, made.seed, made.silent_after) == (3.0, 3, 120)  # 4 rounds every 10 ms
     assert made.loss == Loss(0.2, pytest.approx(0.0625), 0.75)
-    np.testing.assert_array_equal(made.silences, [[1, 600, 700], [0, 2800, NEVER]])
+    np.testing.assert_array_equal(made.outage_rounds, [[1, 600, 700], [0, 2800, NEVER]])
     assert (made.jitter, made.in_order, made.reserve) == (0, False, 19)  # 0.2 * 0.75^19 < 0.001 < 0.2 * 0.75^18
     assert made.silent(2798, 4, 3).tolist() == [[False] * 3] * 2 + [[True, False, False]] * 2
 

@@ -31,8 +31,10 @@ def random_schedule(rng, network, rounds):
     jitter, edges = int(rng.integers(0, 9)), len(network.neighbours)
     share = rng.uniform(0.0, 0.9)
     chain = Loss.bursty(share, max(rng.uniform(1.0, 30.0), share / (1 - share)))
-    silences = [(int(rng.integers(network.robots)), int(rng.integers(rounds)), int(rng.integers(rounds)))]
-    plain = channel(network, uneven, rng.uniform(0.3, 4.0), chain, seed=int(rng.integers(2**32)), silences=silences)
+    outage_rounds = [(int(rng.integers(network.robots)), int(rng.integers(rounds)), int(rng.integers(rounds)))]
+    plain = channel(
+        network, uneven, rng.uniform(0.3, 4.0), chain, seed=int(rng.integers(2**32)), outage_rounds=outage_rounds
+    )
     made = dataclasses.replace(plain, reserve=int(rng.integers(0, 12)), in_order=bool(rng.random() < 0.3))
     losses = made.lost(np.zeros(edges, dtype=bool), 0, rounds)
     return scheduled(made, losses, rng.integers(0, jitter + 1, (rounds, edges)))

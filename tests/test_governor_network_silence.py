@@ -24,8 +24,8 @@ FROM, UNTIL = 100, 220
 
 def silenced(name, robot, delay=0, impedance=0.0, until=UNTIL):
     frozen = problem(WALLS[1], P, [2.0, 3.0], graph(GRAPHS[name]), XI)
-    silences = [(robot, FROM, until)]
-    return frozen, channel(frozen.network, delay, impedance, silences=silences, silent_after=PATIENCE)
+    outage_rounds = [(robot, FROM, until)]
+    return frozen, channel(frozen.network, delay, impedance, outage_rounds=outage_rounds, silent_after=PATIENCE)
 
 
 def freezing(network, delays, robot):
@@ -114,8 +114,8 @@ def test_when_it_speaks_again_the_network_finds_the_optimum(robot, impedance):
 
 def closed_loop(robot, graph_kind, duration):
     """The paper's first run with one robot silent from 3 s on, as records."""
-    silences = f"network.outages=[{{robot: {robot}, time: 3, duration: {duration}}}]"
-    changes = [f"graph.kind={graph_kind}", silences, "network.neighbour_timeout=0.2", "timing.duration=12"]
+    outage_rounds = f"network.outages=[{{robot: {robot}, time: 3, duration: {duration}}}]"
+    changes = [f"graph.kind={graph_kind}", outage_rounds, "network.neighbour_timeout=0.2", "timing.duration=12"]
     scenario = load_scenario("paper/simulation_near", changes).scenario
     return list(Simulation.build(scenario).records())
 

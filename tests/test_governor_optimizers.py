@@ -46,8 +46,8 @@ def test_nids_comes_to_the_optimum_at_its_linear_rate(step: float, mixing: float
     for _ in range(81):
         far.append(np.linalg.norm(optimizer.candidate(locals_[4], memories[4]) - BEST))
         messages = np.array([optimizer.message(memory) for memory in memories])
-        heard = [messages[team.neighbours[team.first[i] : team.first[i + 1]]] for i in range(team.robots)]
-        memories = [optimizer.step_once(*one) for one in zip(locals_, memories, heard, strict=True)]
+        received = [messages[team.neighbours[team.first[i] : team.first[i + 1]]] for i in range(team.robots)]
+        memories = [optimizer.step_once(*one) for one in zip(locals_, memories, received, strict=True)]
     slope = np.polyfit(np.arange(20, 81), np.log(far[20:]), 1)[0]
     assert np.exp(slope) == pytest.approx(nids_rate(team, static.owner, step, optimizer.weight), rel=0.01)
 
@@ -97,8 +97,8 @@ def test_every_optimizer_finds_the_cone_programs_optimum(optimizer: Optimizer, r
         memories = [optimizer.start(facts(team, i), known[i]) for i in range(5)]
         for _ in range(rounds):
             messages = np.array([optimizer.message(memory) for memory in memories])
-            heard = [messages[team.neighbours[team.first[i] : team.first[i + 1]]] for i in range(5)]
-            memories = [optimizer.step_once(*one) for one in zip(known, memories, heard, strict=True)]
+            received = [messages[team.neighbours[team.first[i] : team.first[i + 1]]] for i in range(5)]
+            memories = [optimizer.step_once(*one) for one in zip(known, memories, received, strict=True)]
         for local, memory in zip(known, memories, strict=True):
             np.testing.assert_allclose(optimizer.candidate(local, memory), best.m, atol=2e-4)
 

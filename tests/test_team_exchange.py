@@ -84,8 +84,8 @@ def test_robots_use_what_was_sent_last_of_what_has_come():
             if came and not silent[now, net.receiver[e]]:
                 newest[e] = max(newest[e], *came)
             if newest[e] >= 0:
-                np.testing.assert_array_equal(memory.heard[e], states[newest[e], net.neighbours[e]])
-        np.testing.assert_array_equal(memory.heard_sent, newest)
+                np.testing.assert_array_equal(memory.received[e], states[newest[e], net.neighbours[e]])
+        np.testing.assert_array_equal(memory.received_tick, newest)
 
 
 def test_own_losses_leave_the_governors_as_they_are():

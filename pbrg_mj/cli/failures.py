@@ -103,8 +103,8 @@ def _verdict(error: BaseException) -> tuple[int, str]:
         name = f"{os.fsdecode(error.filename)}: " if isinstance(error.filename, str | bytes) else ""
         return (FAILED if error.errno in SCARCE else WRONG_INPUT), f"{name}{error.strerror or error}"
     text = _text(error)
-    told = f"{type(error).__name__}{': ' if text else ''}{text}{_place(error.__traceback__)}"
-    return DEFECT, f"{told}; this is a defect of pbrg, `pbrg --debug` prints where"
+    message = f"{type(error).__name__}{': ' if text else ''}{text}{_place(error.__traceback__)}"
+    return DEFECT, f"{message}; this is a defect of pbrg, `pbrg --debug` prints where"
 
 
 def _text(error: BaseException) -> str:

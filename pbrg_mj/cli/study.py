@@ -57,7 +57,7 @@ def with_study_options(command: Callable[..., int]) -> Callable[..., int]:
 def study_progress() -> Iterator[Callable[[int, int, int], None]]:
     """Give a function to call with the numbers of runs over, of all and of failed ones.
 
-    An interruption is told, and is the command's exit code.
+    An interruption is reported, and is the command's exit code.
     """
     try:
         with _bar() as watch:
@@ -83,7 +83,7 @@ def _bar() -> Iterator[Callable[[int, int, int], None]]:
         task = bar.add_task("starting", total=None)
 
         def show(done: int, total: int, failed: int) -> None:
-            told = f"{done} of {counted(total, 'run')}" + (f", {failed} failed" if failed else "")
-            bar.update(task, total=total, completed=done, description=told)
+            description = f"{done} of {counted(total, 'run')}" + (f", {failed} failed" if failed else "")
+            bar.update(task, total=total, completed=done, description=description)
 
         yield show

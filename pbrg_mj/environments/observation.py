@@ -58,8 +58,8 @@ class Layout:
         made[:, self.parts["xi"]] = xi
         start = self.parts["neighbours"].start
         for robot, others in enumerate(map(list, self.neighbours)):
-            told = np.column_stack([p[others] - p[robot], xi[others] - xi[robot]])
-            made[robot, start : start + told.size] = told.ravel()
+            states = np.column_stack([p[others] - p[robot], xi[others] - xi[robot]])
+            made[robot, start : start + states.size] = states.ravel()
         if "scan" in self.parts:
             made[:, self.parts["scan"]] = self._scans(scenario, sight)
         else:

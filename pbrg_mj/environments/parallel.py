@@ -66,9 +66,9 @@ class TeamParallelEnv(ParallelEnv):
         ended, acted = step.ended, self.agents
         rewards = self._by_agent(episode.rewards(step).tolist())
         terminated, truncated = dict.fromkeys(acted, ended), dict.fromkeys(acted, episode.timed_out and not ended)
-        told = self._by_agent(episode.observations()), rewards, terminated, truncated
+        result = self._by_agent(episode.observations()), rewards, terminated, truncated
         self.agents = [] if ended or episode.timed_out else list(acted)
-        return *told, {one: dict(episode.info(step)) for one in acted}
+        return *result, {one: dict(episode.info(step)) for one in acted}
 
     def render(self) -> None:
         """Draw nothing: `pbrg render` draws logs."""

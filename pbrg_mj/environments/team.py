@@ -49,10 +49,10 @@ class TeamEnv(gymnasium.Env):
         if episode is None:
             raise InputError("no episode is under way; call reset first")
         step = advance(episode, action)
-        reward, told = float(episode.rewards(step).mean()), dict(episode.info(step))
+        reward, info = float(episode.rewards(step).mean()), dict(episode.info(step))
         if step.ended or episode.timed_out:
             self._episode = None
-        return episode.observations().ravel(), reward, step.ended, episode.timed_out and not step.ended, told
+        return episode.observations().ravel(), reward, step.ended, episode.timed_out and not step.ended, info
 
     def close(self) -> None:
         """Let go of the world."""

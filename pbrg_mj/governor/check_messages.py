@@ -30,8 +30,8 @@ def reactions_without_messages(
         changed = int(others[0])
         before, after = _answers(made, problems), _answers(made, [problems[0], *_changed(problems[1:], changed)])
         for robot in range(team.robots):
-            heard = robot == changed or bool(leads and team.leader[robot])  # all leaders hear the operator's reference
-            if not heard and not np.array_equal(before[:, robot], after[:, robot]):
+            received = robot == changed or bool(leads and team.leader[robot])  # all leaders get the operator's r
+            if not received and not np.array_equal(before[:, robot], after[:, robot]):
                 found.append(f"{title}: robot {robot + 1} answers to data of robot {changed + 1} without any message")
     return found
 
@@ -46,7 +46,7 @@ def _answers(made: Callable[[], PlugInGovernor], problems: Sequence[Problem]) ->
         impedance=0.0,
         loss=Loss.independent(1.0),
         seed=0,
-        silences=np.zeros((0, 3), dtype=np.int64),
+        outage_rounds=np.zeros((0, 3), dtype=np.int64),
         silent_after=NEVER_LOST,
     )
     governor = dataclasses.replace(governor, channel=silence)

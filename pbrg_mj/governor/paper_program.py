@@ -1,7 +1,7 @@
 """The paper's algorithm (eqs. 16-30) as the program of one robot: the same numbers as `distributed`, as messages.
 
 A robot keeps its own (z_i, zeta_i, lambda_i, nu_i), sends (z_i, zeta_i) to its neighbours in every round, and takes
-one step of the flow from its own rows and what it has heard. The step is the compiled one of `distributed.rounds`, run
+one step of the flow from its own rows and what it receives. The step is the compiled one of `distributed.rounds`, run
 on a team in which nobody else has rows, links or leads; `distributed.equations` writes it out.
 
 Over late links it keeps of every neighbour the message sent last, cuts links on which nothing has come for long, and
@@ -50,7 +50,7 @@ class PaperMemory:
     own: OwnData
     estimate: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]  # z, zeta (4n + 2,), lambda (R,), nu (4,)
     m: np.ndarray  # (2,) the last within bounds [m]
-    heard: Mapping[int, NeighbourState]  # by neighbour
+    received: Mapping[int, NeighbourState]  # by neighbour
     hops: int  # links to the nearest robot that has lost a neighbour; n: none is known
     round: int
     diverged: bool = False
@@ -87,8 +87,8 @@ class PaperProgram:
         nothing = NeighbourState(np.zeros_like(z), np.zeros_like(z), n, 0, False)
         estimate = (z, np.zeros_like(z), np.zeros(_rows(own).d.shape[1]), np.zeros(4))
         bounded, _ = self._limits(estimate)
-        heard = dict.fromkeys(facts.neighbours, nothing)
-        return PaperMemory(facts, own, estimate, z[:2].copy(), heard, n, 0, not bounded)
+        received = dict.fromkeys(facts.neighbours, nothing)
+        return PaperMemory(facts, own, estimate, z[:2].copy(), received, n, 0, not bounded)
 
     def begin(self, own: OwnData, memory: PaperMemory) -> PaperMemory:
         """Take the measurements."""
@@ -111,13 +111,13 @@ class PaperProgram:
         came: dict[int, NeighbourState] = {}
         for sender, content in inbox:
             new = self._read(sender, content, memory)
-            if new.age <= came.get(sender, memory.heard[sender]).age:
+            if new.age <= came.get(sender, memory.received[sender]).age:
                 came[sender] = new
         kept = {k: came.get(k) or self._without_message(k, memory) for k in memory.facts.neighbours}
         hops = self._count_hops(kept, memory)
         estimate = memory.estimate if hops < memory.facts.robots else self._stepped(kept, memory)
         aged = {k: one._replace(age=one.age + 1) for k, one in kept.items()}
-        return replace(memory, estimate=estimate, heard=aged, hops=hops, round=memory.round + 1)
+        return replace(memory, estimate=estimate, received=aged, hops=hops, round=memory.round + 1)
 
     def finish(self, memory: PaperMemory) -> tuple[RobotAnswer, PaperMemory]:
         """Apply the own m_i; one that has left all bounds is held at the last within them, for good."""
@@ -126,7 +126,7 @@ class PaperProgram:
         m = memory.m if diverged else memory.estimate[0][:2].copy()
         status = "diverged" if diverged else self._status(memory, capped)
         lost = sum(
-            self._overdue(k, one, memory) > 0 for k, one in memory.heard.items()
+            self._overdue(k, one, memory) > 0 for k, one in memory.received.items()
         )  # they are a round older by now
         return RobotAnswer(m, status, memory.estimate[2], lost), replace(memory, m=m, diverged=diverged)
 
@@ -153,7 +153,7 @@ class PaperProgram:
 
     def _without_message(self, neighbour: int, memory: PaperMemory) -> NeighbourState:
         """Return what is kept of a neighbour from which nothing new has come; it counts as lost after a while."""
-        one = memory.heard[neighbour]
+        one = memory.received[neighbour]
         return one._replace(up=one.up and self._overdue(neighbour, one, memory) < 0)
 
     def _count_hops(self, kept: Mapping[int, NeighbourState], memory: PaperMemory) -> int:

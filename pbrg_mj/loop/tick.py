@@ -137,8 +137,8 @@ def _pre_stabilise(
     control, p, xi = loop.control, problem.p, problem.xi
     if loop.exchange is None:
         return *pre_stabilise(loop.network, control, p, xi, m, loop.backend), None
-    heard = loop.exchange.transmitted(p, xi, loop.exchange.empty() if state.exchange is None else state.exchange)
-    return *loop.exchange.rates(control, (p, xi), m, heard), heard
+    received = loop.exchange.transmitted(p, xi, loop.exchange.empty() if state.exchange is None else state.exchange)
+    return *loop.exchange.rates(control, (p, xi), m, received), received
 
 
 def _rows(loop: ClosedLoop, state: LoopState, half_spaces: HalfSpaces, p: np.ndarray) -> Rows | LazyRows:

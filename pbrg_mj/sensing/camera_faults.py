@@ -25,15 +25,15 @@ class CameraFaults(NamedTuple):
         return bool(Streams(seed, Source.LOST_FRAMES).at(0, frame).random() < self.lost_frames)
 
     def applied(self, poses: np.ndarray, before: np.ndarray | None, frame: int) -> np.ndarray:
-        """Return the poses (n, 3) as they are told, of those of a frame and those told before, None for none."""
-        time, told = frame * self.period, poses.copy()
+        """Return the poses (n, 3) that the camera reports, from those of a frame and those reported before, or None."""
+        time, reported = frame * self.period, poses.copy()
         for one, other, start, end in self.swapped:
             if start <= time < end:
-                told[[one, other]] = told[[other, one]]
+                reported[[one, other]] = reported[[other, one]]
         for robot, start, end in self.hidden:
             if start <= time < end and before is not None:
-                told[robot] = before[robot]
-        return told
+                reported[robot] = before[robot]
+        return reported
 
 
 def camera_faults(scenario: Scenario) -> CameraFaults | None:

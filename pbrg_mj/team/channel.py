@@ -58,12 +58,12 @@ class Loss:
 class Channel:
     """How messages travel on the E directed links of one network."""
 
-    delay: np.ndarray  # (E,) int64: rounds from sending to use; 0: heard in the round in which it is sent
+    delay: np.ndarray  # (E,) int64: rounds from sending to use; 0: received in the round in which it is sent
     impedance: float  # of the waves, then every delay is at least 1; 0: estimates are sent as they are
     loss: Loss
     seed: int
-    silences: np.ndarray  # (S, 3) int64: robot, first silent round, first round after
-    silent_after: int  # a neighbour not heard for this many rounds counts as lost
+    outage_rounds: np.ndarray  # (S, 3) int64: robot, first silent round, first round after
+    silent_after: int  # rounds without a message after which a neighbour counts as lost
     jitter: int = 0  # most rounds by which a message takes longer than `delay`
     in_order: bool = False  # a message waits for those sent before it, as in a queue
     sources: tuple[Source, Source] = (Source.MESSAGES, Source.JITTER)  # what draws losses, and jitter
@@ -113,7 +113,7 @@ class Channel:
     def silent(self, first: int, rounds: int, robots: int) -> np.ndarray:
         """Return who neither sends nor hears in rounds first .. first + rounds - 1, (rounds, n)."""
         silent = np.zeros((rounds, robots), dtype=bool)
-        for robot, start, end in self.silences:
+        for robot, start, end in self.outage_rounds:
             silent[max(start - first, 0) : max(end - first, 0), robot] = True
         return silent
 
@@ -138,7 +138,7 @@ def channel(scenario: Scenario) -> Channel | None:
         impedance=settings.impedance if waves else 0.0,
         loss=loss,
         seed=scenario.seed,
-        silences=silences(settings.outages, per_second),
+        outage_rounds=outage_rounds(settings.outages, per_second),
         silent_after=silent_after,
         jitter=settings.jitter_rounds,
         in_order=not settings.reordering,
@@ -153,7 +153,7 @@ def _delays(scenario: Scenario, team: Network) -> np.ndarray:
     return np.array([own.get(frozenset(pair), scenario.network.delay_rounds) for pair in pairs], dtype=np.int64)
 
 
-def silences(outages: Sequence[Outage], per_second: float) -> np.ndarray:
+def outage_rounds(outages: Sequence[Outage], per_second: float) -> np.ndarray:
     """Return robot, first silent round and first round after of all outages, (S, 3), of so many rounds a second."""
     rows = []
     for silence in outages:

@@ -14,7 +14,7 @@ import numpy as np
 
 from pbrg_mj.scenario.random_streams import Source
 from pbrg_mj.scenario.schema import Control, Scenario
-from pbrg_mj.team.channel import NEVER, Channel, Loss, silences
+from pbrg_mj.team.channel import NEVER, Channel, Loss, outage_rounds
 from pbrg_mj.team.graph import network
 from pbrg_mj.team.network import Network
 
@@ -28,8 +28,8 @@ class ExchangeMemory(NamedTuple):
     tick: int  # the next one
     sent: np.ndarray  # (D, n, 4) p, xi [m]
     arrives: np.ndarray  # (D, E) int64 ticks; NEVER for a message that was lost
-    heard: np.ndarray  # (E, 4) p, xi of the sender [m]
-    heard_sent: np.ndarray  # (E,) int64 the tick of its sending; NOTHING
+    received: np.ndarray  # (E, 4) p, xi of the sender [m]
+    received_tick: np.ndarray  # (E,) int64 the tick of its sending; NOTHING
     last_arrival: np.ndarray  # (E,) int64 when the message of the tick before arrives
     bad: np.ndarray  # (E,) bool: the link was losing messages in the last tick
 
@@ -48,8 +48,8 @@ class Exchange:
             tick=0,
             sent=np.zeros((slots, self.network.robots, 4)),
             arrives=np.full((slots, links), NEVER),
-            heard=np.zeros((links, 4)),
-            heard_sent=np.full(links, NOTHING),
+            received=np.zeros((links, 4)),
+            received_tick=np.full(links, NOTHING),
             last_arrival=np.full(links, NOTHING),
             bad=np.zeros(links, dtype=bool),
         )
@@ -65,26 +65,26 @@ class Exchange:
         when = now - (now - np.arange(slots)) % slots  # the tick that each slot is of
         here = (under_way == now) & ~silent[net.receiver]
         newest = np.where(here, when[:, None], NOTHING).max(axis=0)
-        new = newest > before.heard_sent
+        new = newest > before.received_tick
         came = sent[newest % slots, net.neighbours]
         return ExchangeMemory(
             tick=now + 1,
             sent=sent,
             arrives=under_way,
-            heard=np.where(new[:, None], came, before.heard),
-            heard_sent=np.where(new, newest, before.heard_sent),
+            received=np.where(new[:, None], came, before.received),
+            received_tick=np.where(new, newest, before.received_tick),
             last_arrival=arrives,
             bad=lost,
         )
 
     def rates(
-        self, control: Control, state: tuple[np.ndarray, np.ndarray], m: np.ndarray, heard: ExchangeMemory
+        self, control: Control, state: tuple[np.ndarray, np.ndarray], m: np.ndarray, received: ExchangeMemory
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return u and dxi/dt of eq. 2, both (n, 2) [m/s], of own p and xi and what was heard of the neighbours'."""
-        net, here = self.network, heard.heard_sent != NOTHING
+        """Return u and dxi/dt of eq. 2, both (n, 2) [m/s], of own p and xi and what was received of the neighbours'."""
+        net, here = self.network, received.received_tick != NOTHING
         own = np.hstack(state)
         apart = np.zeros_like(own)  # sums over k of L_jk p_k and L_jk xi_k
-        np.add.at(apart, net.receiver[here], own[net.receiver[here]] - heard.heard[here])
+        np.add.at(apart, net.receiver[here], own[net.receiver[here]] - received.received[here])
         of_p, of_xi = apart[:, :2], apart[:, 2:]
         pull = control.alpha_r * net.leader[:, None] * (m - state[0])
         return of_xi - of_p + pull, -(of_p + control.leak * of_xi)
@@ -101,7 +101,7 @@ def exchange(scenario: Scenario) -> Exchange | None:
         impedance=0.0,
         loss=Loss.independent(settings.loss) if burst is None else Loss.bursty(settings.loss, burst),
         seed=scenario.seed,
-        silences=silences(settings.outages, 1.0 / scenario.timing.tick),
+        outage_rounds=outage_rounds(settings.outages, 1.0 / scenario.timing.tick),
         silent_after=NEVER,
         jitter=settings.jitter_ticks,
         in_order=not settings.reordering,

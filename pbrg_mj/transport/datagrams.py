@@ -35,7 +35,7 @@ class Kind(IntEnum):
     """What a datagram is."""
 
     HELLO = 1  # robot to world: the SHA-256 of its scenario
-    START = 2  # world to robot: where neighbours are, every robot's first p where it is told, its first measurements
+    START = 2  # world to robot: where neighbours are, every robot's first p where it is known, its first measurements
     READY = 3  # robot to world
     OWN = 4  # world to robot: a tick's measurements
     MESSAGE = 5  # robot to robot: what its program sends in a round, perhaps nothing
@@ -68,7 +68,7 @@ class Traffic(NamedTuple):
 
 
 class StartData(NamedTuple):
-    """What a robot is told before the first tick."""
+    """What a robot gets before the first tick."""
 
     places: dict[int, Address]  # of the robot itself and of its neighbours, as the world sees them
     start: np.ndarray | None  # (n, 2) every robot's first p [m]
@@ -121,11 +121,11 @@ def unpacked_own(tick: int, content: bytes) -> OwnData:
 
 
 def packed_start(data: StartData) -> bytes:
-    """Return the bytes of what a robot is told before the first tick."""
-    told = b"" if data.start is None else _bytes(data.start)
+    """Return the bytes of what a robot gets before the first tick."""
+    start = b"" if data.start is None else _bytes(data.start)
     counts = struct.pack("<HH", len(data.places), 0 if data.start is None else len(data.start))
     places = (PLACE.pack(robot, inet_aton(one.host), one.port) for robot, one in sorted(data.places.items()))
-    return counts + b"".join(places) + told + packed_own(data.own)
+    return counts + b"".join(places) + start + packed_own(data.own)
 
 
 def unpacked_start(content: bytes) -> StartData:

@@ -65,14 +65,14 @@ class RobotProcess:
         self._behind: set[int] = set()  # neighbours that were missed
         self._measured: Datagram | None = None
         self._expected = 0  # tick that is measured next
-        self._last: Datagram | None = None  # what the world was told last
+        self._last: Datagram | None = None  # what the world was sent last
 
     def run(self) -> None:
         """Greet the world, then answer every tick. Raises PbrgError when nobody answers or wants it any more."""
         try:
-            told = self._connected()
-            facts = self._facts._replace(start=told.start)
-            memory = self.governor.program.start(facts, told.own)
+            given = self._connected()
+            facts = self._facts._replace(start=given.start)
+            memory = self.governor.program.start(facts, given.own)
             self._report(Kind.READY)
             while True:
                 memory = self._tick(memory)
@@ -97,9 +97,9 @@ class RobotProcess:
             if came[0].kind is Kind.HELLO:
                 until = monotonic() + WORLD_TIMEOUT  # it is there, and waits for others
             if came[0].kind is Kind.START:
-                told = unpacked_start(came[0].body)
-                self._places = told.places
-                return told
+                given = unpacked_start(came[0].body)
+                self._places = given.places
+                return given
         raise PbrgError(f"no world answers at {self.world}, UDP")
 
     def _tick(self, memory: Any) -> Any:

@@ -57,7 +57,7 @@ METHODS = {
 }
 
 
-def told(rounds: int | None, most: int) -> str:
+def rounds_text(rounds: int | None, most: int) -> str:
     """Return a number of rounds as the table has it."""
     return f"> {most}" if rounds is None else str(rounds)
 
@@ -73,9 +73,10 @@ def static_table() -> None:
             (a, h): rounds_of_paper_flow(Flow(a, h), static, PAPER_MOST) for a, h in product(PAPER_GAINS, PAPER_STEPS)
         }
         best = min((k for k in swept if swept[k] is not None), key=lambda k: swept[k] or 0, default=None)
-        fewest = told(None if best is None else swept[best], PAPER_MOST)
+        fewest = rounds_text(None if best is None else swept[best], PAPER_MOST)
         print(
-            f"{name}: paper_flow as run {told(as_run, PAPER_MOST)}, best {fewest} at gain and step {best}", flush=True
+            f"{name}: paper_flow as run {rounds_text(as_run, PAPER_MOST)}, best {fewest} at gain and step {best}",
+            flush=True,
         )
         for method, settings in METHODS.items():
             most, chosen = 1500, "-"
@@ -83,7 +84,7 @@ def static_table() -> None:
                 rounds = rounds_to_agree(optimizer, static, most)
                 if rounds is not None and rounds < most:
                     most, chosen = rounds, text
-            print(f"{name}: {method} {told(None if chosen == '-' else most, most)} at {chosen}", flush=True)
+            print(f"{name}: {method} {rounds_text(None if chosen == '-' else most, most)} at {chosen}", flush=True)
 
 
 def moving_table() -> None:

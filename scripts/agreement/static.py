@@ -86,8 +86,8 @@ def rounds_to_agree(optimizer: Optimizer, static: Static, most: int = 5000) -> i
         if not off < 1e6 or (since is not None and count - since >= STAYS):
             break
         messages = np.array([optimizer.message(memory) for memory in memories])
-        heard = [messages[team.neighbours[team.first[i] : team.first[i + 1]]] for i in range(team.robots)]
-        memories = [optimizer.step_once(*one) for one in zip(locals_, memories, heard, strict=True)]
+        received = [messages[team.neighbours[team.first[i] : team.first[i + 1]]] for i in range(team.robots)]
+        memories = [optimizer.step_once(*one) for one in zip(locals_, memories, received, strict=True)]
     return since
 
 

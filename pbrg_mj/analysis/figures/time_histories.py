@@ -94,9 +94,9 @@ def consensus(axes: Axes, run: Run) -> None:
     axes.set_yscale("log")
     spread = finite(run.ticks.consensus_spread)
     axes.plot(run.ticks.time, _positive(spread), color=COLOURS[0], linewidth=THIN)
-    told = spread[(spread > LEAST) & (spread < MOST)]
-    if len(told):  # what is rounding, or has diverged, must not set the scale
-        axes.set_ylim(0.5 * told.min(), 2.0 * told.max())
+    plotted = spread[(spread > LEAST) & (spread < MOST)]
+    if len(plotted):  # what is rounding, or has diverged, must not set the scale
+        axes.set_ylim(0.5 * plotted.min(), 2.0 * plotted.max())
     elif not (spread > LEAST).any():
         axes.set_ylim(LEAST / 2, 1e3 * LEAST)
     axes.set_ylabel("$\\max\\,\\|m_i - m_j\\|$ [m]")

@@ -28,7 +28,7 @@ SHARE = 0.05  # of the largest weight: constraints with less are left out
 NEGLIGIBLE = 1e-3  # [m] so little a multiplier moves m by half as much
 MOST = 3  # half-spaces named
 SECOND = 1.0  # [s] over which voltages and wheel speeds are averaged
-ON_FACE = 0.1  # [m] between a half-space's line and the obstacle it is told to come from, at most
+ON_FACE = 0.1  # [m] between a half-space's line and the obstacle it is said to come from, at most
 ALIKE = np.cos(np.deg2rad(10.0))  # of the angle between normals of one line, seen by several robots
 STRAIGHT = np.cos(np.deg2rad(1.0))  # of a normal along an axis
 
@@ -233,8 +233,8 @@ def _motors(run: Run, late: np.ndarray, short: np.ndarray) -> Iterator[Binding]:
         share = (voltage / breakaway[:, None])[stuck].max(axis=1)
         nearest = np.flatnonzero(stuck)[share.argmax()]  # to breaking away
         most, needed = float(voltage[nearest].max()), float(breakaway[nearest])
-        told = f"wheels of {_listed(np.flatnonzero(stuck) + 1)} below breakaway, {most:.2g} of {needed:.2g} V"
-        yield Binding("friction", f"static friction: {told}")
+        text = f"wheels of {_listed(np.flatnonzero(stuck) + 1)} below breakaway, {most:.2g} of {needed:.2g} V"
+        yield Binding("friction", f"static friction: {text}")
     limited = short & (voltage >= robot.voltage).any(axis=1)
     if limited.any():
         yield Binding(

@@ -135,12 +135,12 @@ def _ended(run: Run) -> Outcome:
     found = trend(time[seen], run.ticks.hand_true[seen], distance, rules.rest_speed, rules.tolerance)
     at_rest = np.all(net_speed(run.ticks.hand_true[recent], time[recent]) < rules.rest_speed)
     word = "stuck" if at_rest else WORDS[found.direction]
-    told = _trend_text(word, found, float(distance[-1]))
+    text = _trend_text(word, found, float(distance[-1]))
     if found.arrival <= time[-1]:
-        told = f"there for less than {rules.rest_time:g} s"
+        text = f"there for less than {rules.rest_time:g} s"
     elif word == "stuck" and best.point is None and at_governed_reference(run, recent):
-        told += ", at the governed m"
-    reason = "; ".join(filter(None, (told, best.reason)))
+        text += ", at the governed m"
+    reason = "; ".join(filter(None, (text, best.reason)))
     return Outcome(word, reason, trend=found)
 
 

@@ -84,8 +84,8 @@ class CompiledDecision:
         return self.speed, self.sight, self.limited, self.reach
 
 
-def _decision(m: np.ndarray, told: tuple[int, int]) -> Decision:
-    return Decision(m, STATUSES[told[0]], told[1])
+def _decision(m: np.ndarray, result: tuple[int, int]) -> Decision:
+    return Decision(m, STATUSES[result[0]], result[1])
 
 
 @kernel

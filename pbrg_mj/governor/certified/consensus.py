@@ -1,4 +1,4 @@
-"""Min-consensus on the steps kappa: each robot passes on the smallest that it has heard of, and whose it stands for.
+"""Min-consensus on the steps kappa: each robot forwards the smallest received, and the robots that it covers.
 
 The minimum is exact as soon as it stands for every robot; a message that comes twice, late or by two ways changes
 nothing, for min and union are idempotent, commutative and associative.

@@ -28,7 +28,7 @@ from pbrg_mj.team.network import Network
 class Schedule(NamedTuple):
     """In which rounds of a tick robots know and send what; it depends on the graph alone."""
 
-    known: np.ndarray  # (n,) after how many rounds a robot has heard of everyone
+    known: np.ndarray  # (n,) after how many rounds a robot knows every state
     rows_sent: np.ndarray  # (n, n) bool: robot i passes on the rows of robot j
     verdicts: np.ndarray  # (n,) how many verdicts a robot sends to each neighbour
     filled: np.ndarray  # (n,) how many rounds have floods or a verdict in its message

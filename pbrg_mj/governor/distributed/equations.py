@@ -1,7 +1,7 @@
 """One communication round in plain NumPy, as the paper writes it: eqs. 16-30, the specification of the compiled rounds.
 
 Every robot sends (z_i, zeta_i) to its neighbours once and then takes one explicit step of the paper's flow. All
-functions but the last are about one robot, and take only what this robot knows or has heard. With z = (m, z_p, z_xi):
+functions but the last are about one robot, and take only what this robot knows or receives. With z = (m, z_p, z_xi):
 
     minimize f_i(z) = delta_i ||r_i - m||^2                                 (19)
     subject to g_i(z) = a rho(z) + C m - d <= 0,                            (20), rows as of (13)
@@ -127,15 +127,15 @@ def equality_force(local: LocalProblem, z: np.ndarray, nu: np.ndarray) -> np.nda
     return force
 
 
-def robot_round(local: LocalProblem, own: Estimate, heard: Sequence[Message], flow: Flow) -> Estimate:
-    """Return robot i's estimate after one round in which it heard these messages.
+def robot_round(local: LocalProblem, own: Estimate, received: Sequence[Message], flow: Flow) -> Estimate:
+    """Return robot i's estimate after one round in which it received these messages.
 
     Two things are not in the paper, whose flow is continuous: a multiplier whose last explicit step would take it below
     0 stops there, as the flow would, and none grows beyond `flow.multiplier_cap`.
     """
     z, zeta, lam, nu = own
-    Lz = sum((z - message.z for message in heard), np.zeros(len(z)))  # sum_k L_ik z_k
-    Lzeta = sum((zeta - message.zeta for message in heard), np.zeros(len(z)))  # sum_k L_ik zeta_k
+    Lz = sum((z - message.z for message in received), np.zeros(len(z)))  # sum_k L_ik z_k
+    Lzeta = sum((zeta - message.zeta for message in received), np.zeros(len(z)))  # sum_k L_ik zeta_k
     if flow.proximal:
         target = z - flow.step * (Lz - Lzeta) - flow.step * flow.alpha * equality_force(local, z, nu)
         new_z, new_lam = proximal_step(local, own, target, flow)
@@ -206,16 +206,18 @@ def run_rounds(problem: Problem, estimates: Estimates, flow: Flow, rounds: int) 
     net = problem.network
     for _ in range(rounds):
         sent = [Message(z, zeta) for z, zeta in zip(estimates.z, estimates.zeta, strict=True)]
-        heard = [[sent[k] for k in net.neighbours[net.first[i] : net.first[i + 1]]] for i in range(net.robots)]
-        estimates = update_robots(problem, estimates, heard, flow)
+        received = [[sent[k] for k in net.neighbours[net.first[i] : net.first[i + 1]]] for i in range(net.robots)]
+        estimates = update_robots(problem, estimates, received, flow)
     return estimates
 
 
-def update_robots(problem: Problem, estimates: Estimates, heard: Sequence[Sequence[Message]], flow: Flow) -> Estimates:
-    """Return all robots' estimates after one round; robot i heard the messages `heard[i]`."""
+def update_robots(
+    problem: Problem, estimates: Estimates, received: Sequence[Sequence[Message]], flow: Flow
+) -> Estimates:
+    """Return all robots' estimates after one round; robot i received the messages `received[i]`."""
     after = Estimates(*(np.zeros_like(array) for array in estimates))
     for i, active in enumerate(problem.rows.active):
         own = Estimate(estimates.z[i], estimates.zeta[i], estimates.lam[i, active], estimates.nu[i])
-        new = robot_round(local_problem(problem, i), own, heard[i], flow)
+        new = robot_round(local_problem(problem, i), own, received[i], flow)
         after.z[i], after.zeta[i], after.lam[i, active], after.nu[i] = new
     return after

@@ -52,8 +52,8 @@ def run_network_rounds(
             seen = _use_waves(links, net, channel, y, moves)
             _send(links, net, now, links.sent, events)
         links.hops[:] = hops
-        heard = [[Message(*seen[:, e]) for e in net.links_to(i) if links.up[e]] for i in range(net.robots)]
-        after = update_robots(problem, estimates, heard, flow)
+        received = [[Message(*seen[:, e]) for e in net.links_to(i) if links.up[e]] for i in range(net.robots)]
+        after = update_robots(problem, estimates, received, flow)
         for new, old in zip(after, estimates, strict=True):
             new[~moves] = old[~moves]
         estimates = after

@@ -100,7 +100,7 @@ def _run(arguments, link_arrays, link_parameters, events):
     new = Estimates(estimates[0].copy(), estimates[1].copy(), estimates[2].copy(), estimates[3].copy())
     waves = parameters.impedance > 0.0
     seen = np.zeros_like(links.held) if waves else links.held
-    heard = ReceivedStates(
+    received = ReceivedStates(
         np.zeros_like(parameters.first), np.zeros(len(parameters.delay), dtype=np.int64), seen[0], seen[1]
     )
     hops, moves = np.empty_like(links.hops), np.empty(len(links.hops), dtype=np.bool_)
@@ -117,9 +117,9 @@ def _run(arguments, link_arrays, link_parameters, events):
             put_sums(links, parameters, now)
             _send(links, parameters, now)
         links.hops[:] = hops
-        _list_heard(parameters.first, links.up, heard)
+        _list_received(parameters.first, links.up, received)
         new.lam[:] = 0.0  # robots that held their estimates held multipliers of rows that are no more
-        update_robots(old, new, heard, private, gains)
+        update_robots(old, new, received, private, gains)
         for i in range(len(moves)):
             if not moves[i]:
                 _copy_row(old, new, i)
@@ -137,15 +137,15 @@ def _copy_row(old, new, i):
 
 
 @kernel
-def _list_heard(first, up, heard):
+def _list_received(first, up, received):
     """List the links that are up, robot after robot: as `ReceivedStates` wants them."""
     count = 0
     for i in range(len(first) - 1):
         for e in range(first[i], first[i + 1]):
             if up[e]:
-                heard.which[count] = e
+                received.which[count] = e
                 count += 1
-        heard.first[i + 1] = count
+        received.first[i + 1] = count
 
 
 @kernel

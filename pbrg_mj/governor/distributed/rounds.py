@@ -21,7 +21,7 @@ from pbrg_mj.team.network import GraphArrays
 
 
 class ReceivedStates(NamedTuple):
-    """What robots heard in one round: robot i the rows which[first[i]:first[i + 1]] of z and zeta."""
+    """What robots received in one round: robot i the rows which[first[i]:first[i + 1]] of z and zeta."""
 
     first: np.ndarray  # (n + 1,) int64
     which: np.ndarray  # int64
@@ -35,7 +35,7 @@ class PrivateData(NamedTuple):
     leader: np.ndarray  # (n,) delta
     p: np.ndarray  # (n, 2) [m]
     xi: np.ndarray  # (n, 2) [m]
-    reference: np.ndarray  # (n, 2) the operator's as each would take it, heard by the leaders [m]
+    reference: np.ndarray  # (n, 2) the operator's as each would take it, received by the leaders [m]
     a: np.ndarray  # (n, R)
     C: np.ndarray  # (n, R, 2)
     d: np.ndarray  # (n, R) [m]
@@ -118,15 +118,15 @@ def private_data(graph, states, rows):
 
 
 @kernel
-def update_robots(old, new, heard, private, flow):
-    """Write every robot's row of `new` from its own row of `old`, from what it heard and from what it alone knows.
+def update_robots(old, new, received, private, flow):
+    """Write every robot's row of `new` from its own row of `old`, from what it received and from what it alone knows.
 
     Arguments: `Estimates` twice, `ReceivedStates`, `PrivateData`, `Flow`. `new.lam` has zeros where there are no rows:
     they are not written again and again, for most slots are empty. The parts take whole arrays and index them. A view
     of one robot's row is a reference that numba counts, up and down, by atomic instructions; forty of them for each
     robot would be most of a small team's round.
     """
-    _consensus(old, new, heard, flow.step)
+    _consensus(old, new, received, flow.step)
     if flow.proximal:
         descend_proximally(old, new, private, flow)
         return
@@ -138,10 +138,10 @@ def update_robots(old, new, heard, private, flow):
 
 
 @kernel
-def _consensus(old, new, heard, step):
+def _consensus(old, new, received, step):
     """Write z_i - step (sum_k L_ik z_k - sum_k L_ik zeta_k) and zeta_i - step sum_k L_ik z_k; its loops vectorise."""
     z, zeta, new_z, new_zeta = old.z, old.zeta, new.z, new.zeta
-    first, which, seen_z, seen_zeta = heard.first, heard.which, heard.z, heard.zeta
+    first, which, seen_z, seen_zeta = received.first, received.which, received.z, received.zeta
     n, width = z.shape
     for i in range(n):
         if first[i + 1] - first[i] == 2:  # as on a ring: both sums at once, every number is read and written once

@@ -45,9 +45,9 @@ class Admm:
         """Return m_i."""
         return memory.m
 
-    def step_once(self, local: LocalProblem, memory: AdmmMemory, heard: np.ndarray) -> AdmmMemory:
+    def step_once(self, local: LocalProblem, memory: AdmmMemory, received: np.ndarray) -> AdmmMemory:
         """Return the memory after one iteration."""
-        m, c, d, others = memory.m, self.penalty, len(heard), heard.sum(axis=0)
+        m, c, d, others = memory.m, self.penalty, len(received), received.sum(axis=0)
         a = memory.a + c * (d * m - others)
         pull, weight = c * (d * m + others) - a, 2.0 * c * d
         if local.reference is not None:

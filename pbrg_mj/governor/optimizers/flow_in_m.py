@@ -46,13 +46,13 @@ class FlowInM:
         """Return m_i and v_i."""
         return np.concatenate([memory.m, memory.v])
 
-    def step_once(self, local: LocalProblem, memory: FlowMemory, heard: np.ndarray) -> FlowMemory:
+    def step_once(self, local: LocalProblem, memory: FlowMemory, received: np.ndarray) -> FlowMemory:
         """Return the memory after one iteration."""
         m, v, h = memory.m, memory.v, self.step
         lam = memory.lam if len(memory.lam) == local.rows.d.size else np.zeros(local.rows.d.size)
         g, gradient = _rows_at(local, m)
         push = gradient.T @ np.maximum(lam + self.augmentation * g, 0.0)
-        apart = len(heard) * np.concatenate([m, v]) - heard.sum(axis=0)
+        apart = len(received) * np.concatenate([m, v]) - received.sum(axis=0)
         pull = self.gain * (cost_gradient(local, m) + push)
         return FlowMemory(
             m=m - h * (apart[:2] + apart[2:] + pull),

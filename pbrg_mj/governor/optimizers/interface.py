@@ -39,8 +39,8 @@ class Optimizer(Protocol):
         """Return what the robot tells every neighbour of its present iteration, (numbers,)."""
         ...
 
-    def step_once(self, local: LocalProblem, memory: Any, heard: np.ndarray) -> Any:
-        """Return the memory after one iteration; `heard` (neighbours, numbers), by neighbours ascending."""
+    def step_once(self, local: LocalProblem, memory: Any, received: np.ndarray) -> Any:
+        """Return the memory after one iteration; `received` (neighbours, numbers), by neighbours ascending."""
         ...
 
     def candidate(self, local: LocalProblem, memory: Any) -> np.ndarray:

@@ -49,9 +49,9 @@ class Nids:
         """Return y_i."""
         return memory.y
 
-    def step_once(self, local: LocalProblem, memory: NidsMemory, heard: np.ndarray) -> NidsMemory:
+    def step_once(self, local: LocalProblem, memory: NidsMemory, received: np.ndarray) -> NidsMemory:
         """Return the memory after one iteration."""
-        mixed = memory.y - self.weight * (len(heard) * memory.y - heard.sum(axis=0))
+        mixed = memory.y - self.weight * (len(received) * memory.y - received.sum(axis=0))
         return self._moved(local, memory.z - memory.m + mixed, memory.m, memory.gradient)
 
     def candidate(self, local: LocalProblem, memory: NidsMemory) -> np.ndarray:

@@ -55,7 +55,7 @@ class PaperFlow:
         """Return z_i and zeta_i."""
         return np.concatenate([memory.z, memory.zeta])
 
-    def step_once(self, local: LocalProblem, memory: PaperMemory, heard: np.ndarray) -> PaperMemory:
+    def step_once(self, local: LocalProblem, memory: PaperMemory, received: np.ndarray) -> PaperMemory:
         """Return the memory after one round."""
         i, n, own = memory.facts.robot, self.robots, local.own
         rows = self.certificate.rows_of(i, own.half_spaces)
@@ -69,7 +69,7 @@ class PaperFlow:
             C=rows.C[0, active],
             d=rows.d[0, active],
         )
-        messages = [Message(*np.split(one, 2)) for one in heard]
+        messages = [Message(*np.split(one, 2)) for one in received]
         before = Estimate(memory.z, memory.zeta, memory.lam[active], memory.nu)
         after = robot_round(problem, before, messages, self.flow)
         lam = np.zeros_like(memory.lam)

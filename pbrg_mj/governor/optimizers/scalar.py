@@ -26,7 +26,7 @@ class Scalar:
         """Return nothing, (0,)."""
         return np.zeros(0)
 
-    def step_once(self, local: LocalProblem, memory: None, heard: np.ndarray) -> None:
+    def step_once(self, local: LocalProblem, memory: None, received: np.ndarray) -> None:
         """There are no iterations."""
 
     def candidate(self, local: LocalProblem, memory: None) -> np.ndarray:

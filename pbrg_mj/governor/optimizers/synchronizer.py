@@ -29,7 +29,7 @@ class Iterate(NamedTuple):
     iteration: int
     present: bytes  # message of this iteration
     last: bytes  # of the one before; empty in the first
-    heard: dict[tuple[int, int], np.ndarray]  # (neighbour, iteration) -> numbers, of this iteration and the next
+    received: dict[tuple[int, int], np.ndarray]  # (neighbour, iteration) -> numbers, of this iteration and the next
     sent: bool  # this iteration's message was
 
 
@@ -53,21 +53,21 @@ class Synchronizer:
         return content, at._replace(sent=True)
 
     def receive(self, inbox: Sequence[tuple[int, bytes]], local: LocalProblem, at: Iterate) -> Iterate:
-        """Keep what is of this iteration or the next, and iterate when all neighbours were heard."""
-        heard = dict(at.heard)
+        """Keep what is of this iteration or the next, and iterate when all neighbours were received."""
+        received = dict(at.received)
         size = 8 * self.optimizer.numbers
         for sender, content in inbox:
             (iteration,) = ITERATION.unpack_from(content)
             for back, start in enumerate(range(ITERATION.size, len(content), size)):
                 if iteration - back >= at.iteration:
-                    heard[sender, iteration - back] = np.frombuffer(content, offset=start, count=size // 8)
-        at = at._replace(heard=heard)
+                    received[sender, iteration - back] = np.frombuffer(content, offset=start, count=size // 8)
+        at = at._replace(received=received)
         names = at.facts.neighbours
-        if self.optimizer.numbers == 0 or any((name, at.iteration) not in heard for name in names):
+        if self.optimizer.numbers == 0 or any((name, at.iteration) not in received for name in names):
             return at
-        numbers = np.array([heard[name, at.iteration] for name in names]).reshape(len(names), self.optimizer.numbers)
+        numbers = np.array([received[name, at.iteration] for name in names]).reshape(len(names), self.optimizer.numbers)
         memory = self.optimizer.step_once(local, at.memory, numbers)
-        later = {key: value for key, value in heard.items() if key[1] > at.iteration}
+        later = {key: value for key, value in received.items() if key[1] > at.iteration}
         return Iterate(at.facts, memory, at.iteration + 1, self._packed(memory), at.present, later, sent=False)
 
     def candidate(self, local: LocalProblem, at: Iterate) -> np.ndarray:

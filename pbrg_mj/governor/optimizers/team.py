@@ -55,8 +55,8 @@ class StepByRobot:
             return memory
         for _ in range(rounds):
             messages = np.array([optimizer.message(one) for one in memory])
-            heard = [messages[team.neighbours[team.first[i] : team.first[i + 1]]] for i in range(team.robots)]
-            memory = [optimizer.step_once(*one) for one in zip(local, memory, heard, strict=True)]
+            received = [messages[team.neighbours[team.first[i] : team.first[i + 1]]] for i in range(team.robots)]
+            memory = [optimizer.step_once(*one) for one in zip(local, memory, received, strict=True)]
         return memory
 
     def candidate(self, local: Sequence[LocalProblem], memory: list[Any], robot: int) -> np.ndarray:

@@ -44,8 +44,8 @@ class Surfaces:
         direction, *place, normal = (
             readings[beams[..., None] + np.arange(3 * k - 2, 3 * k + 1)] for k in range(1, len(self.fields))
         )
-        told = {"cosines": np.abs(np.sum(direction * normal, axis=-1))}
-        return {**told, "reflectances": self._reflective.reflectances(place[0])} if place else told
+        properties = {"cosines": np.abs(np.sum(direction * normal, axis=-1))}
+        return {**properties, "reflectances": self._reflective.reflectances(place[0])} if place else properties
 
 
 class ReflectiveSurfaces:

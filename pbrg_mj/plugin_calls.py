@@ -18,7 +18,7 @@ from pbrg_mj.errors import InputError, PlugInError
 from pbrg_mj.kernel import clock
 
 LIMIT_KEY = "timing.plug_in_limit"
-AGAIN = 0.1  # [s] after which a part that swallowed its interruption is interrupted again
+RETRY_PERIOD = 0.1  # [s] after which a part that swallowed its interruption is interrupted again
 LONGEST = 300  # characters of a text shown
 # dtype of an answer -> kinds of arrays that may be taken for it
 KINDS = {np.dtype(float): "fiu", np.dtype(np.int64): "fiu", np.dtype(bool): "biu"}
@@ -164,7 +164,7 @@ def _interrupted_after(limit: float) -> Iterator[None]:
             raise _TimeLimitExceeded
 
     handler = signal.signal(signal.SIGALRM, ring)
-    others = signal.setitimer(signal.ITIMER_REAL, limit, AGAIN)
+    others = signal.setitimer(signal.ITIMER_REAL, limit, RETRY_PERIOD)
     try:
         try:
             yield

@@ -12,7 +12,7 @@ from itertools import combinations
 
 import numpy as np
 
-from pbrg_mj.loop.response_warnings import MOST, scenario_ratio
+from pbrg_mj.loop.response_warnings import MAX_RATIO, scenario_ratio
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_scenario
 from pbrg_mj.scenario.schema import Scenario
@@ -58,8 +58,8 @@ def main() -> None:
         found.append((scenario_ratio(scenario), len(scenario.team.leaders), least_margin(scenario)))
         print("ratio {:8.3g}  leaders {}  least margin {:9.3f} m".format(*found[-1]), flush=True)
     for name, some in (
-        (f"up to {MOST:g}", [one for one in found if one[0] <= MOST]),
-        ("above", [one for one in found if one[0] > MOST]),
+        (f"up to {MAX_RATIO:g}", [one for one in found if one[0] <= MAX_RATIO]),
+        ("above", [one for one in found if one[0] > MAX_RATIO]),
     ):
         crossed = sum(margin < -ROUNDING for *_, margin in some)
         worst = min((margin for *_, margin in some), default=np.inf)

@@ -25,7 +25,7 @@ from pbrg_mj.analysis.metrics.run_metrics import RunMetrics, metrics
 from pbrg_mj.log.read.run import Run, open_run
 from pbrg_mj.log.write.writer import LogWriter
 from pbrg_mj.loop.simulation import Simulation
-from pbrg_mj.perception.track.confirmation import LONG
+from pbrg_mj.perception.track.confirmation import LONG_EXTENT
 from pbrg_mj.scenario.bundled import bundled_scenarios
 from pbrg_mj.scenario.load import load_scenario
 
@@ -50,9 +50,9 @@ class Measured:
 def set_up(name: str) -> tuple[str, ...]:
     """Return the overrides of the set-up that we recommend for a scenario.
 
-    Sight rows count on walls of `LONG` metres; what stands about and may be shorter asks for points instead of lines.
+    Sight rows count on walls of `LONG_EXTENT` metres; obstacles that may be shorter need points instead of lines.
     """
-    short = any(min(box.size) < LONG for box in load_scenario(name).scenario.world.boxes)
+    short = any(min(box.size) < LONG_EXTENT for box in load_scenario(name).scenario.world.boxes)
     return (*CERTIFIED, *NO_LEAK, *(POINTS if short else ()))
 
 

@@ -7,7 +7,7 @@ from scipy.stats import norm
 
 from pbrg_mj.perception.scan.collinear import MOST_TURN, NOISE_MARGIN
 from pbrg_mj.perception.scan.corners import AMBIGUOUS, LEAST_SINE, MOST_BETWEEN
-from pbrg_mj.perception.scan.line_ends import CLEARLY_FARTHER, LEAST_GAP, WELL_WITHIN
+from pbrg_mj.perception.scan.line_ends import CLEARLY_FARTHER, LEAST_GAP, RANGE_SHARE
 from pbrg_mj.perception.scan.line_fit import LEAST_COSINE
 from pbrg_mj.perception.scan.parameters import LineParameters
 from pbrg_mj.perception.scan.points import BREAK_MARGIN, CHORD_MARGIN, GRAZING, MAX_LOST
@@ -383,7 +383,7 @@ def meets(scan: Scan, line: dict, b: int) -> float:
 
 def passes(scan: Scan, line: dict, b: int) -> bool:
     cosine, c = float(scan.d[b] @ line["normal"]), line["offset"]
-    if cosine < LEAST_COSINE or c / cosine > WELL_WITHIN * scan.params.range_max:
+    if cosine < LEAST_COSINE or c / cosine > RANGE_SHARE * scan.params.range_max:
         return False
     if np.isnan(scan.r[b]):
         return True

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pbrg_mj.governor.certificate.team_model import TeamModel
-from pbrg_mj.governor.certified.robot import FEW, CertifiedProgram, repeats_for
+from pbrg_mj.governor.certified.robot import LOST_ITEM_SHARE, CertifiedProgram, repeats_for
 from pbrg_mj.governor.messaging.networked import NetworkedGovernor
 from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer, RobotFacts
 from pbrg_mj.governor.problem.interface import Problem
@@ -165,5 +165,5 @@ def test_an_item_is_repeated_until_few_links_have_lost_it(loss: Loss) -> None:
         return float(np.lib.stride_tricks.sliding_window_view(lost, repeats).all(axis=1).mean())
 
     repeats = repeats_for(loss.share, loss.stay)
-    assert all_lost(repeats) < 1.2 * FEW
-    assert all_lost(repeats - 1) > 0.8 * FEW
+    assert all_lost(repeats) < 1.2 * LOST_ITEM_SHARE
+    assert all_lost(repeats - 1) > 0.8 * LOST_ITEM_SHARE

@@ -12,19 +12,19 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pbrg_mj.perception.track.association import (
-    COVERED,
     FREE_GAP,
     GATE,
     HIDDEN_GAP,
+    MIN_OVERLAP,
     NEAR_ANGLE,
     NEAR_OFFSET,
     SAME_ANGLE,
     SAME_OFFSET,
 )
-from pbrg_mj.perception.track.confirmation import FEWEST, LONG, SLOWEST, WIDE
+from pbrg_mj.perception.track.confirmation import LONG_EXTENT, MAX_REST_SPEED, MIN_SIGHTINGS, WIDE_RATIO
 from pbrg_mj.perception.track.extent import SIGMAS, TOLERANCE, WIDEST
 from pbrg_mj.perception.track.records import TrackParameters
-from pbrg_mj.perception.track.update import PATIENCE, SEEN_SHARE
+from pbrg_mj.perception.track.update import MAX_CONTRADICTIONS, SEEN_SHARE
 from pbrg_mj.perception.track.world_frame import ScanPose
 
 
@@ -100,7 +100,7 @@ def update_tracks(
             track.extent = hull(track.extent, line.extent)
         elif role == "conflict":
             track.conflicts += 1
-            track.live &= track.confirmed and track.conflicts < PATIENCE
+            track.live &= track.confirmed and track.conflicts < MAX_CONTRADICTIONS
         if role == "new" or (role == "conflict" and not track.live):
             new.append(line)
     for line in new:
@@ -124,7 +124,7 @@ def predict(track: Track, now: ScanPose, params: TrackParameters) -> None:
     track.extent = (track.extent[0] - along, track.extent[1] - along)
     track.unseen += 1
     kept = now.time - track.seen <= params.memory + 1e-9
-    track.live = kept and (track.confirmed or track.unseen <= PATIENCE)
+    track.live = kept and (track.confirmed or track.unseen <= MAX_CONTRADICTIONS)
 
 
 def apart(a: tuple[float, float], b: tuple[float, float]) -> float:
@@ -170,7 +170,7 @@ def associate(tracks: list[Track], seen: list[Sighting]) -> list[tuple[str, Trac
 def united(tracks: list[Track], track: Track, line: Sighting) -> Track:
     """Make all tracks one that the line runs through."""
     for other in tracks:
-        if other is not track and other.live and -apart(other.extent, line.extent) > COVERED:
+        if other is not track and other.live and -apart(other.extent, line.extent) > MIN_OVERLAP:
             track = absorb(track, other) if distance(other, line) <= GATE else track
     return track
 
@@ -200,21 +200,23 @@ def note(track: Track, line: Sighting, now: ScanPose) -> None:
 
 def confirm(track: Track, line: Sighting, now: ScanPose, params: TrackParameters) -> None:
     length = line.extent[1] - line.extent[0]
-    wide = length >= WIDE * line.x[1]
-    large = length >= LONG or wide if track.hits > 1 else now.elapsed == 0 and (length >= 2 * LONG or wide)
-    slid = (track.seen - track.first) * SLOWEST > (1 + 1 / params.silent) * WIDEST + 4 * TOLERANCE
+    wide = length >= WIDE_RATIO * line.x[1]
+    large = (
+        length >= LONG_EXTENT or wide if track.hits > 1 else now.elapsed == 0 and (length >= 2 * LONG_EXTENT or wide)
+    )
+    slid = (track.seen - track.first) * MAX_REST_SPEED > (1 + 1 / params.silent) * WIDEST + 4 * TOLERANCE
     track.confirmed = bool(track.confirmed or large or (rests(track) and slid))
 
 
 def rests(track: Track) -> bool:
     """Weighted least squares for the speed along the normal."""
-    if track.hits < FEWEST:
+    if track.hits < MIN_SIGHTINGS:
         return False
     tau, way, variance = np.array(track.sightings).T
     design, weight = np.column_stack([np.ones_like(tau), tau]), 1 / variance
     covariance = np.linalg.inv((design.T * weight) @ design)
     _, speed = covariance @ (design.T * weight) @ way
-    return bool(abs(speed) + SIGMAS * math.sqrt(covariance[1, 1]) < SLOWEST)
+    return bool(abs(speed) + SIGMAS * math.sqrt(covariance[1, 1]) < MAX_REST_SPEED)
 
 
 def begin(tracks: list[Track], line: Sighting, now: ScanPose, params: TrackParameters, places: int) -> None:

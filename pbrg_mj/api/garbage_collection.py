@@ -6,7 +6,7 @@ import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-MANY = 20_000  # objects; the records of ticks that wait to be evaluated are some 4,000, which come and go
+COLLECTION_THRESHOLD = 20_000  # objects; records of ticks that wait to be evaluated are some 4,000
 
 
 def settle() -> None:
@@ -15,7 +15,7 @@ def settle() -> None:
     A look through all modules takes 70 ms; Python's default would look through the waiting records every ten ticks.
     """
     gc.freeze()
-    gc.set_threshold(MANY)
+    gc.set_threshold(COLLECTION_THRESHOLD)
 
 
 @contextmanager

@@ -26,7 +26,16 @@ Result = TypeVar("Result")
 
 FAILED, WRONG_INPUT, DEFECT, STDOUT_CLOSED = 1, 2, 3, 141  # the last one as after a signal
 # The machine is short of something: neither wrong input nor a defect.
-SCARCE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.ENOMEM, errno.EMFILE, errno.ENFILE, errno.EAGAIN}
+RESOURCE_ERRORS = {
+    errno.ENOSPC,
+    errno.EDQUOT,
+    errno.EFBIG,
+    errno.EIO,
+    errno.ENOMEM,
+    errno.EMFILE,
+    errno.ENFILE,
+    errno.EAGAIN,
+}
 # typer has it only as the base of what it exports.
 ClickError: type[Exception] = typer.BadParameter.__mro__[2]
 
@@ -99,9 +108,9 @@ def _verdict(error: BaseException) -> tuple[int, str]:
         return WRONG_INPUT, f"{error.format_message()} See: pbrg --help"  # type: ignore[attr-defined]
     if isinstance(error, MemoryError):
         return FAILED, f"out of memory{_place(error.__traceback__)}: a smaller scenario, shorter run or log needs less"
-    if isinstance(error, OSError) and (error.filename or error.errno in SCARCE):
+    if isinstance(error, OSError) and (error.filename or error.errno in RESOURCE_ERRORS):
         name = f"{os.fsdecode(error.filename)}: " if isinstance(error.filename, str | bytes) else ""
-        return (FAILED if error.errno in SCARCE else WRONG_INPUT), f"{name}{error.strerror or error}"
+        return (FAILED if error.errno in RESOURCE_ERRORS else WRONG_INPUT), f"{name}{error.strerror or error}"
     text = _text(error)
     message = f"{type(error).__name__}{': ' if text else ''}{text}{_place(error.__traceback__)}"
     return DEFECT, f"{message}; this is a defect of pbrg, `pbrg --debug` prints where"

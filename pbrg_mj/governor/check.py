@@ -25,12 +25,12 @@ from pbrg_mj.team.graph import network
 
 TICKS = 5  # of each problem
 SLOTS = 3  # half-spaces of a robot
-OF_GOVERNORS = {
+GOVERNOR_CHECKS = {
     "answers": "init and step answer every problem: shapes, finite numbers, a known status, bytes and counts >= 0",
     "writes": "init and step leave problem and memory as they were given",
     "repeats": "the same problem and memory give the same answer, bit for bit",
 }
-OF_ROBOT_PROGRAMS = {
+ROBOT_PROGRAM_CHECKS = {
     "answers": "programs answer every problem: bytes to neighbours, a finite m, a known status",
     "writes": "programs leave data and memory as they were given",
     "repeats": "the same data, messages and memory give the same answer, bit for bit",
@@ -84,7 +84,7 @@ def check_governor(
     """
     made, program = _maker(build, scenario, options or {})
     name = made().name  # what keeps it from being built is no check
-    whats = OF_ROBOT_PROGRAMS if program else OF_GOVERNORS
+    whats = ROBOT_PROGRAM_CHECKS if program else GOVERNOR_CHECKS
     failures: dict[str, list[str]] = {key: [] for key in whats}
     for title, problems in _problem_sequences(scenario):
         try:

@@ -41,8 +41,8 @@ ORIGINS = (
 )
 PROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 BACKLOG = 2**14  # messages that wait for a slow viewer; older ones are dropped, the run does not wait
-QUIET = logging.getLogger("pbrg_mj.log.live")  # who comes, goes or is refused is no news of the run
-QUIET.setLevel(logging.CRITICAL + 1)
+SERVER_LOG = logging.getLogger("pbrg_mj.log.live")  # who comes, goes or is refused is no news of the run
+SERVER_LOG.setLevel(logging.CRITICAL + 1)
 
 
 class LiveServer:
@@ -64,7 +64,12 @@ class LiveServer:
 
     def __enter__(self) -> Self:
         """Start to listen."""
-        options: dict[str, Any] = {"origins": ORIGINS, "subprotocols": PROTOCOLS, "compression": None, "logger": QUIET}
+        options: dict[str, Any] = {
+            "origins": ORIGINS,
+            "subprotocols": PROTOCOLS,
+            "compression": None,
+            "logger": SERVER_LOG,
+        }
         try:
             self._server: Server = serve(self._serve_viewer, HOST, self._port, **options)
         except OSError as error:

@@ -8,9 +8,9 @@ from pbrg_mj.plugins import GOVERNOR, is_centralized
 from pbrg_mj.scenario.schema import WITHOUT_GOVERNOR, Scenario
 from pbrg_mj.scenario.schema.network import Network
 
-OF_THE_PAPERS_ROUNDS = ("exchange", "impedance", "reserve_rounds", "neighbour_timeout")
+PAPER_ROUND_KEYS = ("exchange", "impedance", "reserve_rounds", "neighbour_timeout")
 """Keys that say how the paper's algorithm bears delay and loss; every other governor has ways of its own."""
-NOT_THE_GOVERNORS = ("pre_stabiliser",)
+OTHER_KEYS = ("pre_stabiliser",)
 
 
 def network_warnings(scenario: Scenario, given: Any = None) -> list[str]:
@@ -25,7 +25,7 @@ def network_warnings(scenario: Scenario, given: Any = None) -> list[str]:
     else:
         of_others = kind if kind in GOVERNOR.built_in else f"{kind}, a robot program"
         why = f"the paper's algorithm alone knows them, not {of_others}"
-        keys = [key for key in keys if key in OF_THE_PAPERS_ROUNDS]
+        keys = [key for key in keys if key in PAPER_ROUND_KEYS]
     named = ", ".join(f"network.{key}" for key in keys)
     return [f"{named} {'has' if len(keys) == 1 else 'have'} no effect: {why}"] if keys else []
 
@@ -36,5 +36,5 @@ def _changed(network: Network) -> list[str]:
     return [
         key
         for key in type(network).model_fields
-        if key not in NOT_THE_GOVERNORS and getattr(network, key) != getattr(default, key)
+        if key not in OTHER_KEYS and getattr(network, key) != getattr(default, key)
     ]

@@ -15,8 +15,8 @@ from pbrg_mj.scenario.schema import Scenario, edge_list, whole_number
 BASE = 250e6  # bytes of Python, the libraries and the kernels
 ROBOT, BEAM = 300e3, 13e3  # bytes of MuJoCo's model and data
 SHARE = 0.05  # of that, what every world of a batch has for itself
-TICKS_KEPT = 8  # ticks' estimates that exist at once: in the rounds, in records, in the log's buffer
-LONG = 3600.0  # [s] of a run that is warned of
+TICKS_IN_MEMORY = 8  # ticks' estimates that exist at once: in the rounds, in records, in the log's buffer
+LONG_RUN = 3600.0  # [s] of a run that is warned of
 NUMBERS_A_SECOND, ROBOT_STEPS_A_SECOND = 1e9, 1e5
 
 
@@ -35,10 +35,10 @@ def resource_warnings(scenario: Scenario) -> Iterator[str]:
     """Yield a line for a run that lasts for hours, and one for a run that needs more memory than there is here."""
     ticks = scenario.timing.duration / scenario.timing.tick
     numbers, steps = ticks * numbers_per_tick(scenario), ticks * robot_steps_per_tick(scenario)
-    if numbers > LONG * NUMBERS_A_SECOND:
+    if numbers > LONG_RUN * NUMBERS_A_SECOND:
         hours = numbers / NUMBERS_A_SECOND / 3600
         yield f"{ticks:.3g} ticks handle {numbers:.1e} numbers in governor.rounds: at 1e9 a second, {hours:.2g} hours"
-    if steps > LONG * ROBOT_STEPS_A_SECOND:
+    if steps > LONG_RUN * ROBOT_STEPS_A_SECOND:
         hours = steps / ROBOT_STEPS_A_SECOND / 3600
         yield f"{ticks:.3g} ticks are {steps:.1e} physics steps of a robot: at 1e5 a second, {hours:.2g} hours"
     needed, there = run_bytes(scenario), available_bytes()
@@ -48,7 +48,7 @@ def resource_warnings(scenario: Scenario) -> Iterator[str]:
 
 def run_bytes(scenario: Scenario) -> float:
     """Return about how much memory a run takes [bytes]."""
-    return BASE + TICKS_KEPT * _estimates(scenario) + 3 * (_rows(scenario) + _links(scenario)) + _world(scenario)
+    return BASE + TICKS_IN_MEMORY * _estimates(scenario) + 3 * (_rows(scenario) + _links(scenario)) + _world(scenario)
 
 
 def batch_bytes(scenario: Scenario, worlds: int) -> float:

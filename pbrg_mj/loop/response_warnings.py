@@ -11,7 +11,7 @@ from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.graph import network
 from pbrg_mj.text import counted
 
-MOST = 2.0  # of the ratio: the paper's runs are at 0.7 and 1.4
+MAX_RATIO = 2.0  # of the ratio: the paper's runs are at 0.7 and 1.4
 
 
 def response_warnings(scenario: Scenario) -> list[str]:
@@ -19,7 +19,7 @@ def response_warnings(scenario: Scenario) -> list[str]:
     if scenario.governor.kind != "distributed" or scenario.robots > MOST_ROBOTS:
         return []
     ratio = scenario_ratio(scenario)
-    if ratio <= MOST:
+    if ratio <= MAX_RATIO:
         return []
     leaders = counted(len(scenario.team.leaders), "leader")
     line = (

@@ -19,7 +19,7 @@ from pbrg_mj.scenario.parse.renamed_keys import rename_keys
 from pbrg_mj.scenario.parse.validation import build
 from pbrg_mj.scenario.schema import Scenario
 
-BEFORE = ("draw", "seed")  # overrides of these change what is drawn; all others what was drawn
+DRAW_KEYS = ("draw", "seed")  # overrides of these change what is drawn; all others what was drawn
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def load_text(text: str, name: str, overrides: Sequence[str] = (), *, file: str)
 
 
 def _load_world(document: Document, name: str, family: FamilySource) -> LoadedScenario:
-    before = [text for text in family.overrides if text.partition("=")[0].split(".")[0].strip() in BEFORE]
+    before = [text for text in family.overrides if text.partition("=")[0].split(".")[0].strip() in DRAW_KEYS]
     after = [text for text in family.overrides if text not in before]
     document = draw_world(rename_keys(apply_overrides(document, before), family.file), family.file)
     document = rename_keys(apply_overrides(document, after), family.file)

@@ -12,7 +12,7 @@ from itertools import combinations
 Point = tuple[float, float]
 Polygon = tuple[Point, ...]
 
-FLATTEST = 1e-6  # sine of the turn at a corner
+MIN_CORNER_SINE = 1e-6  # sine of the turn at a corner
 SHORTEST = 1e-6  # side [m]
 
 
@@ -24,7 +24,7 @@ def is_simple(corners: Polygon) -> bool:
         return False
     for k in range(len(corners)):
         turn = _cross(corners[k - 1], corners[k], corners[(k + 1) % len(corners)])
-        if abs(turn) <= FLATTEST * lengths[k - 1] * lengths[k]:
+        if abs(turn) <= MIN_CORNER_SINE * lengths[k - 1] * lengths[k]:
             return False
     apart = ((i, j) for i, j in combinations(range(len(sides)), 2) if j - i not in (1, len(sides) - 1))
     return not any(_meet(*sides[i], *sides[j]) for i, j in apart)

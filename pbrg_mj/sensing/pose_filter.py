@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 GATE = 16.27  # chi-squared with 3 degrees exceeds it once in 1,000
-PATIENCE = 10  # frames in a row that are not believed; the next one is, whatever it says
+MAX_REJECTED_FRAMES = 10  # frames in a row that are not believed; the next one is, whatever it says
 
 
 class FilterParameters(NamedTuple):
@@ -109,7 +109,7 @@ def _updated(
     S = at.covariance + R
     gain = at.covariance @ np.linalg.inv(S)
     square = np.einsum("ni,nij,nj->n", innovation, np.linalg.inv(S), innovation)
-    lost = (square > GATE) & (rejected >= PATIENCE)
+    lost = (square > GATE) & (rejected >= MAX_REJECTED_FRAMES)
     believed = (square <= GATE) | lost
     moved = at.pose + np.einsum("nij,nj->ni", gain, innovation)
     moved[lost] = pose[lost]

@@ -22,9 +22,9 @@ from pbrg_mj.studies.run_task import Result, run_task
 from pbrg_mj.studies.task import Task
 
 BACKENDS = ("joblib", "dask")
-IDLE = 20  # [s] without work after which a process ends, also where the one that gave it work was killed
+IDLE_TIMEOUT = 20  # [s] without work after which a process ends, also where the one that gave it work was killed
 WARNINGS = "PYTHONWARNINGS"  # by which Python decides what to warn of, in a process that begins
-PATIENCE = 10.0  # [s] for a scheduler to answer
+SCHEDULER_TIMEOUT = 10.0  # [s] for a scheduler to answer
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def _processes(tasks: Sequence[Task], keep_logs: bool, jobs: int) -> Generator[R
     from joblib.externals.loky import get_reusable_executor
     from joblib.externals.loky.process_executor import TerminatedWorkerError
 
-    options: dict[str, Any] = {"batch_size": 1, "idle_worker_timeout": IDLE}
+    options: dict[str, Any] = {"batch_size": 1, "idle_worker_timeout": IDLE_TIMEOUT}
     pool = Parallel(n_jobs=jobs, backend="loky", return_as="generator_unordered", **options)
     one: Callable[..., Any] = delayed(run_task)
     # What killed processes leave behind goes with this folder. They make it, so that it never is without them.
@@ -116,7 +116,7 @@ def _warnings_ignored() -> Iterator[None]:
 def _dask(tasks: Sequence[Task], keep_logs: bool, scheduler: str) -> Generator[Result, None, None]:
     from distributed import Client, KilledWorker, as_completed
 
-    with Client(scheduler, timeout=PATIENCE) as client:
+    with Client(scheduler, timeout=SCHEDULER_TIMEOUT) as client:
         futures = [client.submit(run_task, task, keep_logs, pure=False, key=f"run-{task.digest}") for task in tasks]
         waiting = as_completed(futures)
         try:
@@ -137,12 +137,12 @@ def _reach(scheduler: str) -> None:
         from distributed.security import Security
 
         secrets = Security().get_connection_args("client")  # of Dask's own configuration
-        async with rpc(scheduler, timeout=PATIENCE, connection_args=secrets) as there:
+        async with rpc(scheduler, timeout=SCHEDULER_TIMEOUT, connection_args=secrets) as there:
             return await there.identity()
 
     try:
         with ThreadPoolExecutor(1) as thread:  # a notebook's own thread has a loop already
-            who = thread.submit(asyncio.run, asyncio.wait_for(ask(), PATIENCE)).result()
+            who = thread.submit(asyncio.run, asyncio.wait_for(ask(), SCHEDULER_TIMEOUT)).result()
     except Exception as error:  # of whatever kind: an address, a name or an answer may be wrong in many ways
         why = str(error) or type(error).__name__
         raise InputError(f"no scheduler answers at {scheduler!r}: {why}", key="scheduler") from None

@@ -15,7 +15,7 @@ from pbrg_mj.studies.run_task import Record
 
 OBSTACLES = ("walls", "boxes", "columns", "prisms", "moving_boxes", "patches", "thresholds", "ramps")
 PER_ROBOT = (("team", "start"), ("team", "formation"), ("team", "heading_deg"))
-AFTER = 0.1  # [s] kept after the failure
+TIME_AFTER_FAILURE = 0.1  # [s] kept after the failure
 Data = dict[str, Any]
 
 
@@ -59,7 +59,7 @@ def _shorter(data: Data, record: Record, tick: float) -> Iterator[Data]:
     """Yield the scenario cut off after its failure, then at shares of its duration."""
     duration = record["asked_s"]
     at = record["violation_time_s"]
-    ends = [at + AFTER] if at is not None else []
+    ends = [at + TIME_AFTER_FAILURE] if at is not None else []
     for end in (*ends, duration / 2, 0.8 * duration):
         whole = round(math.ceil(end / tick - 1e-9) * tick, 9)
         if tick <= whole < 0.95 * duration:

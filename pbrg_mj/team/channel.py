@@ -20,7 +20,7 @@ from pbrg_mj.team.network import Network
 
 NEVER = np.iinfo(np.int64).max
 BLOCK = 16  # rounds whose random numbers are drawn at once; part of what a seed means, so it must never change
-DRY_SHARE = 1e-3  # of the rounds in which a link may have used up the default reserve
+EMPTY_RESERVE_SHARE = 1e-3  # of the rounds in which a link may have used up the default reserve
 
 HOPS = 2  # bytes of a message's hop count
 NUMBER = 4  # bytes of its sequence number, or of a count of waves
@@ -45,13 +45,13 @@ class Loss:
         return cls(share, share / ((1.0 - share) * burst), 1.0 - 1.0 / burst)
 
     def longest_run(self) -> int:
-        """Return the least K for which more than K losses in a row end in at most a share DRY_SHARE of the rounds.
+        """Return the least K for which more than K losses in a row end in at most EMPTY_RESERVE_SHARE of the rounds.
 
         0 where everything is lost.
         """
-        if self.share <= DRY_SHARE or self.stay == 1.0:
+        if self.share <= EMPTY_RESERVE_SHARE or self.stay == 1.0:
             return 0
-        return 1 if self.stay == 0.0 else int(np.ceil(np.log(DRY_SHARE / self.share) / np.log(self.stay)))
+        return 1 if self.stay == 0.0 else int(np.ceil(np.log(EMPTY_RESERVE_SHARE / self.share) / np.log(self.stay)))
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from pbrg_mj.team.channel import NEVER, Channel, Loss, outage_rounds
 from pbrg_mj.team.graph import network
 from pbrg_mj.team.network import Network
 
-NOTHING = -1  # in place of the tick in which a message was sent
+NOT_RECEIVED = -1  # in place of the tick in which a message was sent
 STATE = 32  # of p and xi [bytes]
 
 
@@ -29,7 +29,7 @@ class ExchangeMemory(NamedTuple):
     sent: np.ndarray  # (D, n, 4) p, xi [m]
     arrives: np.ndarray  # (D, E) int64 ticks; NEVER for a message that was lost
     received: np.ndarray  # (E, 4) p, xi of the sender [m]
-    received_tick: np.ndarray  # (E,) int64 the tick of its sending; NOTHING
+    received_tick: np.ndarray  # (E,) int64 the tick of its sending; NOT_RECEIVED
     last_arrival: np.ndarray  # (E,) int64 when the message of the tick before arrives
     bad: np.ndarray  # (E,) bool: the link was losing messages in the last tick
 
@@ -49,8 +49,8 @@ class Exchange:
             sent=np.zeros((slots, self.network.robots, 4)),
             arrives=np.full((slots, links), NEVER),
             received=np.zeros((links, 4)),
-            received_tick=np.full(links, NOTHING),
-            last_arrival=np.full(links, NOTHING),
+            received_tick=np.full(links, NOT_RECEIVED),
+            last_arrival=np.full(links, NOT_RECEIVED),
             bad=np.zeros(links, dtype=bool),
         )
 
@@ -64,7 +64,7 @@ class Exchange:
         under_way[now % slots] = np.where(lost | silent[net.neighbours], NEVER, arrives)
         when = now - (now - np.arange(slots)) % slots  # the tick that each slot is of
         here = (under_way == now) & ~silent[net.receiver]
-        newest = np.where(here, when[:, None], NOTHING).max(axis=0)
+        newest = np.where(here, when[:, None], NOT_RECEIVED).max(axis=0)
         new = newest > before.received_tick
         came = sent[newest % slots, net.neighbours]
         return ExchangeMemory(
@@ -81,7 +81,7 @@ class Exchange:
         self, control: Control, state: tuple[np.ndarray, np.ndarray], m: np.ndarray, received: ExchangeMemory
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return u and dxi/dt of eq. 2, both (n, 2) [m/s], of own p and xi and what was received of the neighbours'."""
-        net, here = self.network, received.received_tick != NOTHING
+        net, here = self.network, received.received_tick != NOT_RECEIVED
         own = np.hstack(state)
         apart = np.zeros_like(own)  # sums over k of L_jk p_k and L_jk xi_k
         np.add.at(apart, net.receiver[here], own[net.receiver[here]] - received.received[here])

@@ -16,7 +16,7 @@ from pbrg_mj.team.network import Network
 MOST_ROBOTS = 300  # the work grows with n^3
 MOST_DOUBLINGS = 40  # 2^40 ticks
 MOST_DELAYED = 50  # robots whose delayed modes are counted; the work grows with n^3
-GROWS = 1e-5  # of a mode in a tick, from which on it counts as growing
+GROWTH_THRESHOLD = 1e-5  # of a mode in a tick, from which on it counts as growing
 POINTS = 40  # of half the circle, for each tick of delay
 ROUNDING = 1e-12
 
@@ -104,8 +104,8 @@ def growing_modes(network: Network, control: Control, tick: float, delay: int) -
     n, A = network.robots, tick * continuous_map(network, control)
     own = np.kron(np.ones((2, 2)), np.eye(n)) * A
     even = np.linspace(0.0, np.pi, POINTS * (delay + 10))
-    theta = np.union1d(even, np.geomspace(0.01 * GROWS, np.pi, POINTS * 20))
-    z = ((1.0 + GROWS) * np.exp(1j * theta))[:, None, None]
+    theta = np.union1d(even, np.geomspace(0.01 * GROWTH_THRESHOLD, np.pi, POINTS * 20))
+    z = ((1.0 + GROWTH_THRESHOLD) * np.exp(1j * theta))[:, None, None]
     sign = np.linalg.slogdet(np.eye(2 * n) - (np.eye(2 * n) + own + z ** -float(delay) * (A - own)) / z)[0]
     angle = np.unwrap(np.angle(sign))
     return -round(float(angle[-1] - angle[0]) / np.pi)

@@ -10,7 +10,7 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.transport.address import HOST, Address, reason
 from pbrg_mj.transport.datagrams import LARGEST, Datagram, packed, unpacked
 
-NOT_THERE = (errno.ECONNREFUSED, errno.EHOSTUNREACH, errno.ENETUNREACH)
+UNREACHABLE = (errno.ECONNREFUSED, errno.EHOSTUNREACH, errno.ENETUNREACH)
 BUFFER = 1 << 20  # bytes that wait for a process that is busy
 
 
@@ -45,7 +45,7 @@ class Mailbox:
         try:
             self._socket.sendto(content, to)
         except OSError as error:
-            if error.errno not in NOT_THERE:
+            if error.errno not in UNREACHABLE:
                 raise
 
     def receive(self, timeout: float) -> tuple[Datagram, Address] | None:

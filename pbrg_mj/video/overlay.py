@@ -28,7 +28,7 @@ HIT_SIZE = 0.18  # of a beam's end [marks]
 TRAIL_SECONDS, TRAIL_STEP = 15.0, 0.5  # [s]
 STILL = 1e-4  # pieces of trails that are shorter are not seen [m]
 NEAR = 25.0  # from the team, beyond which nothing is marked [m]
-FEW = 8  # robots whose references can be told apart as rings around each other
+MAX_RINGS = 8  # robots whose references can be told apart as rings around each other
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ class Overlay:
         n = len(m)
         base = ON_TOP if frame.camera.orthographic else MARK  # from above nothing slides; robots hide nothing then
         for j, colour in enumerate(self._colour):
-            ring = size * (1 - 0.7 * j / n) if n <= FEW else 0.6 * size
+            ring = size * (1 - 0.7 * j / n) if n <= MAX_RINGS else 0.6 * size
             markers.disc(_above(m[j], base + j * APART), ring, (*colour[:3], 1.0))
             markers.disc(_above(m[j] + self._formation[j], GOAL), 0.05, (*colour[:3], 0.3))
         top = base + n * APART

@@ -10,7 +10,7 @@ import numpy as np
 from pbrg_mj.analysis.metrics.contacts import onsets
 from pbrg_mj.analysis.metrics.outcome import Outcome
 from pbrg_mj.analysis.metrics.reachable import STEP, avoidable
-from pbrg_mj.analysis.metrics.settling import CLOCK
+from pbrg_mj.analysis.metrics.settling import CLOCK_ROUNDING
 from pbrg_mj.log.read.run import TickSeries
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.world.scene.footprints import signed_distance
@@ -45,7 +45,7 @@ class MovingContactTotals:
         if not self._scenario.world.moving_boxes:
             return
         for tick, at in enumerate(time.tolist()):
-            if not self._times or at > self._times[-1] + STEP - CLOCK:
+            if not self._times or at > self._times[-1] + STEP - CLOCK_ROUNDING:
                 self._times.append(at)
                 self._hands.append(hand[tick].copy())
         before = np.zeros_like(touching[0]) if self._last is None else self._last

@@ -27,10 +27,10 @@ CONTACTS = {"walls": "walls", "moving": "moving boxes", "robots": "each other"}
 SHARE = 0.05  # of the largest weight: constraints with less are left out
 NEGLIGIBLE = 1e-3  # [m] so little a multiplier moves m by half as much
 MOST = 3  # half-spaces named
-SECOND = 1.0  # [s] over which voltages and wheel speeds are averaged
+AVERAGING_TIME = 1.0  # [s] over which voltages and wheel speeds are averaged
 ON_FACE = 0.1  # [m] between a half-space's line and the obstacle it is said to come from, at most
-ALIKE = np.cos(np.deg2rad(10.0))  # of the angle between normals of one line, seen by several robots
-STRAIGHT = np.cos(np.deg2rad(1.0))  # of a normal along an axis
+SAME_NORMAL_COSINE = np.cos(np.deg2rad(10.0))  # of the angle between normals of one line, seen by several robots
+AXIS_COSINE = np.cos(np.deg2rad(1.0))  # of a normal along an axis
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ def bindings(run: Run) -> tuple[Binding, ...]:
 
 def ticks_needed(scenario: Scenario) -> int:
     """Return how many of a run's last ticks `bindings` looks at."""
-    return 2 + int((scenario.outcome.rest_time + SECOND) / scenario.timing.tick)
+    return 2 + int((scenario.outcome.rest_time + AVERAGING_TIME) / scenario.timing.tick)
 
 
 def _status(run: Run) -> Iterator[Binding]:
@@ -121,7 +121,7 @@ def _lines(run: Run, weights: np.ndarray, least: float) -> list[list[tuple[int, 
         if weights[owner, slot] < least:
             break
         for line in lines:
-            same = G[line[0]] @ G[owner, slot] > ALIKE and abs(h[line[0]] - h[owner, slot]) < ON_FACE
+            same = G[line[0]] @ G[owner, slot] > SAME_NORMAL_COSINE and abs(h[line[0]] - h[owner, slot]) < ON_FACE
             if same and owner not in [one for one, _ in line]:
                 line.append((owner, slot))
                 break
@@ -146,7 +146,7 @@ def half_space_text(G: np.ndarray, h: float) -> str:
     """Return G q <= h as one writes it: x <= 1.8, y >= -0.2, 0.71 x + 0.71 y <= 2.1."""
     x, y = map(float, G)
     for name, value in (("x", x), ("y", y)):
-        if abs(value) > STRAIGHT:
+        if abs(value) > AXIS_COSINE:
             return f"{name} {'<=' if value > 0 else '>='} {h / value:.3g}"
     return f"{x:.2g} x {'-' if y < 0 else '+'} {abs(y):.2g} y <= {h:.3g}"
 
@@ -199,7 +199,7 @@ def _leaders_m(run: Run) -> np.ndarray:
 def _robots(run: Run) -> Iterator[Binding]:
     """Yield what keeps robots from where m asks them to be: contacts, and in physics their motors."""
     scenario, time = run.scenario, run.ticks.time
-    late = time >= time[-1] - SECOND
+    late = time >= time[-1] - AVERAGING_TIME
     shifted = run.ticks.hand_true[-1] - np.array(scenario.team.formation)
     short = np.linalg.norm(shifted - _leaders_m(run), axis=1) > scenario.outcome.tolerance / 2
     for kind in FIELDS:

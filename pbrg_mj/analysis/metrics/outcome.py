@@ -14,7 +14,7 @@ from pbrg_mj.analysis.metrics.best_formation import BestFormation, best_formatio
 from pbrg_mj.analysis.metrics.contacts import FIELDS, Kind, contact_flags, contact_text, is_violation
 from pbrg_mj.analysis.metrics.margins import obstructed, static_margin
 from pbrg_mj.analysis.metrics.per_tick import per_tick, state_size
-from pbrg_mj.analysis.metrics.settling import CLOCK, formation_errors
+from pbrg_mj.analysis.metrics.settling import CLOCK_ROUNDING, formation_errors
 from pbrg_mj.analysis.metrics.trend import Direction, Trend, trend
 from pbrg_mj.log.read.run import Run
 
@@ -127,7 +127,7 @@ def _ended(run: Run) -> Outcome:
         return Outcome("converged")
     changed = last_change(run)
     window = _last(time[changed:], min(rules.trend_time, float(time[-1] - time[changed])))
-    if time[-1] - time[changed] < rules.rest_time - CLOCK or window is None:
+    if time[-1] - time[changed] < rules.rest_time - CLOCK_ROUNDING or window is None:
         return Outcome("unfinished", f"the reference changed {time[-1] - time[changed]:.3g} s before the end")
     target = run.ticks.reference[-1] if best.point is None else best.point
     seen = slice(changed + window.start, None)
@@ -146,7 +146,7 @@ def _ended(run: Run) -> Outcome:
 
 def _last(time: np.ndarray, seconds: float) -> slice | None:
     """Return the ticks of the last `seconds`, both ends included; None when there are not so many."""
-    first = int(np.searchsorted(time, time[-1] - seconds + CLOCK, side="right")) - 1
+    first = int(np.searchsorted(time, time[-1] - seconds + CLOCK_ROUNDING, side="right")) - 1
     return slice(first, None) if first >= 0 and len(time) - first >= 3 else None
 
 

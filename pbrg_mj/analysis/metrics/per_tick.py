@@ -12,7 +12,7 @@ from pbrg_mj.log.read.run import Run, TickSeries
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.schema import Scenario
 
-PART_TICKS = 2**12  # of a run looked at at a time
+BLOCK_TICKS = 2**12  # of a run looked at at a time
 
 PerTick = Callable[[TickSeries, Scenario], np.ndarray]
 
@@ -77,5 +77,5 @@ def per_tick(run: Run, quantity: PerTick) -> np.ndarray:
     known = run.reduced.get(quantity.__name__)
     if known is not None:
         return known
-    rows = range(0, max(len(run.ticks.index), 1), PART_TICKS)
-    return np.concatenate([quantity(run.ticks.rows(first, first + PART_TICKS), run.scenario) for first in rows])
+    rows = range(0, max(len(run.ticks.index), 1), BLOCK_TICKS)
+    return np.concatenate([quantity(run.ticks.rows(first, first + BLOCK_TICKS), run.scenario) for first in rows])

@@ -10,7 +10,7 @@ from pbrg_mj.analysis.metrics.best_formation import best_formation
 from pbrg_mj.log.read.run import TickSeries
 from pbrg_mj.scenario.schema import Scenario
 
-CLOCK = 1e-9  # [s] rounding of tick times
+CLOCK_ROUNDING = 1e-9  # [s] rounding of tick times
 
 
 def formation_errors(hand: np.ndarray, scenario: Scenario, point: np.ndarray) -> np.ndarray:
@@ -55,6 +55,6 @@ class Settling:
 
     def time_held(self, least: float) -> float:
         """Return the same [s]; NaN also unless the error has then stayed within tolerance for `least` [s]."""
-        if self._settled is None or self._last - self._settled < least - CLOCK:
+        if self._settled is None or self._last - self._settled < least - CLOCK_ROUNDING:
             return math.nan
         return self.time()

@@ -21,8 +21,8 @@ from typing import Literal
 import numpy as np
 
 Direction = Literal["closing in", "receding", "circling", "standing", "wandering"]
-STEADY = math.exp(-1 / 3)  # q of an approach whose time constant is the window
-RETURNED = 0.25  # of the farthest distance from its last place: nearer than this, a robot has returned
+MAX_APPROACH_RATIO = math.exp(-1 / 3)  # q of an approach whose time constant is the window
+RETURN_SHARE = 0.25  # of the farthest distance from its last place: nearer than this, a robot has returned
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def _extrapolated(
     if late <= 0:  # it had come closer before, and stopped
         return d3, math.inf
     q = late / early if early > 0 else math.inf
-    if q > STEADY:
+    if q > MAX_APPROACH_RATIO:
         return math.nan, now + (left - tolerance) * step / late
     limit, tau = max(0.0, d3 - late * q / (1 - q)), step / math.log(1 / q)
     if limit >= tolerance:
@@ -87,7 +87,7 @@ def _returned(place: np.ndarray, least: float) -> bool:
     """Whether some robot was far from its last place, farther than `least`, and before that near it."""
     apart = np.linalg.norm(place - place[-1], axis=-1)  # (W, n)
     nearest_before = np.minimum.accumulate(apart, axis=0)
-    return bool(np.any((apart > least) & (nearest_before < RETURNED * apart)))
+    return bool(np.any((apart > least) & (nearest_before < RETURN_SHARE * apart)))
 
 
 def _slope(time: np.ndarray, values: np.ndarray) -> float:

@@ -23,7 +23,7 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.schema import Scenario
 
-FLAT = 1e-12  # of a parabola's first coefficient: a straight line
+LINEAR_TOLERANCE = 1e-12  # of a parabola's first coefficient: a straight line
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def interval(n, total, square, gamma, room):
     """
     a = gamma * gamma
     first, half, last = a * n - 1.0, room - a * total, a * square - room * room
-    if first > FLAT:
+    if first > LINEAR_TOLERANCE:
         root = half * half - first * last
         # The squares also hold where z >= room; the interval lies on one side of it.
         if root >= 0.0 and -half / first <= room:
@@ -99,6 +99,6 @@ def interval(n, total, square, gamma, room):
         return -np.inf, min(-last / (2.0 * half), room)
     # The left side is least where its slope is 0, at z = mean - sqrt(rest / (n (gamma^2 n - 1))).
     rest = max(square - total * total / n, 0.0)
-    z = total / n - np.sqrt(rest / (n * max(first, FLAT)))
+    z = total / n - np.sqrt(rest / (n * max(first, LINEAR_TOLERANCE)))
     violation = max(gamma * np.sqrt(max(square - 2.0 * total * z + n * z * z, 0.0)) + z - room, 0.0)
     return z + violation, z - violation

@@ -18,7 +18,7 @@ from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.kernel import kernel
 
 TANGENTS = 64  # most, of all rows together
-CLOSE = 1e-9  # [m] by which a row may be violated at the point found
+TOLERANCE = 1e-9  # [m] by which a row may be violated at the point found
 
 
 def nearest_admissible(rows: Rows, spread: Spread, target: np.ndarray) -> tuple[np.ndarray, bool]:
@@ -46,7 +46,7 @@ def nearest_retreat(rows: Rows, spread: Spread, held: np.ndarray, reach: float) 
     m, _ = nearest_admissible(rows, spread, held)
     if found and math.hypot(*(near - mean).tolist()) <= radius:
         return m, "ok"
-    share = min(1.0, radius / max(math.hypot(*(m - mean).tolist()), CLOSE))
+    share = min(1.0, radius / max(math.hypot(*(m - mean).tolist()), TOLERANCE))
     return mean + share * (m - mean), "inadmissible" if found else "infeasible"
 
 
@@ -66,7 +66,7 @@ def _nearest(rows, spread, target):
         found, x, y = nearest_allowed(0.0, 0.0, normals[:count], offsets[:count], 0.0)
         if not found:
             break
-        worst, which = CLOSE, -1
+        worst, which = TOLERANCE, -1
         dx, dy = x + target[0] - mean[0], y + target[1] - mean[1]
         radius = math.sqrt(n * (dx * dx + dy * dy) + square)
         for r in range(len(d)):
@@ -78,7 +78,7 @@ def _nearest(rows, spread, target):
         along = a[which] * n / radius if radius > 0.0 else 0.0
         gx, gy = along * dx + C[which, 0], along * dy + C[which, 1]
         length = math.sqrt(gx * gx + gy * gy)
-        if length < CLOSE:
+        if length < TOLERANCE:
             break  # the least value of this row, and still positive
         normals[count, 0], normals[count, 1] = gx / length, gy / length
         offsets[count] = (gx * x + gy * y - worst) / length

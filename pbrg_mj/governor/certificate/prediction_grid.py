@@ -20,7 +20,7 @@ import numpy as np
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.kernel import kernel
 
-BETWEEN = 1e-3  # largest bound between two grid points, per metre of ||e||
+GRID_TOLERANCE = 1e-3  # largest bound between two grid points, per metre of ||e||
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class PredictionGrid:
     bound: np.ndarray  # (n, K)
 
     @classmethod
-    def of(cls, model: TeamModel, between: float = BETWEEN) -> PredictionGrid:
+    def of(cls, model: TeamModel, between: float = GRID_TOLERANCE) -> PredictionGrid:
         """Return the grid of a team whose bounds between points are at most `between`.
 
         Equal teams share one grid. Raises ValueError when the sampled team does not settle.

@@ -25,7 +25,7 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.schema import Scenario
 
-WEAK = 0.1  # step response below which a row asks for no retreat
+MIN_STEP_RESPONSE = 0.1  # step response below which a row asks for no retreat
 
 
 @dataclass(frozen=True)
@@ -130,12 +130,12 @@ def narrowed(lowest, highest, rest, s, up, down):
         if down < 0.0 and rest < lowest * down:
             lowest = rest / down
     else:
-        if s >= WEAK and down > 0.0:
+        if s >= MIN_STEP_RESPONSE and down > 0.0:
             highest = min(highest, rest / down)
-        elif s >= WEAK:  # its bound grows faster than a retreat helps: none is allowed
+        elif s >= MIN_STEP_RESPONSE:  # its bound grows faster than a retreat helps: none is allowed
             lowest, highest = max(lowest, 0.0), min(highest, rest)
         elif up > 0.0:
             highest = min(highest, 0.0)
         if down < 0.0:
-            lowest = max(lowest, rest / up if s <= -WEAK else 0.0)
+            lowest = max(lowest, rest / up if s <= -MIN_STEP_RESPONSE else 0.0)
     return lowest, highest

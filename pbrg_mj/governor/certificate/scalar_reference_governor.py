@@ -23,7 +23,7 @@ from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.kernel import kernel
 
 ROUNDING = 1e-9  # [m] by which a row may be violated at the held m
-FLAT = 1e-12  # of a parabola's first coefficient over c: a straight line
+LINEAR_TOLERANCE = 1e-12  # of a parabola's first coefficient over c: a straight line
 
 
 class Spread(NamedTuple):
@@ -76,7 +76,7 @@ def kappa_of_row(a, room, rise, radius, b, c):
         return 1.0  # the rows are convex
     first, half = a * a * c - rise * rise, a * a * b + room * rise
     last = min(a * a * radius * radius - room * room, 0.0)
-    if first > FLAT * c:
+    if first > LINEAR_TOLERANCE * c:
         root = math.sqrt(max(half * half - first * last, 0.0))
         found = -last / (half + root) if half > 0.0 else (root - half) / first
     else:

@@ -25,9 +25,9 @@ from pbrg_mj.governor.problem.interface import Problem, Status
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.half_spaces import HalfSpaces
 
-NOTHING = np.zeros(0), np.zeros((0, 0, 0)), np.zeros((0, 0)), np.zeros((0, 2)), 1.0, np.zeros((0, 2))
+NO_SPEED_ROWS = np.zeros(0), np.zeros((0, 0, 0)), np.zeros((0, 0)), np.zeros((0, 2)), 1.0, np.zeros((0, 2))
 """`SpeedLimit.rows` that limit nothing."""
-NOWHERE = np.zeros((0, 0, 0)), np.zeros((0, 1)), np.zeros(0, dtype=np.int64), 1.0
+NO_SIGHT_ROWS = np.zeros((0, 0, 0)), np.zeros((0, 1)), np.zeros(0, dtype=np.int64), 1.0
 """`SightLimit.rows` that limit nothing."""
 STATUSES: tuple[Status, ...] = ("ok", "inadmissible", "infeasible")
 
@@ -57,7 +57,7 @@ class CompiledDecision:
         sight = [one.rows for one in limits if isinstance(one, SightLimit)]
         if len(speed) > 1 or len(sight) > 1 or len(speed) + len(sight) < len(limits):
             raise ValueError("other limits than one of speed and one of sight are not compiled")
-        return cls(certificate, (speed or [NOTHING])[0], (sight or [NOWHERE])[0], bool(limits), reach)
+        return cls(certificate, (speed or [NO_SPEED_ROWS])[0], (sight or [NO_SIGHT_ROWS])[0], bool(limits), reach)
 
     def next_reference(self, problem: Problem, held: np.ndarray) -> Decision:
         """Return what `decide.next_reference` does with the certificate's rows at the held m (2,)."""

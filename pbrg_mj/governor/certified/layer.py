@@ -44,7 +44,7 @@ from pbrg_mj.governor.problem.near_reference import near_references
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.team.network import Network
 
-FREE = no_rows()
+NO_ROWS = no_rows()
 
 
 class PredictedTeam(NamedTuple):
@@ -198,7 +198,7 @@ class LayerProgram:
         floods = memory.flood.contents(OF_ROWS, memory.facts.robots)
         rows = None if floods is None else unpacked_rows(floods)
         limiting, reference = (
-            rows if verdict.forbidden else FREE,
+            rows if verdict.forbidden else NO_ROWS,
             single_leader_reference(self.network, memory.local.reference),
         )
         held, status = decision(predicted, verdict.kappa, limiting, self.limits, reference, self.reference_range)
@@ -216,7 +216,7 @@ def decision(
     """Return the next m (2,) [m], and how it came about.
 
     `rows` are those of all robots where some robot's forbid the held m, None while they are still to come, and without
-    one, `FREE`, where none do. `reference` (2,) is the r of an only leader: where the held m is allowed the optimum
+    one, `NO_ROWS`, where none do. `reference` (2,) is the r of an only leader: where the held m is allowed the optimum
     is no farther from r than it, so a candidate that is farther is an optimizer's that has not converged, and waits.
     A retreat ends within `reach` [m] of the mean of p; where rows contradict each other m goes towards it as far as the
     limits allow, as in `decide.next_reference`.

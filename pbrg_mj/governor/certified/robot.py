@@ -29,7 +29,7 @@ INTERVAL = struct.Struct("<5d")  # G and h, which velocity filters need too; low
 OF_STATE, OF_VERDICT = 0, 1
 SIZES = {OF_STATE: ItemSize(STATE.size), OF_VERDICT: ItemSize(0, INTERVAL.size)}
 
-FEW = 0.01  # share of items that a link may still lose after all repeats
+LOST_ITEM_SHARE = 0.01  # share of items that a link may still lose after all repeats
 
 
 def repeats_for(lost: float, lost_again: float) -> int:
@@ -37,9 +37,9 @@ def repeats_for(lost: float, lost_again: float) -> int:
 
     `lost_again` is the probability that a message is lost after one that was. Once where all repeats would be in vain.
     """
-    if lost <= FEW or lost_again == 1.0:
+    if lost <= LOST_ITEM_SHARE or lost_again == 1.0:
         return 1
-    return 2 if lost_again == 0.0 else 1 + math.ceil(math.log(FEW / lost) / math.log(lost_again))
+    return 2 if lost_again == 0.0 else 1 + math.ceil(math.log(LOST_ITEM_SHARE / lost) / math.log(lost_again))
 
 
 def first_held(network: Network, cycle_ticks: int, facts: RobotFacts, own: OwnData) -> np.ndarray:

@@ -13,7 +13,7 @@ import numpy as np
 from pbrg_mj.governor.certificate.scalar_reference_governor import Spread, largest_kappa
 from pbrg_mj.governor.certified.consensus import Verdict
 from pbrg_mj.governor.certified.flood import COUNT, ITEM
-from pbrg_mj.governor.certified.layer import FREE, LayerProgram, PredictedTeam, decision, single_leader_reference
+from pbrg_mj.governor.certified.layer import NO_ROWS, LayerProgram, PredictedTeam, decision, single_leader_reference
 from pbrg_mj.governor.certified.messages import CANDIDATE, PARTS, ROW, STATE
 from pbrg_mj.governor.messaging.networked import own_data
 from pbrg_mj.governor.messaging.program import RobotFacts
@@ -92,7 +92,7 @@ class LayerGovernor:
         spread = Spread.of(problem.p, problem.xi)
         kappa, allowed = largest_kappa(rows, spread, held, candidate)
         predicted = PredictedTeam(problem.p, problem.xi, heading, held, candidate, memory.forbidden)
-        limiting = FREE if allowed else rows if memory.forbidden else None
+        limiting = NO_ROWS if allowed else rows if memory.forbidden else None
         reference = single_leader_reference(problem.network, before[leader].reference)
         reach = self.layer.reference_range
         m, status = decision(predicted, kappa, limiting, self.layer.limits, reference, reach)

@@ -15,7 +15,7 @@ LEAST_TURN, MOST_TURN = math.radians(20.0), math.radians(160.0)  # between two f
 FACE, OTHER, HIDDEN = range(3)  # columns of a corner's `sides`
 DEPTH = 0.3  # [m] what is behind a single face is taken for solid so deep
 REACH = 0.2  # [m] a corner may lie so far inside the extent seen, and twice that beyond
-BEYOND = 0.02  # [m] a face lies so far behind the other's line, at a convex corner
+CORNER_TOLERANCE = 0.02  # [m] a face lies so far behind the other's line, at a convex corner
 
 
 @kernel
@@ -46,8 +46,8 @@ def convex_corner(a, b):
     return (
         -REACH < s_a - a["high"] < 2 * REACH
         and -REACH < b["low"] - s_b < 2 * REACH
-        and a["low"] < s_a - BEYOND
-        and b["high"] > s_b + BEYOND
+        and a["low"] < s_a - CORNER_TOLERANCE
+        and b["high"] > s_b + CORNER_TOLERANCE
     )
 
 

@@ -10,7 +10,7 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.obstacle.half_space import half_space
 from pbrg_mj.perception.obstacle.outline import confirm_corners, face_chains
 
-NEARER = 0.1  # [m] an obstacle displaces another only if it is so much nearer: slots must not change hands for nothing
+SLOT_HYSTERESIS = 0.1  # [m] an obstacle displaces another only if it is nearer by this much
 
 
 @kernel
@@ -87,7 +87,7 @@ def _assign_slots(tracks, root, distance, slots):
 def _free_slot(tracks, root, distance, slots, nearest):
     """Return a free slot, or that of the farthest obstacle if it is farther than `nearest` [m], or -1."""
     used = np.zeros(slots, np.bool_)
-    farthest, most = -1, nearest + NEARER
+    farthest, most = -1, nearest + SLOT_HYSTERESIS
     for i in range(len(tracks)):
         if root[i] and tracks[i]["slot"] >= 0:
             used[tracks[i]["slot"]] = True

@@ -9,7 +9,7 @@ from pbrg_mj.perception.scan.line_fit import LEAST_COSINE, weight_of
 from pbrg_mj.perception.scan.points import BLOCKED, DX, DY, R
 
 CLEARLY_FARTHER = 4.0  # standard deviations beyond which a beam is clearly farther than the line
-WELL_WITHIN = 0.9  # of the range limit: a line nearer than that would have been seen
+RANGE_SHARE = 0.9  # of the range limit: a line nearer than that would have been seen
 LEAST_GAP = 0.1  # [m] along the line that beams must pass: nothing gets through less
 
 
@@ -25,7 +25,7 @@ def beam_passes(points, params, fit, b):
     b %= len(points)
     nx, ny, c = math.cos(fit[0]), math.sin(fit[0]), fit[1]
     cosine = nx * points[b, DX] + ny * points[b, DY]
-    if cosine < LEAST_COSINE or c > cosine * WELL_WITHIN * params.range_max:
+    if cosine < LEAST_COSINE or c > cosine * RANGE_SHARE * params.range_max:
         return False
     if not math.isfinite(points[b, R]):
         return points[b, R] != BLOCKED

@@ -16,7 +16,7 @@ NEAR_ANGLE, NEAR_OFFSET = (
 )  # a line this near a track, but outside its gate, is a CONFLICT
 FREE_GAP, HIDDEN_GAP = 0.15, 0.6  # [m] between two extents of one line, with a true end between or not
 SAME_ANGLE, SAME_OFFSET = math.radians(1.0), 0.01  # tracks this close are one line, however sure they are
-COVERED = 0.1  # [m] of a track must lie on the line that shows it to be part of a longer line
+MIN_OVERLAP = 0.1  # [m] of a track must lie on the line that shows it to be part of a longer line
 NEW, UPDATE, EXTEND, CONFLICT = 0, 1, 2, 3
 
 
@@ -130,7 +130,7 @@ def merge_tracks_on_line(tracks, line, track):
 @kernel
 def _runs_through(track, line):
     common = min(track["high"], line["high"]) - max(track["low"], line["low"])
-    return common > COVERED and distance(track, line) <= GATE
+    return common > MIN_OVERLAP and distance(track, line) <= GATE
 
 
 @kernel

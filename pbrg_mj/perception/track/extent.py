@@ -18,7 +18,7 @@ MOST_END_MOVES = 6  # a moved end counts 2, a scan without one -1: lost beams ma
 
 LEAST_COSINE = 0.15  # beams that meet the line at a more grazing angle say nothing
 IN_RANGE = 0.95  # of range_max: no echo is expected from farther
-BEHIND = 0.1  # [m] an echo this far behind a line passed it by; so much before it, something hid it
+PASSED_DISTANCE = 0.1  # [m] an echo this far behind a line passed it by; so much before it, something hid it
 
 
 @kernel
@@ -68,11 +68,11 @@ def end_bound(line, scan, end, params):
         r = ranges[k]
         if math.isnan(r):
             silent += 1
-        elif r < distance - BEHIND:
+        elif r < distance - PASSED_DISTANCE:
             break  # something hides the rest
         else:
             silent = 0
-        if silent >= params.silent or r > distance + BEHIND:
+        if silent >= params.silent or r > distance + PASSED_DISTANCE:
             best = end * s
             break
         k = (k + end) % beams

@@ -8,15 +8,22 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.scan.line_fit import wrapped
 from pbrg_mj.perception.track.association import CONFLICT, EXTEND, NEW, UPDATE, associate, merge, merge_tracks_on_line
 from pbrg_mj.perception.track.confirmation import confirm, note_motion
-from pbrg_mj.perception.track.extent import BEHIND, IN_RANGE, beam_on_line, restart_extent, update_extent, widen_extent
+from pbrg_mj.perception.track.extent import (
+    IN_RANGE,
+    PASSED_DISTANCE,
+    beam_on_line,
+    restart_extent,
+    update_extent,
+    widen_extent,
+)
 
 MARGIN = 0.05  # [m] from the ends of the extent seen
 LEAST_BEAMS = 3  # beams on a track that may contradict it
 PASSED_SHARE = 0.6  # of them must
 
 SEEN_SHARE = 0.02  # of the drift while in sight: nothing is known for ever
-PATIENCE = 3  # scans against a track before it is deleted, and scans an unconfirmed one may be out of sight
-SLACK = 1e-9  # [s] rounding of the clock
+MAX_CONTRADICTIONS = 3  # scans against a track before it is deleted, and scans an unconfirmed one may be out of sight
+CLOCK_ROUNDING = 1e-9  # [s] rounding of the clock
 
 
 @kernel
@@ -65,7 +72,9 @@ def _predict(track, now, params):
     track["p_aa"] += (share * params.turn) ** 2 * now.elapsed
     track["p_cc"] += (share * params.drift) ** 2 * now.elapsed
     track["unseen"] += 1
-    if now.time - track["seen"] > params.memory + SLACK or (not track["confirmed"] and track["unseen"] > PATIENCE):
+    if now.time - track["seen"] > params.memory + CLOCK_ROUNDING or (
+        not track["confirmed"] and track["unseen"] > MAX_CONTRADICTIONS
+    ):
         track["live"] = 0
 
 
@@ -96,7 +105,7 @@ def _fuse(track, line, scan, now, params):
 def _note_conflict(track):
     """Count a line near a track but not of it: a moving track gives such lines, and is deleted."""
     track["conflicts"] += 1
-    if not track["confirmed"] or track["conflicts"] >= PATIENCE:
+    if not track["confirmed"] or track["conflicts"] >= MAX_CONTRADICTIONS:
         track["live"] = 0
 
 
@@ -132,7 +141,7 @@ def _delete_contradicted(tracks, scan, params):
         track = tracks[i]
         if track["live"] and track["unseen"] > 0:
             track["contradictions"] = track["contradictions"] + 1 if contradicted(track, scan, params) else 0
-            if track["contradictions"] >= PATIENCE:
+            if track["contradictions"] >= MAX_CONTRADICTIONS:
                 track["live"] = 0
 
 
@@ -151,11 +160,11 @@ def contradicted(track, scan, params):
         if math.isfinite(r):
             echoes += 1
         s, distance = beam_on_line(cos, sin, offset, beams, k)
-        if distance > IN_RANGE * params.range_max - BEHIND or s < low or s > high:
+        if distance > IN_RANGE * params.range_max - PASSED_DISTANCE or s < low or s > high:
             continue
-        if math.isnan(r) or r > distance + BEHIND:
+        if math.isnan(r) or r > distance + PASSED_DISTANCE:
             past += 1
             on += 1
-        elif r > distance - BEHIND:
+        elif r > distance - PASSED_DISTANCE:
             on += 1
     return echoes > 0 and on >= LEAST_BEAMS and past >= PASSED_SHARE * on

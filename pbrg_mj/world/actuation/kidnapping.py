@@ -16,8 +16,8 @@ from pbrg_mj.world.scene.footprints import body_pose
 from pbrg_mj.world.scene.model_index import ModelIndex
 from pbrg_mj.world.scene.robot import RobotModel
 
-ABOVE = 0.5  # the tallest obstacle the lowest robot hovers [m]
-APART = 0.1  # robots hover above each other, so that they cannot meet in the air [m]
+HOVER_CLEARANCE = 0.5  # the tallest obstacle the lowest robot hovers [m]
+HOVER_SPACING = 0.1  # robots hover above each other, so that they cannot meet in the air [m]
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,9 @@ class Kidnappings:
             )
             for one in sorted(scenario.disturbances.kidnappings, key=lambda one: one.time)
         ]
-        self._hover = ABOVE + max((thing.height for thing in (*around.all_obstacles, *around.terrain)), default=0.0)
+        self._hover = HOVER_CLEARANCE + max(
+            (thing.height for thing in (*around.all_obstacles, *around.terrain)), default=0.0
+        )
         self._seen = start.copy()  # by the camera's newest frame
         self._lift_poses: dict[int, LiftPose] = {}
 
@@ -63,7 +65,7 @@ class Kidnappings:
             if step == event.steps.start:
                 self._lift_poses[number] = LiftPose(_pose(data, index, robot), self._seen[robot].copy())
             if step in event.steps:
-                height = self._hover + APART * robot
+                height = self._hover + HOVER_SPACING * robot
                 _set_pose(model, data, index, robot, (self._lift_poses[number].true, height))
             elif step == event.steps.stop:
                 _set_pose(model, data, index, robot, (event.destination, 0.0))

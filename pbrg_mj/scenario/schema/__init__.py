@@ -3,7 +3,7 @@
 scenario          the whole, with `outcome` and `log`
 timing, team, graph, operator
 world, sensors, estimator
-beam_presets, camera, localization, sensor_errors   parts of `sensors`
+beam_presets, camera, localization   parts of `sensors`
 assumed           what the estimator takes the sensors' errors for
 actuation         `drive` and `radio`
 disturbances, network
@@ -14,7 +14,7 @@ json_schema       the schema for editors
 """
 
 from pbrg_mj.scenario.schema.actuation import Drive, Radio
-from pbrg_mj.scenario.schema.base import Section, Vector
+from pbrg_mj.scenario.schema.base import Section, Vector, per_robot
 from pbrg_mj.scenario.schema.beam_presets import PRESETS
 from pbrg_mj.scenario.schema.camera import Camera, Occlusion, Swap
 from pbrg_mj.scenario.schema.disturbances import DeadMotor, Disturbances, Kidnapping, Push
@@ -24,7 +24,6 @@ from pbrg_mj.scenario.schema.graph import Edge, Graph, edge_list, unreachable
 from pbrg_mj.scenario.schema.network import Link, Network, Outage
 from pbrg_mj.scenario.schema.operator import Operator, Waypoint, operator_reference
 from pbrg_mj.scenario.schema.scenario import Log, Outcome, Scenario
-from pbrg_mj.scenario.schema.sensor_errors import per_robot
 from pbrg_mj.scenario.schema.sensors import Beams, Sensors, beam_angles, ray_angles
 from pbrg_mj.scenario.schema.team import Team
 from pbrg_mj.scenario.schema.timing import LONGEST_PHYSICS_STEP, Timing, whole_multiple, whole_number

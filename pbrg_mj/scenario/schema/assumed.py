@@ -6,8 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from pbrg_mj.scenario.schema.base import NonNegative, Probability, Section
-from pbrg_mj.scenario.schema.sensor_errors import Deviation
+from pbrg_mj.scenario.schema.base import Deviation, NonNegative, Probability, Section
 from pbrg_mj.scenario.schema.sensors import Sensors
 
 

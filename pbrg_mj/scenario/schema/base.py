@@ -22,9 +22,19 @@ Positive = Annotated[float, Field(ge=SMALLEST, le=LARGEST)]
 NonNegative = Annotated[float, Field(ge=0, le=LARGEST)]
 Probability = Annotated[float, Field(ge=0, le=1)]
 RobotNumber = Annotated[int, Field(ge=1)]
+Deviation = Annotated[float, Field(ge=0, le=1000)]
+"""Of noise: a sensor with errors of a kilometre, or of three turns, measures nothing."""
+Bias = Annotated[float, Field(ge=-1000, le=1000)]
+PerRobot = Bias | tuple[Bias, ...]
+"""One for all robots, or one per robot."""
 
 
 class Section(BaseModel):
     """Base of all sections: frozen, no unknown keys, no NaN, no silent conversion of strings to numbers."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=False, allow_inf_nan=False, populate_by_name=True)
+
+
+def per_robot(given: PerRobot, robots: int) -> tuple[float, ...]:
+    """Return one number for each robot."""
+    return given if isinstance(given, tuple) else (given,) * robots

@@ -4,8 +4,16 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from pbrg_mj.scenario.schema.base import MOST_EVENTS, NonNegative, Positive, Probability, RobotNumber, Section
-from pbrg_mj.scenario.schema.sensor_errors import Deviation, PerRobot
+from pbrg_mj.scenario.schema.base import (
+    MOST_EVENTS,
+    Deviation,
+    NonNegative,
+    PerRobot,
+    Positive,
+    Probability,
+    RobotNumber,
+    Section,
+)
 
 
 class Occlusion(Section):

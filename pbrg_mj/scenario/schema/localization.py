@@ -7,8 +7,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from pbrg_mj.scenario.schema.base import NonNegative, Probability, Section, Vector
-from pbrg_mj.scenario.schema.sensor_errors import Deviation
+from pbrg_mj.scenario.schema.base import Deviation, NonNegative, Probability, Section, Vector
 
 
 class UltraWideband(Section):

@@ -7,11 +7,19 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from pbrg_mj.scenario.schema.base import NonNegative, Number, Positive, Probability, RobotNumber, Section
+from pbrg_mj.scenario.schema.base import (
+    Deviation,
+    NonNegative,
+    Number,
+    PerRobot,
+    Positive,
+    Probability,
+    RobotNumber,
+    Section,
+)
 from pbrg_mj.scenario.schema.beam_presets import PRESETS
 from pbrg_mj.scenario.schema.camera import Camera
 from pbrg_mj.scenario.schema.localization import Odometry, UltraWideband
-from pbrg_mj.scenario.schema.sensor_errors import Deviation, PerRobot
 
 EARLIER_GENERIC = "none"
 """What `generic` was called in earlier logs: it has beams all the same."""

@@ -218,7 +218,7 @@ def test_options_of_backends_are_refused_in_one_line(tmp_path):
 def test_a_scheduler_that_does_not_answer_leaves_no_folder(address, tmp_path, capfd, monkeypatch):
     """Nobody is there, the address is none, or who is there says nothing."""
     need_module("distributed")
-    monkeypatch.setattr("pbrg_mj.studies.backends.PATIENCE", 0.3)
+    monkeypatch.setattr("pbrg_mj.studies.backends.SCHEDULER_TIMEOUT", 0.3)
     file, out = str(written(tmp_path, SMALL)), tmp_path / "out"
     with socket.create_server(("127.0.0.1", 0)) as silent:
         address = address.format(silent.getsockname()[1])

@@ -31,7 +31,7 @@ def little_memory(monkeypatch) -> None:
     """What is done some megabytes at a time is done some kilobytes at a time."""
     monkeypatch.setattr(column_store, "MOST_HELD", 2**14)
     for module in (per_tick, run_metrics):
-        monkeypatch.setattr(module, "PART_TICKS", 100)
+        monkeypatch.setattr(module, "BLOCK_TICKS", 100)
 
 
 @pytest.fixture(scope="module")

@@ -10,6 +10,7 @@ import pytest
 from scipy.ndimage import minimum_filter1d
 from scipy.stats import norm
 
+import pbrg_mj as pbrg
 from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.load import parse_scenario
 from pbrg_mj.sensing.cone import nearest_in_cones
@@ -54,6 +55,16 @@ def test_a_cone_tells_of_the_nearest_thing_of_dense_rays() -> None:
                 assert (seen >= true).all()
                 missed += (seen > true + 0.002).tolist()
     assert np.mean(missed) < 0.05  # what a degree between rays misses: edges that the view just grazes
+
+
+@pytest.mark.parametrize(
+    ("name", "nobody"),
+    [("paper/simulation_near", ()), ("paper/experiment_near", ("sensors.beams.robots=[]", "estimator.source=given"))],
+)
+def test_where_nobody_has_beams_there_are_no_cones(name: str, nobody: tuple[str, ...]) -> None:
+    """Nobody has any in the ideal plant, and in physics who is told so."""
+    keys = ("sensors.beams.cone_deg=30", "reference.solver=none", *nobody)
+    assert pbrg.run(pbrg.load(name, keys, duration=0.05)).metrics.ticks == 6
 
 
 def test_cones_of_the_plant_meet_a_wall_where_it_is_nearest() -> None:

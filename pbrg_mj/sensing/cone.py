@@ -15,7 +15,7 @@ def nearest_in_cones(ranges: np.ndarray, rays: int) -> tuple[np.ndarray, np.ndar
     `ranges` (R, beams * rays) [m], a cone's rays side by side, -1 where nothing was hit; -1 likewise where no ray of a
     cone hit anything.
     """
-    cones = ranges.reshape(len(ranges), -1, rays)
+    cones = _by_cone(ranges, rays)
     hit = np.where(cones >= 0, cones, np.inf)
     which = np.argmin(hit, axis=2)
     return np.take_along_axis(cones, which[..., None], axis=2)[..., 0], which
@@ -23,4 +23,10 @@ def nearest_in_cones(ranges: np.ndarray, rays: int) -> tuple[np.ndarray, np.ndar
 
 def values_of_rays(values: np.ndarray, which: np.ndarray, rays: int) -> np.ndarray:
     """Return what belongs to the nearest rays (R, beams), of values of all rays (R, beams * rays)."""
-    return np.take_along_axis(values.reshape(len(values), -1, rays), which[..., None], axis=2)[..., 0]
+    return np.take_along_axis(_by_cone(values, rays), which[..., None], axis=2)[..., 0]
+
+
+def _by_cone(values: np.ndarray, rays: int) -> np.ndarray:
+    """Return values of all rays (R, beams, rays); nobody may have beams."""
+    robots, all_rays = values.shape
+    return values.reshape(robots, all_rays // rays, rays)

@@ -13,9 +13,10 @@ from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.perception.points.beams import SeenBeams
 from pbrg_mj.perception.points.deskew import deskewed
 from pbrg_mj.perception.points.detect import add_scan
+from pbrg_mj.perception.points.flow import PAST, PLACE
 from pbrg_mj.perception.points.known_free import edge_of_free
 from pbrg_mj.perception.points.memory import copy_records, forget, no_points, places_used, room_after
-from pbrg_mj.perception.points.motion import PAST, PLACE, TRACK, TRACKS, closing_speeds
+from pbrg_mj.perception.points.motion import TRACK, TRACKS, closing_speeds
 from pbrg_mj.perception.points.parameters import PointParameters
 from pbrg_mj.perception.points.separate import separate
 from pbrg_mj.perception.track.pose_history import PoseHistory, no_poses, poses_at_scan, with_poses
@@ -112,7 +113,7 @@ def perceive_points(scans, parameters, robots, targets, before, after):
         q[0] = pose.x + parameters.hand_offset * math.cos(pose.heading)
         q[1] = pose.y + parameters.hand_offset * math.sin(pose.heading)
         target = q if math.isnan(targets[robot, 0]) else targets[robot]
-        half_spaces = G[robot], h[robot], active[robot]
+        half_spaces = G[robot], h[robot], active[robot], np.empty((len(h[robot]), 2))
         separate((points[robot], edge), q, target, parameters, half_spaces)
         motion = past[robot], places[robot], tracks[robot]
         closing_speeds((echoes, beams), motion, pose, parameters, half_spaces, closing[robot])

@@ -15,19 +15,22 @@ LOSS = 0.03  # [m] of it that a hull may take in any case: two places before a r
 
 @kernel
 def next_face(places, count, window, path):
-    """Write the places of the face nearest to the path to `window`; return how many there are, and its normal."""
+    """Write the places of the face nearest to the path to `window`.
+
+    Returns how many there are, its normal, and which of them is the nearest.
+    """
     nearest, best, gx, gy = nearest_point(places, count, path)
     if nearest < 0:
-        return 0, 0.0, 0.0
+        return 0, (0.0, 0.0), (0.0, 0.0)
     enough, around = min(ROOM * best, best - LOSS), (places.x[nearest], places.y[nearest])
     wider, size = places, count
     for radius in WINDOWS:
         size, wider = _places_within(radius, around, wider, size, window), window
         gap, x, y = distance_to_hull(window.x, window.y, size, path)
         if gap >= enough and gap > 0.0:
-            return size, x / gap, y / gap
+            return size, (x / gap, y / gap), around
     copy_point(places, nearest, window, 0)
-    return 1, gx, gy
+    return 1, (gx, gy), around
 
 
 @kernel

@@ -36,12 +36,14 @@ STEADY = 0.01  # [m] of distance that may be lost so that a normal does not turn
 
 @kernel
 def separate(seen, q, target, parameters, half_spaces):
-    """Write half-spaces G (K, 2), h (K,), active (K,) for the hand point q (2,) [m] on its way to `target` (2,) [m].
+    """Write half-spaces for the hand point q (2,) [m] on its way to `target` (2,) [m].
+
+    They are G (K, 2), h (K,), active (K,) and nearest (K, 2), the place of each that is nearest to the path [m].
 
     `seen` are the points and the `Edge`. On entry the half-spaces are those of the scan before, whose slots and, where
     they serve as well, normals are taken over. K is four or more.
     """
-    G, h, active = half_spaces
+    G, h, active, _ = half_spaces
     places, count = obstacle_points(seen[0], seen[1], parameters)
     window, path = empty_points(count, seen[0]), free_path(places, count, q, target, parameters)
     measure_from(path, places, count)
@@ -51,11 +53,11 @@ def separate(seen, q, target, parameters, half_spaces):
     while count > 0 and faces < len(h):
         if faces == len(h) - SIDES:
             before_box, taken_before_box = count, taken.copy()
-        size, nx, ny = next_face(places, count, window, path)
+        size, normal, nearest = next_face(places, count, window, path)
         if size == 0:
             count = 0
             break
-        half_space = _write((window, size, path), (nx, ny), before, half_spaces, parameters)
+        half_space = _write((window, size, path), (normal, nearest), before, half_spaces, parameters)
         count = points_not_separated(places, count, half_space, parameters)
         faces += 1
     if count > 0:
@@ -75,7 +77,7 @@ def _box(places, count, window_and_path, before, half_spaces, parameters):
     length = math.sqrt(dx * dx + dy * dy)
     ux, uy = (dx / length, dy / length) if length > 0.0 else (1.0, 0.0)
     for side in range(SIDES):
-        size = 0
+        size, nearest, best = 0, (0.0, 0.0), math.inf
         for i in range(count):
             x, y = places.x[i] - path[0], places.y[i] - path[1]
             along = x * ux + y * uy
@@ -83,10 +85,12 @@ def _box(places, count, window_and_path, before, half_spaces, parameters):
             if _side(along, across) == side:
                 copy_point(places, i, window, size)
                 size += 1
+                if along * along + across * across < best:
+                    nearest, best = (places.x[i], places.y[i]), along * along + across * across
         if size > 0:
             sign = 1.0 if side < 2 else -1.0
             normal = (sign * ux, sign * uy) if side % 2 == 0 else (-sign * uy, sign * ux)
-            _write((window, size, path), normal, before, half_spaces, parameters)
+            _write((window, size, path), (normal, nearest), before, half_spaces, parameters)
 
 
 @kernel
@@ -98,15 +102,16 @@ def _side(along, across):
 
 
 @kernel
-def _write(face, normal, before, half_spaces, parameters):
+def _write(face, normal_and_nearest, before, half_spaces, parameters):
     """Write the half-space of a face to its slot; return it as `points_not_separated` takes it."""
-    G, h, _ = half_spaces
-    old, was_active, taken = before
+    G, h, _, nearest_places = half_spaces
+    (normal, nearest_place), (old, was_active, taken) = normal_and_nearest, before
     k = _slot(face, normal, before)
     if was_active[k] and normal[0] * old[k, 0] + normal[1] * old[k, 1] > SAME_FACE:
         normal = (old[k, 0], old[k, 1])
     taken[k] = True
     G[k, 0], G[k, 1] = normal
+    nearest_places[k, 0], nearest_places[k, 1] = nearest_place
     nearest, h[k] = offset(face[0], face[1], normal, parameters)
     return normal, nearest, h[k]
 

@@ -1,0 +1,216 @@
+"""Flow: how fast what echoes moves along directions in which a scan held against an older one tells it.
+
+The two echoes that were on either side of an echo's direction span a line; how far the new echo lies off that line is
+how far the face has moved along its normal, the normal flow (Horn and Schunck, Artificial Intelligence 17, 1981; in
+scan matching the point-to-line metric of Censi, ICRA 2008). A wall along which a robot drives has no flow along its
+normal, whatever comes into view, so it stays at rest. Along itself a face is seen to move at its free ends, beside
+which beams pass by: the flow there is across the beam, along which an end is known to half a gap between beams.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.points.beams import beams_beside, next_beam
+from pbrg_mj.perception.points.parameters import JOINING, LEAST_JOINING
+
+PAST = np.dtype(
+    [
+        ("x", "f8"),
+        ("y", "f8"),
+        ("range", "f8"),
+        ("variance", "f8"),
+        ("off_line", "f8"),
+        ("dx", "f8"),
+        ("dy", "f8"),
+        ("ends", "i8"),
+        ("heard", "?"),
+    ]
+)
+"""An echo of an older scan: place, range [m], the range's variance [m^2], how far it may lie off its face [m]
+(anywhere up to there: a variance of a twelfth of its square), direction of its beam in the body frame, `free_ends`."""
+PLACE = np.dtype([("x", "f8"), ("y", "f8"), ("heading", "f8"), ("time", "f8"), ("known", "?")])
+"""Where the robot was then."""
+
+NEAR = 1.5  # [m] farther things have time to come nearer
+FASTEST = 0.7  # [m/s] more is no motion, but another thing
+LONGEST = 1.0  # [s] between two scans
+LEFT, RIGHT = 1, 2  # sides of a face, as its robot sees it
+SLANTED = 0.5  # cosine between a face's normal and its beam below which normal flow tells little
+
+
+class Flows(NamedTuple):
+    """Flow of echoes; functions look at the first entries of each array."""
+
+    x: np.ndarray  # (F,) [m]
+    y: np.ndarray  # (F,) [m]
+    nx: np.ndarray  # (F,) unit vector along which it tells
+    ny: np.ndarray  # (F,)
+    speed: np.ndarray  # (F,) along it [m/s]
+    variance: np.ndarray  # (F,) of its own [m^2/s^2]
+    shared: np.ndarray  # (F,) of the poses, the same for all of a scan [m^2/s^2]
+
+
+@kernel
+def flow(seen, ends, before, pose, parameters):
+    """Return the `Flows` of a scan's near echoes against an older one, and how many there are.
+
+    `seen` are `Echoes` and ranges (beams,) [m], `ends` their `free_ends`, `before` PAST (beams,) and a PLACE.
+    """
+    (echoes, ranges), (past, place) = seen, before
+    most = 2 * len(ranges)
+    x, y, nx, ny = np.empty(most), np.empty(most), np.empty(most), np.empty(most)
+    flows, elapsed = Flows(x, y, nx, ny, np.empty(most), np.empty(most), np.empty(most)), pose.time - place["time"]
+    if not place["known"] or not 0.0 < elapsed <= LONGEST:
+        return flows, 0
+    count, directions = 0, _directions(past, parameters)
+    for i in range(len(ranges)):
+        if not echoes.heard[i] or ranges[i] > NEAR:
+            continue
+        echo = echoes.x[i], echoes.y[i], echoes.variance[i]
+        found, n, moved, variance = _along_normal(echo, (past, place, directions), elapsed, parameters)
+        if found:
+            count = _append(flows, count, (echoes, i), n, (moved, variance), elapsed)
+        if ends[i] != 0:
+            found, n, moved, variance = _along_itself((echo, ends[i]), (past, place), pose, elapsed, parameters)
+            if found:
+                count = _append(flows, count, (echoes, i), n, (moved, variance), elapsed)
+    return flows, count
+
+
+@kernel
+def _append(flows, count, echo, n, measured, elapsed):
+    (echoes, i), (moved, variance) = echo, measured
+    flows.x[count], flows.y[count], flows.nx[count], flows.ny[count] = echoes.x[i], echoes.y[i], n[0], n[1]
+    flows.speed[count], flows.variance[count] = moved / elapsed, (variance + 1e-6) / elapsed**2
+    flows.shared[count] = 2.0 * echoes.pose_std[i] ** 2 / elapsed**2
+    return count + 1
+
+
+@kernel
+def _along_normal(echo, before, elapsed, parameters):
+    """Return (found, normal, moved, variance): how far an echo lies off the line of an older scan [m], [m^2]."""
+    (past, place, directions), (ex, ey, echo_variance) = before, echo
+    nothing = False, (0.0, 0.0), 0.0, 0.0
+    dx, dy = ex - place["x"], ey - place["y"]
+    a, b = beams_beside(dx, dy, place["heading"], directions, parameters)
+    if b < 0 or not (past[a]["heard"] and past[b]["heard"]):
+        return nothing
+    along_x, along_y = past[b]["x"] - past[a]["x"], past[b]["y"] - past[a]["y"]
+    length, far = math.sqrt(along_x * along_x + along_y * along_y), max(past[a]["range"], past[b]["range"])
+    noise = past[a]["variance"] + past[b]["variance"]
+    # by the farther range, unlike in `detect`: more lines tell of rest, and gates drop those from thing to thing
+    if length == 0.0 or length > max(JOINING * parameters.gap * far, LEAST_JOINING) + 3.0 * math.sqrt(noise):
+        return nothing
+    ux, uy = -along_y / length, along_x / length
+    if ux * dx + uy * dy > 0.0:
+        ux, uy = -ux, -uy
+    moved = (ex - past[a]["x"]) * ux + (ey - past[a]["y"]) * uy
+    slanted = -(ux * dx + uy * dy) < SLANTED * math.sqrt(dx * dx + dy * dy)
+    if slanted or abs(moved) > FASTEST * elapsed + 3.0 * math.sqrt(echo_variance):
+        return nothing
+    variance = echo_variance + 0.5 * noise + max(past[a]["off_line"], past[b]["off_line"]) ** 2 / 12.0
+    return True, (ux, uy), moved, variance
+
+
+@kernel
+def _along_itself(end, before, pose, elapsed, parameters):
+    """Return (found, direction, moved, variance): how far the free end of a face has moved across its beam [m], [m^2].
+
+    An end is somewhere between its beam and the next: in the middle, with the variance of a place anywhere there.
+    """
+    (echo, sides), (past, place) = end, before
+    best, found, n, moved, variance = math.inf, False, (0.0, 0.0), 0.0, 0.0
+    for side in (LEFT, RIGHT):
+        if not sides & side:
+            continue
+        x, y, ux, uy, half = _end((echo[0], echo[1]), (pose.x, pose.y), side, parameters)
+        reach = FASTEST * elapsed + 3.0 * math.sqrt(echo[2])
+        for j in range(len(past)):
+            if past[j]["heard"] and past[j]["ends"] & side:
+                then_x, then_y, _, _, then_half = _end(
+                    (past[j]["x"], past[j]["y"]), (place["x"], place["y"]), side, parameters
+                )
+                dx, dy = x - then_x, y - then_y
+                squared = dx * dx + dy * dy
+                if squared < best and squared <= (reach + half + then_half) ** 2:
+                    best, found, n, moved = squared, True, (ux, uy), dx * ux + dy * uy
+                    variance = (half * half + then_half * then_half) / 3.0
+    return found, n, moved, variance
+
+
+@kernel
+def _end(echo, robot, side, parameters):
+    """Return the place x, y of a free end [m], the unit vector across its beam, and half the gap there [m]."""
+    dx, dy = echo[0] - robot[0], echo[1] - robot[1]
+    distance = math.sqrt(dx * dx + dy * dy)
+    ux, uy = -dy / distance, dx / distance
+    half = 0.5 * parameters.gap * distance
+    away = half if side == LEFT else -half
+    return echo[0] + away * ux, echo[1] + away * uy, ux, uy, half
+
+
+@kernel
+def free_ends(echoes, ranges, parameters):
+    """Return for each echo (beams,) on which sides its face ends: `LEFT`, `RIGHT`, their sum or 0.
+
+    It ends where the next beam passes by the line of its last three echoes, however slanted that is; a beam without an
+    echo does if the one after it passes or has none either. Cones do not tell where in their view a thing ends.
+    """
+    ends = np.zeros(len(ranges), np.int64)
+    if parameters.half_cone > 0.0:
+        return ends
+    cos = math.cos(parameters.gap)
+    for i in range(len(ranges)):
+        if not echoes.heard[i] or ranges[i] > NEAR:
+            continue
+        for side, step in ((LEFT, 1), (RIGHT, -1)):
+            inner, outer = next_beam(i, -step, parameters), next_beam(i, step, parameters)
+            beyond = next_beam(i, 2 * step, parameters)
+            if min(inner, outer, beyond) < 0 or not echoes.heard[inner] or parameters.blocked[outer]:
+                continue
+            if echoes.bulge[inner] > 0.0:
+                continue  # no line of three
+            near = 2.0 * cos / ranges[i] - 1.0 / ranges[inner]  # 1 / r of a line is a cosine of the angle
+            here, there = echoes.variance[i] / ranges[i] ** 4, echoes.variance[inner] / ranges[inner] ** 4
+            near -= 3.0 * math.sqrt(4.0 * here + there)
+            if near * parameters.range_max <= 1.0:
+                continue
+            passes = ranges[outer] * near > 1.0
+            if math.isnan(ranges[outer]) and not parameters.blocked[beyond]:
+                passes = math.isnan(ranges[beyond]) or ranges[beyond] * near > 1.0
+            if passes:
+                ends[i] |= side
+    return ends
+
+
+@kernel
+def _directions(past, parameters):
+    """Return the directions (beams, 2) of an older scan's beams; those of all scans where a scan takes no time."""
+    if not parameters.scan_time > 0.0:
+        return parameters.directions
+    directions = np.empty((len(past), 2))
+    for k in range(len(past)):
+        directions[k, 0], directions[k, 1] = past[k]["dx"], past[k]["dy"]
+    return directions
+
+
+@kernel
+def remember(past, place, seen, ends, pose):
+    """Write a scan (`Echoes`, `SeenBeams`, `free_ends`) over the oldest one, PAST (beams,) and PLACE (1,)."""
+    echoes, beams = seen
+    for i in range(len(past)):
+        past[i]["x"], past[i]["y"], past[i]["heard"] = echoes.x[i], echoes.y[i], echoes.heard[i]
+        past[i]["dx"], past[i]["dy"] = beams.directions[i, 0], beams.directions[i, 1]
+        past[i]["ends"] = ends[i]
+        past[i]["range"], past[i]["variance"], past[i]["off_line"] = (
+            beams.ranges[i],
+            echoes.variance[i],
+            echoes.bulge[i],
+        )
+    place[0]["x"], place[0]["y"], place[0]["heading"] = pose.x, pose.y, pose.heading
+    place[0]["time"], place[0]["known"] = pose.time, True

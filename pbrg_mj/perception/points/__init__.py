@@ -11,6 +11,7 @@ obstacle_points both: where hand points must keep away, and the path to the targ
 hull            the distance of the hull of points from a segment (GJK)
 face            the places of one face, its normal and its half-space
 separate        half-spaces between the path and all places
+flow            what a scan tells of velocities, held against an older one
 motion          how fast each half-space's face comes nearer
 estimator       one tick of all that for all robots
 """

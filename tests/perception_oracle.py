@@ -77,7 +77,8 @@ def find_lines(ranges: np.ndarray, directions: np.ndarray, params: LineParameter
     turned = [b for group in clusters for b in group]
     walls = settled(scan, joined(scan, walls, turned), turned)
     for wall in walls:
-        doubted(scan, wall, turned, inflated(scan, wall))
+        others = {b for other in walls if other is not wall for b in other["points"]}
+        doubted(scan, wall, (turned, others), inflated(scan, wall))
         wall["free_low"] = ends_at(scan, wall, wall["beams"][0], -1)
         wall["free_high"] = ends_at(scan, wall, wall["beams"][1], 1)
     return sorted(walls, key=lambda wall: wall["low"] - wall["high"])
@@ -354,13 +355,20 @@ def inflated(scan: Scan, line: dict) -> np.ndarray:
     return plain + more
 
 
-def doubted(scan: Scan, line: dict, order: Beams, covariance: np.ndarray) -> None:
-    """Write the mixture of the line with all points and those without a last one that may be another surface's."""
+def doubted(scan: Scan, line: dict, beams: tuple[Beams, set[int]], covariance: np.ndarray) -> None:
+    """Write the mixture of the line with all points and those without a last one that may be another surface's.
+
+    `beams` are all that have a point, in turn, and those of other lines.
+    """
+    order, others = beams
     plain, along, move = line["covariance"], line["jacobian"][:, 0], np.zeros(2)
     for side, i in ((-1, int(np.argmin(along))), (1, int(np.argmax(along)))):
         b = line["points"][i]
         after = order[(order.index(b) + side) % len(order)]
-        if scan.apart(*((b, after) if side == 1 else (after, b)), 0):
+        first, second = (b, after) if side == 1 else (after, b)
+        turn = second - first > 0 or scan.params.closed
+        hidden = after in others and turn and (second - first) % scan.beams <= 1 + MAX_LOST
+        if scan.apart(first, second, 0) and not hidden:
             continue
         shift, without, predicted, std = left_out(line, i)
         off = line["normal"] @ scan.xy[after] - line["offset"]

@@ -1,10 +1,11 @@
-"""The last point of a line, where another surface goes on: it may be that surface's.
+"""The last point of a line, where another surface goes on or hides one: it may be that surface's.
 
 Split and merge gives the first point beyond a corner to a wall that it happens to suit. Where two lines meet, the
 directions of beams say whose it is (corners.py), as well as they know the corner; where the other surface gives no
-line, nothing does. Then the last point is foreign with the probability p that its residual leaves to it (Bayes): a
-corner lies anywhere between two beams, so a foreign one lies anywhere between the line and the point after it. The line
-is the mixture of that with all points and that without the last, and so is its covariance, to first order in both ends
+line, nothing does. Nor does anything where another line hides the corner: one beam alone may meet the wall beyond it.
+Then the last point is foreign with the probability p that its residual leaves to it (Bayes): a corner lies anywhere
+between two beams, so a foreign one lies anywhere between the line and the point after it. The line is the mixture of
+that with all points and that without the last, and so is its covariance, to first order in both ends
 
     line + sum p_i delta_i,    P + sum p_i (P_i - P + (1 - p_i) delta_i delta_i'),
 
@@ -17,7 +18,7 @@ import math
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.scan.line_fit import RESIDUAL, WEIGHT, S, covariance, extent, weight_of, wrapped
-from pbrg_mj.perception.scan.points import DX, DY, X, Y, apart
+from pbrg_mj.perception.scan.points import DX, DY, MAX_LOST, X, Y, apart
 from pbrg_mj.perception.scan.robust_fit import OUTLIER
 
 SQRT_2PI = math.sqrt(2.0 * math.pi)
@@ -34,10 +35,22 @@ def allow_for_corners(points, params, order, line, count, work):
         i = _last(at, count, end)
         after = _after(order, members[i], 2 * end - 1)
         ends = (members[i], after) if end == 1 else (after, members[i])
-        if not apart(points, params, ends[0], ends[1], 0):
+        other = work.owner[after] >= 0 and work.owner[after] != line
+        if _hides(points, params, ends, other) or not apart(points, params, ends[0], ends[1], 0):
             turn, shift = _correct(points, params, fit, (moments, at, i), after, work.odds[members[i]])
             moved = (moved[0] + turn, moved[1] + shift)
     fit[0], fit[1] = wrapped(fit[0] + moved[0]), fit[1] + moved[1]
+
+
+@kernel
+def _hides(points, params, ends, other):
+    """Tell whether a point of another line is next to a line's last: a corner may be hidden between their beams.
+
+    What is round, as robots are, stands free and gives no line.
+    """
+    if not other or (ends[1] <= ends[0] and not params.closed):
+        return False
+    return (ends[1] - ends[0]) % len(points) <= 1 + MAX_LOST
 
 
 @kernel

@@ -52,6 +52,20 @@ def test_walls_of_rooms_are_as_right_as_their_covariance_says_in_heavy_noise() -
     assert 1.7 < np.mean(found) < 2.5
 
 
+def test_a_corner_that_another_line_hides_is_counted() -> None:
+    """One beam meets the wall beyond a corner, the next what hides it: were that point the wall's, the mean is 2.6."""
+    random, of, found = np.random.default_rng(41), sensor("robotarium"), []
+    for _ in range(1500):
+        corner = 2.5 / np.tan(np.deg2rad(random.uniform(75, 80)))
+        walls = Scene(((-1.5, 2.5, corner, 2.5), (corner, 2.5, corner, 0.9), (0.28, 0.85, 1.5, 0.85)))
+        lines = extract_lines(of.look(walls, ORIGIN, random), of.directions, of.params)
+        for k in np.flatnonzero((abs(lines.angle - 0.5 * np.pi) < 0.3) & (lines.offset > 2.0)):
+            error = np.array([lines.angle[k] - 0.5 * np.pi, lines.offset[k] - 2.5])
+            found.append(error @ np.linalg.solve(lines.covariance[k], error))
+    assert len(found) > 1200
+    assert 1.8 < np.mean(found) < 2.3
+
+
 def with_pillars(corners: np.ndarray, side: float) -> np.ndarray:
     """Corners (12, 2) of a room with a square pillar in each corner, whose faces are too short to be lines."""
     after, before = np.roll(corners, -1, axis=0) - corners, np.roll(corners, 1, axis=0) - corners

@@ -67,6 +67,11 @@ def test_where_nobody_has_beams_there_are_no_cones(name: str, nobody: tuple[str,
     assert pbrg.run(pbrg.load(name, keys, duration=0.05)).metrics.ticks == 6
 
 
+def test_nobody_has_beams_under_the_certified_governor() -> None:
+    keys = ("governor.kind=certified", "sensors.beams.robots=[]", "reference.solver=none")
+    assert pbrg.run(pbrg.load("paper/experiment_near", keys, duration=0.05)).metrics.ticks == 6
+
+
 def test_cones_of_the_plant_meet_a_wall_where_it_is_nearest() -> None:
     """At 1 m from a long wall the cone's range is 1 / cos of what is left of the angle beyond its half-width."""
     beams = {**EXACT, "count": 24, "cone_deg": 27.0, "cone_rays": 28}

@@ -27,7 +27,7 @@ def advance_limits(scenario: Scenario, model: TeamModel, cycle_ticks: int) -> tu
     estimator = scenario.estimator
     sees = estimator.source in ("beams", "points") and scenario.plant == "physics"
     if scenario.governor.sight_rows and sees and estimator.unknown == "free":  # else half-spaces end at what is seen
-        limits.append(SightLimit.of(grid, np.array(scenario.beam_robots), _sight(scenario)))
+        limits.append(SightLimit.of(grid, np.array(scenario.beam_robots, dtype=np.int64), _sight(scenario)))
     return tuple(limits)
 
 

@@ -74,7 +74,7 @@ def test_all_that_is_assumed_is_read_from_there() -> None:
     points, of_truly = (point_parameters(one, load_robot_model()) for one in (given, truly))
     assert (points.range_std, points.noise_ratio) == (of_truly.range_std, of_truly.noise_ratio)
     assert pose_model(given)[:4] == pose_model(truly)[:4] and setup(given).packed[3] == setup(truly).packed[3]
-    assert (pose_model(given).dated_late, pose_model(truly).dated_late) == (-0.05, 0.0)
+    assert (pose_model(given).timestamp_offset, pose_model(truly).timestamp_offset) == (-0.05, 0.0)
 
 
 @pytest.mark.parametrize("assumed", [None, 0.0, 0.05])

@@ -57,7 +57,7 @@ def test_a_corner_at_the_end_of_a_face_sticks_out_along_the_face_alone() -> None
     last = points[points["live"] & (np.abs(points["y"]) > 0.42)]
     assert len(last) >= 4
     half_a_gap = 0.5 * np.deg2rad(5.0) * np.hypot(last["x"], last["y"])
-    np.testing.assert_allclose(last["bulge"], half_a_gap, rtol=0.02)
+    np.testing.assert_allclose(last["protrusion"], half_a_gap, rtol=0.02)
     across, along = np.abs(last["along_x"]) + last["slack"], np.abs(last["along_y"]) + last["slack"]
     assert np.median(across) < 0.6 * np.median(half_a_gap)
     assert np.all(along > half_a_gap)
@@ -69,4 +69,4 @@ def test_neighbours_that_are_lost_once_make_no_corner() -> None:
         points = seen_at(LONG, lost).points[0]
         newest = points[points["live"] & (points["scan"] == 4) & (np.abs(points["y"]) < 0.02)]
         assert len(newest) == 1
-        assert newest["bulge"][0] == 0.0
+        assert newest["protrusion"][0] == 0.0

@@ -199,7 +199,7 @@ def test_a_robot_that_turns_while_it_lags_goes_no_faster_than_its_rows_allow_the
         problem = replace(problem, p=q - keeper.formation - displaced * rng.normal(size=(n, 2)))
         before = keeper.filtered(problem, q, np.zeros((n, 2)), u)
         turning, slow = rng.uniform(0.2, 3.0), rng.uniform(0.01, 0.1)
-        after = replace(keeper, turning=turning, slow=slow).filtered(problem, q, np.zeros((n, 2)), u)
+        after = replace(keeper, turning=turning, min_speed=slow).filtered(problem, q, np.zeros((n, 2)), u)
         assert problem.heading is not None
         for j in range(n):
             normals, offsets = rows_of(keeper, problem, q, u, j)
@@ -261,7 +261,7 @@ def test_only_robots_that_turn_to_go_aside_are_slowed_by_turning() -> None:
 
     model, turning = load_robot_model(), of("paper/experiment_near", "generic")
     assert turning.turning == pytest.approx(0.25 / turning.gain / model.hand_offset)
-    assert turning.slow * 0.25 / turning.gain * np.pi / 2 == pytest.approx(0.02)
+    assert turning.min_speed * 0.25 / turning.gain * np.pi / 2 == pytest.approx(0.02)
     assert of("paper/simulation_near", "generic").turning == of("paper/experiment_near", "omni").turning == 0.0
 
 

@@ -47,7 +47,7 @@ class SensorNoise:
     radio: Radio | None = None  # for x and y in place of the camera
     pose_filter: FilterParameters | None = None  # fuses encoders with the camera
     frame_period: float = 0.0  # of the camera, for the filter [s]
-    dated_late: float = 0.0  # by how much the filter takes exposures for later than they are [s]
+    timestamp_offset: float = 0.0  # by how much the filter takes exposures for later than they are [s]
     model: PlugInNoise | None = None  # in place of all that, but for the limits
 
     @cached_property
@@ -153,5 +153,5 @@ def _fused(scenario: Scenario) -> dict[str, Any]:
     return {
         "pose_filter": parameters,
         "frame_period": max(1.0 / camera.rate_hz, scenario.timing.physics_step),
-        "dated_late": scenario.sensors.camera.delay - camera.delay,
+        "timestamp_offset": scenario.sensors.camera.delay - camera.delay,
     }

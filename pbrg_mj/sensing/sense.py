@@ -130,5 +130,5 @@ def _filtered(
     memory = driven(previous.pose_filter, angle, observation.time, parameters)
     if number == previous.pose_frame:
         return memory
-    exposure_time = min(number * noise.frame_period + noise.dated_late, observation.time)
+    exposure_time = min(number * noise.frame_period + noise.timestamp_offset, observation.time)
     return corrected(memory, pose, exposure_time, parameters)

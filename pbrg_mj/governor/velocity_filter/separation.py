@@ -56,12 +56,12 @@ class SeparationFilter:
     facets: np.ndarray  # (F, 2) facet.w <= 1 in the body's axes: what the wheels can do [s/m]
     tick: float  # [s]
     turning: float = 0.0  # tau / l: by how much a robot turns in its lag, per velocity across its heading [rad s/m]
-    slow: float = 0.0  # [m/s] no velocity is scaled below it because of turning
+    min_speed: float = 0.0  # [m/s] no velocity is scaled below it because of turning
 
     @property
     def numbers(self) -> tuple[float, float, float, float, float, float]:
-        """What `write_driven` takes: distance, margin, gain, tick, turning, slow."""
-        return self.distance, self.margin, self.gain, self.tick, self.turning, self.slow
+        """What `write_driven` takes: distance, margin, gain, tick, turning, min_speed."""
+        return self.distance, self.margin, self.gain, self.tick, self.turning, self.min_speed
 
     @classmethod
     def of(cls, scenario: Scenario, margin: float, facets: np.ndarray) -> SeparationFilter:
@@ -70,7 +70,7 @@ class SeparationFilter:
         A distance x above d that falls by gamma x behind a lag tau, tau x'' + x' + gamma x = 0, is critically damped
         at gamma = 1 / (4 tau).
         """
-        distance, lag, turning, slow = separation(scenario), scenario.timing.tick, 0.0, 0.0
+        distance, lag, turning, min_speed = separation(scenario), scenario.timing.tick, 0.0, 0.0
         if distance is None:
             raise ValueError("the scenario asks for no separation")
         if scenario.plant == "physics":
@@ -78,9 +78,9 @@ class SeparationFilter:
             robot = load_robot_model(scenario.robot)
             lag += robot.time_constant + 1.0 / camera.rate_hz + camera.delay + radio.delay + radio.jitter
             turning = lag / turning_offset(robot)
-            slow = MARGIN / (0.5 * math.pi * lag)
+            min_speed = MARGIN / (0.5 * math.pi * lag)
         formation = np.array(scenario.team.formation, dtype=float)
-        return cls(formation, distance, margin, 1.0 / (4.0 * lag), facets, scenario.timing.tick, turning, slow)
+        return cls(formation, distance, margin, 1.0 / (4.0 * lag), facets, scenario.timing.tick, turning, min_speed)
 
     def filtered(self, problem: Problem, hand_world: np.ndarray, m: np.ndarray, velocity: np.ndarray) -> np.ndarray:
         """Return w (n, 2) [m/s] for u, `velocity`. Raises ValueError for a problem without half-spaces or headings."""
@@ -121,7 +121,7 @@ def write_driven(half_spaces, state, wheels, numbers, driven):
     """
     q, p, formation, u = state
     heading, facets = wheels
-    distance, margin, gain, tick, turning, slow = numbers
+    distance, margin, gain, tick, turning, min_speed = numbers
     n, (owners, slots) = len(q), half_spaces[1].shape
     displacement = np.empty((n, 2))
     for j in range(n):
@@ -144,26 +144,26 @@ def write_driven(half_spaces, state, wheels, numbers, driven):
         x, y = scale * x, scale * y
         theta = turning * (math.cos(heading[j]) * y - math.sin(heading[j]) * x)
         counted = robots if retreats[:rows].any() else rows  # who is pushed back does not wait for what stands
-        share = turning_share(x, y, theta, slow, normals[:counted], offsets[:counted])
+        share = turning_share(x, y, theta, min_speed, normals[:counted], offsets[:counted])
         driven[j, 0], driven[j, 1] = share * x, share * y
 
 
 @kernel
 def _nearest_velocity(x, y, normals, offsets, retreats):
-    """Return (found, x, y): the nearest velocity whose rows are met, with the largest share of the retreats asked for.
+    """Return (found, x, y): the nearest velocity whose rows are met, with the largest share of the required retreats.
 
     Without any retreat 0 meets all rows.
     """
-    asked = offsets - retreats
-    found, best_x, best_y = nearest_allowed(x, y, normals, asked, 0.0)
+    required = offsets - retreats
+    found, best_x, best_y = nearest_allowed(x, y, normals, required, 0.0)
     if found or not retreats.any():
         return found, best_x, best_y
     found, best_x, best_y = nearest_allowed(x, y, normals, offsets, 0.0)
     low, high = 0.0, 1.0
     for _ in range(BISECTIONS):
         share = 0.5 * (low + high)
-        asked = offsets - share * retreats
-        met, met_x, met_y = nearest_allowed(x, y, normals, asked, 0.0)
+        required = offsets - share * retreats
+        met, met_x, met_y = nearest_allowed(x, y, normals, required, 0.0)
         if met:
             low, found, best_x, best_y = share, True, met_x, met_y
         else:
@@ -225,8 +225,8 @@ def _half_spaces_in_the_way(half_spaces, state, j, numbers, written, rows):
             room = max(0.0, gain * behind, ahead / tick if ahead <= behind else 0.0)
             retreat = 0.0
             if closing[i, k] > 0.0:
-                asked = gain * behind - closing[i, k]
-                room, retreat = max(0.0, asked), max(0.0, -asked)
+                required = gain * behind - closing[i, k]
+                room, retreat = max(0.0, required), max(0.0, -required)
             if room < speed or retreat > 0.0:
                 normals[rows, 0], normals[rows, 1], offsets[rows], retreats[rows] = Gx, Gy, room, retreat
                 rows += 1

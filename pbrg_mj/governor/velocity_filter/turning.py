@@ -25,21 +25,21 @@ ROUNDING = 1e-9  # [m/s] velocities that slide along a row exceed it by as much
 
 
 @kernel
-def turning_share(x, y, theta, slow, normals, offsets):
+def turning_share(x, y, theta, min_speed, normals, offsets):
     """Return the largest share, at most 1, of the velocity (x, y) [m/s] that meets the rows while it turns.
 
     `theta` [rad] is by what the whole velocity turns the robot while it lags; `normals` (k, 2) and `offsets` (k,) [m/s]
-    are n and room. A share that is as slow as `slow` [m/s] need not meet them.
+    are n and room. A share at `min_speed` [m/s] or below need not meet them.
     """
     speed, largest = math.sqrt(x * x + y * y), 1.0
-    if theta == 0.0 or speed <= slow:
+    if theta == 0.0 or speed <= min_speed:
         return largest
     for k in range(len(offsets)):
         towards = normals[k, 0] * x + normals[k, 1] * y
         beside = normals[k, 1] * x - normals[k, 0] * y
         if _approach(largest, theta, towards, beside) <= offsets[k] + ROUNDING:
             continue
-        low, high = slow / speed, largest
+        low, high = min_speed / speed, largest
         for _ in range(BISECTIONS):
             share = 0.5 * (low + high)
             if _approach(share, theta, towards, beside) <= offsets[k] + ROUNDING:

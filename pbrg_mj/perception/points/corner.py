@@ -23,9 +23,9 @@ MOST_LOST = 1  # beams without an echo between two of one thing
 
 
 class Corner(NamedTuple):
-    """How far it sticks out: by `bulge` [m] at most, and in the direction g by |g . along| + slack at most."""
+    """How far it sticks out: by `protrusion` [m] at most, and in the direction g by |g . along| + slack at most."""
 
-    bulge: float  # [m]
+    protrusion: float  # [m]
     along_x: float  # [m]
     along_y: float  # [m]
     slack: float  # [m]
@@ -37,23 +37,23 @@ def corner_beside(echoes, ranges, k, joins, parameters):
     before, after = joins
     if before >= 0 and after >= 0 and _on_a_line(echoes, before, k, after):
         return Corner(0.0, 0.0, 0.0, 0.0)
-    bulge = 0.5 * parameters.unseen * ranges[k]
-    before, after = _next_heard(echoes, k, -1, parameters), _next_heard(echoes, k, 1, parameters)
+    protrusion = 0.5 * parameters.unseen * ranges[k]
+    before, after = _next_external(echoes, k, -1, parameters), _next_external(echoes, k, 1, parameters)
     if before >= 0 and after >= 0 and before != after and _on_a_line(echoes, before, k, after):
         x, y, _ = _way(echoes, before, after)
         half = 0.5 * max(_way(echoes, before, k)[2], _way(echoes, k, after)[2])
-        way = min(half, 2.0 * bulge)
-        return Corner(bulge, way * x, way * y, 0.0)
+        way = min(half, 2.0 * protrusion)
+        return Corner(protrusion, way * x, way * y, 0.0)
     for step, near in ((-1, after), (1, before)):
-        far = _next_heard(echoes, near, -step, parameters) if near >= 0 else -1
+        far = _next_external(echoes, near, -step, parameters) if near >= 0 else -1
         if far < 0 or far == k or not _on_a_line(echoes, far, near, k):
             continue
         x, y, length = _way(echoes, far, k)
         beam = echoes.ux[k], echoes.uy[k]
-        way = min(_to_the_next_beam(ranges[k], beam, (x, y), step, parameters.unseen), 2.0 * bulge)
+        way = min(_to_the_next_beam(ranges[k], beam, (x, y), step, parameters.unseen), 2.0 * protrusion)
         turned = math.sqrt(_across(echoes, k, x, y) + _across(echoes, far, x, y)) / length
-        return Corner(bulge, way * x, way * y, min(parameters.sigmas * turned * way, bulge))
-    return Corner(bulge, 0.0, 0.0, bulge)
+        return Corner(protrusion, way * x, way * y, min(parameters.sigmas * turned * way, protrusion))
+    return Corner(protrusion, 0.0, 0.0, protrusion)
 
 
 @kernel
@@ -69,7 +69,7 @@ def share_corners(points, beams):
         if point["slack"] > 0.0 and point["live"] and point["beam"] >= 0:
             known = points[best[point["beam"]]]
             if known["slack"] < point["slack"]:
-                point["bulge"], point["slack"] = known["bulge"], known["slack"]
+                point["protrusion"], point["slack"] = known["protrusion"], known["slack"]
                 point["along_x"], point["along_y"] = known["along_x"], known["along_y"]
 
 
@@ -101,13 +101,13 @@ def _across(echoes, k, x, y):
 
 
 @kernel
-def _next_heard(echoes, k, step, parameters):
+def _next_external(echoes, k, step, parameters):
     """Return the next echo's beam in a direction, -1 where too many beams in a row have none."""
     for lost in range(1, 2 + MOST_LOST):
         other = next_beam(k, step * lost, parameters)
         if other < 0 or other == k:
             return -1
-        if echoes.heard[other]:
+        if echoes.external[other]:
             return other
     return -1
 

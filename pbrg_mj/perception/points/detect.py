@@ -10,7 +10,7 @@ import numpy as np
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.beams import next_beam
 from pbrg_mj.perception.points.corner import MOST_LOST, corner_beside, share_corners
-from pbrg_mj.perception.points.memory import place_for
+from pbrg_mj.perception.points.memory import free_slot
 from pbrg_mj.perception.points.parameters import LEAST_JOINING
 from pbrg_mj.perception.scan.team_mates import is_team_mate
 
@@ -20,15 +20,15 @@ ABOVE = 1.0 + 1e-9  # by which a bound is above what it bounds, however both are
 class Echoes(NamedTuple):
     """One scan in the world, an entry a beam."""
 
-    heard: np.ndarray  # (beams,) bool: an echo of neither the robot itself nor a team-mate
+    external: np.ndarray  # (beams,) bool: an echo of neither the robot itself nor a team-mate
     x: np.ndarray  # (beams,) [m]
     y: np.ndarray  # (beams,) [m]
     variance: np.ndarray  # (beams,) of the range [m^2]
     pose_std: np.ndarray  # (beams,) [m]
     ux: np.ndarray  # (beams,) direction of the beam
     uy: np.ndarray  # (beams,)
-    binds: np.ndarray  # (beams,) bool: heard, and no outlier
-    bulge: np.ndarray  # (beams,) how far a right-angled corner between its beam and the next may stick out [m]
+    binds: np.ndarray  # (beams,) bool: external, and no outlier
+    protrusion: np.ndarray  # (beams,) how far a right-angled corner between its beam and the next may stick out [m]
 
 
 @kernel
@@ -46,14 +46,14 @@ def add_scan(points, scan, beams, pose, team, parameters):
     ranges, echoes = beams.ranges, _echoes(beams, pose, team, parameters)
     place = -1
     for k in range(len(ranges)):
-        if not echoes.heard[k]:
+        if not echoes.external[k]:
             continue
         std = math.sqrt(echoes.variance[k])
         joins = _neighbour(echoes, ranges, k, -1, parameters), _neighbour(echoes, ranges, k, 1, parameters)
         echo = echoes.x[k], echoes.y[k], std, echoes.pose_std[k]
         needed = parameters.confirmations + 1 - _run(echoes, ranges, k, joins, parameters)
         echoes.binds[k] = needed <= 0 or _confirmed(points, scan, (echo, needed), pose, parameters)
-        place = place_for(points, place + 1)
+        place = free_slot(points, place + 1)
         point = points[place]
         point["x"], point["y"], point["std"], point["pose_std"] = echoes.x[k], echoes.y[k], std, echoes.pose_std[k]
         point["time"], point["scan"] = pose.time, scan
@@ -61,9 +61,9 @@ def add_scan(points, scan, beams, pose, team, parameters):
         point["ux"], point["uy"], point["beam"] = echoes.ux[k], echoes.uy[k], k
         point["turn_std"] = ranges[k] * math.sqrt(pose.heading_var)
         corner = corner_beside(echoes, ranges, k, joins, parameters)
-        point["bulge"], point["slack"] = corner.bulge, corner.slack
+        point["protrusion"], point["slack"] = corner.protrusion, corner.slack
         point["along_x"], point["along_y"] = corner.along_x, corner.along_y
-        echoes.bulge[k] = corner.bulge
+        echoes.protrusion[k] = corner.protrusion
     share_corners(points, len(ranges))
     return echoes
 
@@ -74,8 +74,8 @@ def _echoes(seen, pose, team, parameters):
     (ranges, directions), (places, own) = seen, team
     beams = len(ranges)
     x, y, variance, pose_std = np.empty(beams), np.empty(beams), np.empty(beams), np.empty(beams)
-    heard, binds, ux, uy = np.zeros(beams, np.bool_), np.zeros(beams, np.bool_), np.empty(beams), np.empty(beams)
-    echoes = Echoes(heard, x, y, variance, pose_std, ux, uy, binds, np.zeros(beams))
+    external, binds, ux, uy = np.zeros(beams, np.bool_), np.zeros(beams, np.bool_), np.empty(beams), np.empty(beams)
+    echoes = Echoes(external, x, y, variance, pose_std, ux, uy, binds, np.zeros(beams))
     cos, sin = math.cos(pose.heading), math.sin(pose.heading)
     for k in range(beams):
         r = ranges[k]
@@ -90,7 +90,7 @@ def _echoes(seen, pose, team, parameters):
         mates, start = places[min(k, len(places) - 1)], (pose.x, pose.y)
         if len(places) > 1:
             start = mates[own, 0], mates[own, 1]
-        echoes.heard[k] = not is_team_mate((x[k], y[k]), start, reach, (mates, own), parameters.half_cone)
+        echoes.external[k] = not is_team_mate((x[k], y[k]), start, reach, (mates, own), parameters.half_cone)
     return echoes
 
 
@@ -101,7 +101,7 @@ def _neighbour(echoes, ranges, k, step, parameters):
         other = next_beam(k, step * lost, parameters)
         if other < 0:
             return -1
-        if other != k and echoes.heard[other]:
+        if other != k and echoes.external[other]:
             x, y = echoes.x[k] - echoes.x[other], echoes.y[k] - echoes.y[other]
             squared = x * x + y * y
             limit = max(min(ranges[k], ranges[other]) * parameters.joining[lost - 1], LEAST_JOINING)

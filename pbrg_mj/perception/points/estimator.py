@@ -15,7 +15,7 @@ from pbrg_mj.perception.points.deskew import deskewed
 from pbrg_mj.perception.points.detect import add_scan
 from pbrg_mj.perception.points.flow import PAST, PLACE
 from pbrg_mj.perception.points.known_free import edge_of_free
-from pbrg_mj.perception.points.memory import copy_records, forget, no_points, places_used, room_after
+from pbrg_mj.perception.points.memory import capacity_after, copy_records, delete_stale, no_points, slots_used
 from pbrg_mj.perception.points.motion import TRACK, TRACKS, closing_speeds
 from pbrg_mj.perception.points.parameters import PointParameters
 from pbrg_mj.perception.points.separate import separate
@@ -72,7 +72,7 @@ class PointEstimator:
         if not readings.new_scan:
             return memory.half_spaces, memory if history is memory.history else memory._replace(history=history)
         n, beams = len(self.formation), len(self.parameters.directions)
-        points = no_points(n, room_after(memory.used, beams, self.parameters.recent))
+        points = no_points(n, capacity_after(memory.used, beams, self.parameters.recent))
         anchors, motion = np.empty_like(memory.anchors), (memory.past, memory.places, memory.tracks)
         past, places, tracks = (np.empty_like(array) for array in motion)
         known = _as_known(memory.half_spaces)
@@ -106,7 +106,7 @@ def perceive_points(scans, parameters, robots, targets, before, after):
             continue
         pose = pose_at_scan(poses[robot], variances[robot], time, anchors[robot])
         beams = SeenBeams(ranges[row], directions[row if len(directions) > 1 else 0])
-        forget(points[robot], scan, beams, pose, parameters)
+        delete_stale(points[robot], scan, beams, pose, parameters)
         echoes = add_scan(points[robot], scan, beams, pose, (bodies, robot), parameters)
         edge = edge_of_free(echoes, beams, pose, parameters)
         q = np.empty(2)
@@ -121,7 +121,7 @@ def perceive_points(scans, parameters, robots, targets, before, after):
             h[robot, k] -= parameters.reaction * closing[robot, k]
     used = 0
     for robot in range(len(points)):
-        used = max(used, places_used(points[robot]))
+        used = max(used, slots_used(points[robot]))
         for k in range(active.shape[1]):
             binds[robot, k, robot] = active[robot, k]
     return used

@@ -28,7 +28,7 @@ PAST = np.dtype(
         ("dx", "f8"),
         ("dy", "f8"),
         ("ends", "i8"),
-        ("heard", "?"),
+        ("external", "?"),
     ]
 )
 """An echo of an older scan: place, range [m], the range's variance [m^2], how far it may lie off its face [m]
@@ -69,7 +69,7 @@ def flow(seen, ends, before, pose, parameters):
         return flows, 0
     count, directions = 0, _directions(past, parameters)
     for i in range(len(ranges)):
-        if not echoes.heard[i] or ranges[i] > NEAR:
+        if not echoes.external[i] or ranges[i] > NEAR:
             continue
         echo = echoes.x[i], echoes.y[i], echoes.variance[i]
         found, n, moved, variance = _along_normal(echo, (past, place, directions), elapsed, parameters)
@@ -98,7 +98,7 @@ def _along_normal(echo, before, elapsed, parameters):
     nothing = False, (0.0, 0.0), 0.0, 0.0
     dx, dy = ex - place["x"], ey - place["y"]
     a, b = beams_beside(dx, dy, place["heading"], directions, parameters)
-    if b < 0 or not (past[a]["heard"] and past[b]["heard"]):
+    if b < 0 or not (past[a]["external"] and past[b]["external"]):
         return nothing
     along_x, along_y = past[b]["x"] - past[a]["x"], past[b]["y"] - past[a]["y"]
     length, far = math.sqrt(along_x * along_x + along_y * along_y), max(past[a]["range"], past[b]["range"])
@@ -131,7 +131,7 @@ def _along_itself(end, before, pose, elapsed, parameters):
         x, y, ux, uy, half = _end((echo[0], echo[1]), (pose.x, pose.y), side, parameters)
         reach = FASTEST * elapsed + 3.0 * math.sqrt(echo[2])
         for j in range(len(past)):
-            if past[j]["heard"] and past[j]["ends"] & side:
+            if past[j]["external"] and past[j]["ends"] & side:
                 then_x, then_y, _, _, then_half = _end(
                     (past[j]["x"], past[j]["y"]), (place["x"], place["y"]), side, parameters
                 )
@@ -166,14 +166,14 @@ def free_ends(echoes, ranges, parameters):
         return ends
     cos = math.cos(parameters.gap)
     for i in range(len(ranges)):
-        if not echoes.heard[i] or ranges[i] > NEAR:
+        if not echoes.external[i] or ranges[i] > NEAR:
             continue
         for side, step in ((LEFT, 1), (RIGHT, -1)):
             inner, outer = next_beam(i, -step, parameters), next_beam(i, step, parameters)
             beyond = next_beam(i, 2 * step, parameters)
-            if min(inner, outer, beyond) < 0 or not echoes.heard[inner] or parameters.blocked[outer]:
+            if min(inner, outer, beyond) < 0 or not echoes.external[inner] or parameters.blocked[outer]:
                 continue
-            if echoes.bulge[inner] > 0.0:
+            if echoes.protrusion[inner] > 0.0:
                 continue  # no line of three
             near = 2.0 * cos / ranges[i] - 1.0 / ranges[inner]  # 1 / r of a line is a cosine of the angle
             here, there = echoes.variance[i] / ranges[i] ** 4, echoes.variance[inner] / ranges[inner] ** 4
@@ -204,13 +204,13 @@ def remember(past, place, seen, ends, pose):
     """Write a scan (`Echoes`, `SeenBeams`, `free_ends`) over the oldest one, PAST (beams,) and PLACE (1,)."""
     echoes, beams = seen
     for i in range(len(past)):
-        past[i]["x"], past[i]["y"], past[i]["heard"] = echoes.x[i], echoes.y[i], echoes.heard[i]
+        past[i]["x"], past[i]["y"], past[i]["external"] = echoes.x[i], echoes.y[i], echoes.external[i]
         past[i]["dx"], past[i]["dy"] = beams.directions[i, 0], beams.directions[i, 1]
         past[i]["ends"] = ends[i]
         past[i]["range"], past[i]["variance"], past[i]["off_line"] = (
             beams.ranges[i],
             echoes.variance[i],
-            echoes.bulge[i],
+            echoes.protrusion[i],
         )
     place[0]["x"], place[0]["y"], place[0]["heading"] = pose.x, pose.y, pose.heading
     place[0]["time"], place[0]["known"] = pose.time, True

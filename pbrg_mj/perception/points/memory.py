@@ -11,7 +11,7 @@ from pbrg_mj.perception.points.beams import layout, nearest_beam, nearest_from
 
 POINT = np.dtype(
     [(name, np.float64) for name in ("x", "y", "std", "pose_std", "time")]
-    + [(name, np.float32) for name in ("ux", "uy", "turn_std", "bulge", "along_x", "along_y", "slack")]
+    + [(name, np.float32) for name in ("ux", "uy", "turn_std", "protrusion", "along_x", "along_y", "slack")]
     + [(name, np.int32) for name in ("scan", "passed", "beam")]
     + [(name, np.bool_) for name in ("live", "binds")],
     align=True,
@@ -22,7 +22,7 @@ POINT = np.dtype(
 - std [m]: standard deviation of its range; pose_std [m]: what the robot's position and heading add
 - time [s] and scan: when it was seen, by the clock and by the number of the scan
 - ux, uy: direction of its beam; turn_std [m]: what the heading adds, across it
-- bulge [m]: how far a right-angled corner between its beam and the next may stick out in any direction; and in the
+- protrusion [m]: how far a right-angled corner between its beam and the next may stick out in any direction; and in the
   direction g: by no more than |g . along| + slack, along [m] the way on its face to the next beam
 - beam: of the newest scan, with an echo at the same place; -1: none
 - binds: it is no outlier
@@ -39,7 +39,7 @@ def no_points(robots: int, room: int) -> np.ndarray:
     return np.zeros((robots, room), dtype=POINT)
 
 
-def room_after(used: int, beams: int, recent: int) -> int:
+def capacity_after(used: int, beams: int, recent: int) -> int:
     """Return the room that one more scan needs where the first `used` places are in use."""
     return min(used + beams, (recent + HIDDEN) * beams)
 
@@ -52,7 +52,7 @@ def copy_records(before, count, after):
 
 
 @kernel
-def places_used(points):
+def slots_used(points):
     """Return how many places there are up to the last one in use."""
     used = len(points)
     while used > 0 and not points[used - 1]["live"]:
@@ -61,7 +61,7 @@ def places_used(points):
 
 
 @kernel
-def forget(points, scan, beams, pose, parameters):
+def delete_stale(points, scan, beams, pose, parameters):
     """Take out of the memory what a scan, `beams`, shows to be gone, sees anew, or nobody has seen long.
 
     - A point nearer than the echo of a beam that goes by it is passed, on that side. It is gone when beams have passed
@@ -106,7 +106,7 @@ def forget(points, scan, beams, pose, parameters):
 
 
 @kernel
-def place_for(points, start):
+def free_slot(points, start):
     """Return a free place in the memory from `start` on; without one, that of the oldest point."""
     for i in range(start, len(points)):
         if not points[i]["live"]:

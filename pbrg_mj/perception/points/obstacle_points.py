@@ -37,7 +37,7 @@ def obstacle_points(points, edge, parameters):
         point = points[i]
         if point["live"] and point["binds"]:
             places.x[count], places.y[count], places.std[count] = point["x"], point["y"], point["std"]
-            places.inset[count] = parameters.clearance + parameters.sigmas * point["pose_std"] + point["bulge"]
+            places.inset[count] = parameters.clearance + parameters.sigmas * point["pose_std"] + point["protrusion"]
             places.point[count] = i
             count += 1
     for i in range(len(edge.x)):
@@ -61,7 +61,7 @@ def kept_along(places, i, normal, parameters):
     ahead, aside = gx * point["ux"] + gy * point["uy"], gx * point["uy"] - gy * point["ux"]
     turn = point["turn_std"] ** 2
     pose = math.sqrt(max(point["pose_std"] ** 2 - turn, 0.0) + turn * aside * aside)
-    corner = min(point["bulge"], abs(gx * point["along_x"] + gy * point["along_y"]) + point["slack"])
+    corner = min(point["protrusion"], abs(gx * point["along_x"] + gy * point["along_y"]) + point["slack"])
     inset = parameters.clearance + parameters.sigmas * pose + corner
     return min(inset, places.inset[i]), places.std[i] * min(abs(ahead), 1.0)
 

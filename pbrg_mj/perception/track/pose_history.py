@@ -24,7 +24,7 @@ STRAIGHT = 1e-9  # [rad] what turns by less goes straight
 
 
 class PoseHistory(NamedTuple):
-    """Poses that the camera told, oldest first; none where all scans come with frames. Never written to."""
+    """Poses from the camera, oldest first; none where all scans come with frames. Never written to."""
 
     time: np.ndarray  # (H,) when robots were there [s]; -inf: nothing yet
     poses: np.ndarray  # (H, n, 3) x, y [m], heading [rad]
@@ -44,7 +44,7 @@ def no_poses(robots: int, frames: int) -> PoseHistory:
 
 def exposure(frame: int, model: PoseModel) -> float:
     """Return when a frame was exposed [s], by the delay that is assumed: at the first physics step that it is due."""
-    return _due(frame * model.frame_period, model.step) + model.dated_late
+    return _due(frame * model.frame_period, model.step) + model.timestamp_offset
 
 
 def scanned(frame: int, model: PoseModel) -> float:
@@ -63,14 +63,16 @@ def with_poses(history: PoseHistory, readings: Readings, time: float, model: Pos
     """
     if not len(history.time) or readings.pose_frame < 0:
         return history
-    told = min(exposure(readings.pose_frame, model), time)
-    if told <= history.time[-1]:
+    exposed_at = min(exposure(readings.pose_frame, model), time)
+    if exposed_at <= history.time[-1]:
         return history
     if history.time[-1] == -math.inf:
         count = len(history.time)
-        times = told - model.frame_period * np.arange(count - 1, -1, -1)
+        times = exposed_at - model.frame_period * np.arange(count - 1, -1, -1)
         return PoseHistory(times, np.repeat(readings.body_pose[None], count, axis=0))
-    return PoseHistory(np.append(history.time[1:], told), np.concatenate([history.poses[1:], readings.body_pose[None]]))
+    return PoseHistory(
+        np.append(history.time[1:], exposed_at), np.concatenate([history.poses[1:], readings.body_pose[None]])
+    )
 
 
 def poses_at_scan(history: PoseHistory, readings: Readings, model: PoseModel) -> PosesAtScan:

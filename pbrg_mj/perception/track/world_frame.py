@@ -44,7 +44,7 @@ class PoseModel(NamedTuple):
     heading_var: float  # [rad^2]
     frame_period: float  # of the camera [s]
     scan_period: float  # of the beams [s]
-    dated_late: float  # by how much a frame is dated too late: its delay less the delay that is assumed [s]
+    timestamp_offset: float  # by how much a frame is dated too late: its delay less the delay that is assumed [s]
     step: float  # of physics, at which frames and scans are taken [s]
     shared: float  # scans that share a frame, counted in both variances
     frames: int  # to remember; 0: every scan comes with one

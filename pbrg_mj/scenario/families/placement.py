@@ -19,7 +19,7 @@ from pbrg_mj.scenario.schema.base import MOST_OBSTACLES
 
 MOST_DRAWS = 1000  # of one obstacle
 LOOSE = ("boxes", "columns", "prisms", "notched")  # kinds that keep off the formation around the reference, too
-RISES: dict[str, type[Ramp | Threshold]] = {"ramps": Ramp, "thresholds": Threshold}
+TERRAIN: dict[str, type[Ramp | Threshold]] = {"ramps": Ramp, "thresholds": Threshold}
 
 
 def placed(
@@ -72,8 +72,8 @@ def _distances_to(name: str, entry: dict[str, Any], points: np.ndarray) -> np.nd
             return distances_to_prism(Prism.model_validate(entry), points)
         if name == "moving_boxes":
             entry = {"center": entry["waypoints"][0]["center"], "size": entry["size"]}
-        if name in RISES:
-            return distances_to_wall(RISES[name].model_validate(entry).as_wall(), points)
+        if name in TERRAIN:
+            return distances_to_wall(TERRAIN[name].model_validate(entry).as_wall(), points)
         wall = Wall.model_validate(entry) if name == "walls" else Box.model_validate(entry).as_wall()
         return distances_to_wall(wall, points)
     except ValidationError:

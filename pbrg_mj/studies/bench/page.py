@@ -69,9 +69,9 @@ def _timings(rows: Sequence[Row]) -> str:
     lines = []
     for row in rows:
         one = row.compute_us()
-        told = f"{one.median:.3g} [{one.low:.3g}, {one.high:.3g}]" if one else NONE
+        text = f"{one.median:.3g} [{one.low:.3g}, {one.high:.3g}]" if one else NONE
         where = f"<td>{escape(NAMES[row.group])}</td><td>{escape(row.network)}</td>"
-        lines.append(f"<tr><td>{escape(cells(row)[0])}</td>{where}<td>{told}</td></tr>")
+        lines.append(f"<tr><td>{escape(cells(row)[0])}</td>{where}<td>{text}</td></tr>")
     head = "<tr><th>governor</th><th>seeds</th><th>network</th><th>compute a robot and tick [us]</th></tr>"
     return f"<h2>Wall clock, not reproducible</h2><table>{head}{''.join(lines)}</table>"
 
@@ -90,8 +90,8 @@ def _figure(word: str, one: BenchRun, folder: Path) -> str:
     log = folder / LOGS / one.log
     if not log.is_file():
         return ""
-    told = f"{word} margin, {one.record['true_margin_min_m']:.3g} m: {one.log}"
-    caption = f'<a href="{LOGS}/{escape(one.log)}">{escape(told)}</a>'
+    text = f"{word} margin, {one.record['true_margin_min_m']:.3g} m: {one.log}"
+    caption = f'<a href="{LOGS}/{escape(one.log)}">{escape(text)}</a>'
     return f"<figure>{picture(open_log(log))}<figcaption>{caption}</figcaption></figure>"
 
 

@@ -27,7 +27,7 @@ class Places(NamedTuple):
         ahead, aside = gx * point["ux"] + gy * point["uy"], gx * point["uy"] - gy * point["ux"]
         turn = point["turn_std"] ** 2
         pose = np.sqrt(np.maximum(point["pose_std"] ** 2 - turn, 0.0) + turn * aside**2)
-        corner = np.minimum(point["bulge"], np.abs(gx * point["along_x"] + gy * point["along_y"]) + point["slack"])
+        corner = np.minimum(point["protrusion"], np.abs(gx * point["along_x"] + gy * point["along_y"]) + point["slack"])
         inset = np.minimum(self.clearance + self.sigmas * pose + corner, self.widest[:, None])
         return inset + self.sigmas * self.std[:, None] * np.minimum(np.abs(ahead), 1.0)
 

@@ -221,6 +221,14 @@ def test_a_column_that_fills_a_door_parts_within_a_cell():
     assert distance_to_obstacles(plan, found[None]) >= CLEARANCE - 1e-9
 
 
+def test_own_scope_seeks_no_place_that_is_too_far_away():
+    for far in (20.0, 1e6):
+        found = best(around(walls=(LONG,), scope="own"), far, 0.0)
+        assert found.point is None
+        assert "more than 15 m away" in str(found.reason)
+        np.testing.assert_array_equal(best(around(scope="own"), far, 0.0).point, [far, 0.0])  # nothing is on the way
+
+
 def test_own_scope_binds_a_given_half_space_to_its_robot_alone():
     given = ({"robot": 1, "normal": (1.0, 0.0), "offset": 2.0},)
     formation = ((0.0, 0.0), (1.0, 0.0))

@@ -4,7 +4,7 @@ A place counts as reachable for a robot if a way leads there on which its hand p
 farther from its place around the reference than at the start. So a box on the way is gone round, a door gone through,
 and a long wall or a closed room parts a robot from what is behind it: who goes round its end goes back first. Other
 robots are not in the way, nor need the formation be kept. Looked at on a grid: openings that are wider than two
-clearances by less than `CELL` may count as closed.
+clearances by less than `CELL` may count as closed, and no grid reaches farther than `FARTHEST`.
 """
 
 from __future__ import annotations
@@ -20,8 +20,14 @@ from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.world.scene.footprints import Footprints, signed_distance, wall_margin
 
 CELL = 0.03  # [m] of the grid
+FARTHEST = 15.0  # [m] from a robot's start to its place around the reference: a million cells
 NEAR = 4 * CELL  # [m] beyond the clearance: obstacles whose faces may carry the best place
 TOUCHING = 1e-9  # [m] rounding of a margin
+
+
+def too_far(scenario: Scenario, r: np.ndarray) -> bool:
+    """Return whether some robot's place around `r` (2,) [m] is farther from its start than a grid reaches."""
+    return _farthest(scenario, r) > FARTHEST
 
 
 def parts(scenario: Scenario, r: np.ndarray) -> bool:
@@ -55,34 +61,29 @@ def nearest_reachable(scenario: Scenario, r: np.ndarray, rows: tuple[np.ndarray,
 
 def _offsets(scenario: Scenario, r: np.ndarray) -> tuple[np.ndarray, int]:
     """Return m - r (k, k, 2) [m] of all cells that some robot may be asked about, and the row and column of r."""
-    far = np.linalg.norm(np.array(scenario.team.start) - scenario.team.formation - r, axis=1).max()
-    count = math.ceil(far / CELL) + 2
+    count = math.ceil(_farthest(scenario, r) / CELL) + 2
     axis = CELL * np.arange(-count, count + 1)
     return np.stack(np.meshgrid(axis, axis, indexing="ij"), axis=-1), count
 
 
+def _farthest(scenario: Scenario, r: np.ndarray) -> float:
+    return float(np.linalg.norm(np.array(scenario.team.start) - scenario.team.formation - r, axis=1).max())
+
+
 def _reached(scenario: Scenario, r: np.ndarray, robot: int) -> np.ndarray:
     """Return at which cells (k, k) of `_offsets` a robot can be; all that are free if it does not start free."""
+    from scipy.ndimage import label  # takes a while to import
+
     offsets, count = _offsets(scenario, r)
     place = r + np.array(scenario.team.formation[robot])
     start = np.array(scenario.team.start[robot]) - place
     nearer = np.linalg.norm(offsets, axis=-1) <= np.linalg.norm(start) + CELL
     free = nearer & _free(scenario, (place + offsets).reshape(-1, 2)).reshape(nearer.shape)
     x, y = (np.floor(start / CELL).astype(int) + count).tolist()
-    found = np.zeros_like(free)
-    found[x : x + 2, y : y + 2] = free[x : x + 2, y : y + 2]
-    if not found.any():
-        return free
-    while True:
-        grown = found.copy()
-        grown[1:] |= found[:-1]
-        grown[:-1] |= found[1:]
-        grown[:, 1:] |= found[:, :-1]
-        grown[:, :-1] |= found[:, 1:]
-        grown &= free
-        if (grown == found).all():
-            return found
-        found = grown
+    joined = np.empty(free.shape, dtype=np.int32)
+    label(free, output=joined)  # cells that share a side
+    own = joined[x : x + 2, y : y + 2]
+    return np.isin(joined, own[own > 0]) if own.any() else free
 
 
 def _on_the_faces(scenario: Scenario, r: np.ndarray, m: np.ndarray, rows: tuple[np.ndarray, np.ndarray]) -> np.ndarray:

@@ -29,7 +29,7 @@ def test_the_page_names_channels_and_what_is_embedded() -> None:
     names = ("TICK", "OPTIMUM", "TIMING", "TRANSFORMS", "SCENE", "TEAM_SCENE", "P_POSES", "M_POSES", "EVENTS")
     own = {getattr(channels, name) for name in names}
     assert topics == own | {channels.scan_channel(1).replace("1", "<k>")}
-    embedded = PAGE.split("## EmbeddedFiles\n")[1].split("\n## ")[0]
+    embedded = PAGE.split("## Embedded\n")[1].split("\n## ")[0]
     for name in (channels.SCENARIO_ATTACHMENT, channels.MODEL_ATTACHMENT):
         assert f"| attachment | `{name}` |" in embedded
     for name in (channels.RUN_METADATA, channels.VERSIONS_METADATA, channels.CERTIFICATE_METADATA):

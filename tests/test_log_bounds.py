@@ -115,6 +115,27 @@ def test_metrics_of_a_log_are_those_of_the_run(tmp_path: Path, scenario: str) ->
     agree(log_metrics(path).as_dict(), metrics(run).as_dict())
 
 
+BLOCKED = """\
+timing: {duration: 9.0}
+team: {start: [[0.0, 0.0]], formation: [[0.0, 0.0]], leaders: [1]}
+graph: {kind: ring}
+world: {boxes: [{center: [1.0, 0.0], size: [0.4, 4.0]}]}
+estimator: {source: points, scope: own}
+governor: {kind: cbf}
+reference: {solver: none}
+operator: {reference: [1.0, 0.0]}
+"""
+
+
+def test_a_log_of_a_team_that_rests_before_a_box_without_a_target_has_the_outcome_of_its_run(tmp_path: Path) -> None:
+    (tmp_path / "blocked.yaml").write_text(BLOCKED)
+    path = tmp_path / "run.mcap"
+    assert main(["run", str(tmp_path / "blocked.yaml"), "--quiet", "-o", str(path)]) == 0
+    found = log_metrics(path)
+    assert found.outcome == "stuck" and np.isnan(found.target_x_m)
+    agree(found.as_dict(), metrics(open_run(path)).as_dict())
+
+
 @pytest.mark.parametrize("source", ["noise", "paper/experiment_near"])
 def test_events_pages_and_pictures_of_a_log_are_those_of_the_run(tmp_path: Path, source: str) -> None:
     path = tmp_path / "log.mcap"

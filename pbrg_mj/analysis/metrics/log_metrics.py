@@ -19,7 +19,7 @@ from pbrg_mj.log.read.ticks import read_header
 from pbrg_mj.scenario.schema import Scenario, whole_number
 
 OUTCOME_COLUMNS = (  # the columns that decide the outcome
-    *("index", "time", "status", "reference", "hand_true", "body_pose_true", "wall_margin", "moving_margin"),
+    *("index", "time", "status", "reference", "m", "hand_true", "body_pose_true", "wall_margin", "moving_margin"),
     *("wall_contact", "moving_contact", "robot_contact"),
 )
 

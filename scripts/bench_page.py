@@ -36,7 +36,7 @@ REPRODUCED = (TABLE, RUNS, RECORDS)
 
 def main() -> int:
     """Write what a folder has into the page."""
-    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     options.add_argument("folder", type=Path)
     options.add_argument("--again", type=Path, help="the folder of a second run")
     given = options.parse_args()

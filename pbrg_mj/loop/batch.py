@@ -16,7 +16,7 @@ import numpy as np
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.loop.batch_control import batch_control
-from pbrg_mj.loop.batch_group import WorldGroup, in_worlds
+from pbrg_mj.loop.batch_group import WorldGroup, stacked_for_worlds
 from pbrg_mj.loop.batch_histories import BatchHistories
 from pbrg_mj.loop.batch_team import check_built_in
 from pbrg_mj.loop.resources import check_memory
@@ -68,7 +68,7 @@ def side_by_side(scenario: Scenario) -> bool:
         check_batchable(scenario)
         check_built_in(scenario)
         known = estimator(scenario, load_robot_model(scenario.robot)).init().half_spaces
-        batch_control(scenario, in_worlds(known, 1))
+        batch_control(scenario, stacked_for_worlds(known, 1))
     except InputError:
         return False
     return True

@@ -46,7 +46,7 @@ class WorldGroup:
         self._estimator = estimator(scenario, load_robot_model(scenario.robot))
         self._goal_directed = self._estimator if isinstance(self._estimator, GoalDirectedEstimator) else None
         first = self._estimator.init()
-        self._half_spaces = in_worlds(first.half_spaces, len(seeds))
+        self._half_spaces = stacked_for_worlds(first.half_spaces, len(seeds))
         self._control = batch_control(scenario, self._half_spaces)
         self._plant = PlantBatch(scenario, len(seeds), threads=1)
         noises = (sensor_noise(scenario.model_copy(update={"seed": seed})) for seed in seeds)
@@ -104,7 +104,7 @@ class WorldGroup:
                     self._control.learn(world, half_spaces)
 
 
-def in_worlds(known: HalfSpaces, worlds: int) -> HalfSpaces:
+def stacked_for_worlds(known: HalfSpaces, worlds: int) -> HalfSpaces:
     """Return half-spaces that every world has before its first tick, worlds first."""
     arrays = (known.G, known.h, known.active, known.binds, known.closing_speeds)
     return HalfSpaces(*(np.stack([array] * worlds) for array in arrays))

@@ -11,7 +11,7 @@ import numpy as np
 
 from pbrg_mj.analysis.metrics.nearest_point import FEASIBLE, nearest
 from pbrg_mj.analysis.metrics.obstacles import distance_to_obstacles, faces, footprints, names
-from pbrg_mj.analysis.metrics.reachable_places import FARTHEST, nearest_reachable, parts, too_far
+from pbrg_mj.analysis.metrics.reachable_places import FARTHEST, is_cut_off, nearest_reachable, too_far
 from pbrg_mj.scenario.robots import robot_size
 from pbrg_mj.scenario.schema import GivenHalfSpace, Scenario
 
@@ -108,7 +108,7 @@ def _beside_obstacles(scenario: Scenario, r: np.ndarray, given: HalfSpaceRows) -
     if names(scenario) and too_far(scenario, best.point):
         reason = f"the reference is more than {FARTHEST:g} m away: where robots get beside obstacles is not sought"
         return BestFormation(None, reason, given)
-    if parts(scenario, best.point):
+    if is_cut_off(scenario, best.point):
         point = nearest_reachable(scenario, r, _of_the_team(scenario, given))
         return BestFormation(point, None if point is not None else "no formation that every robot reaches", given)
     clear = distance_to_obstacles(scenario, best.point + np.array(scenario.team.formation))

@@ -30,7 +30,7 @@ def too_far(scenario: Scenario, r: np.ndarray) -> bool:
     return _farthest(scenario, r) > FARTHEST
 
 
-def parts(scenario: Scenario, r: np.ndarray) -> bool:
+def is_cut_off(scenario: Scenario, r: np.ndarray) -> bool:
     """Return whether obstacles part a robot from its place around `r` (2,) [m], that place itself being free."""
     place, start = r + np.array(scenario.team.formation), np.array(scenario.team.start)
     free = np.flatnonzero(_free(scenario, place))

@@ -98,6 +98,15 @@ def test_losses_have_the_stated_share_and_runs(loss):
     )  # links know nothing of each other
 
 
+@pytest.mark.parametrize("first", [0, 1, 64])
+def test_no_rounds_lose_and_delay_nothing(first):
+    """A governor whose estimates have diverged runs no rounds, perhaps from its first tick on."""
+    links_ = channel(graph(), loss=Loss.bursty(0.2, 7.0), jitter=2)
+    nothing = np.zeros(10, dtype=np.int64)
+    assert links_.lost(nothing.astype(bool), first, 0).shape == (0, 10)
+    assert links_.arrivals(nothing, first, 0).shape == (0, 10)
+
+
 def test_another_seed_loses_other_messages_and_the_same_seed_the_same():
     one, same, other = (channel(graph(), loss=Loss.independent(0.5), seed=s) for s in (1, 1, 2))
     nothing = np.zeros(10, dtype=bool)

@@ -167,6 +167,15 @@ WRONG = {
         {"prisms": [{"corners": [[3 + np.cos(a), np.sin(a)] for a in 4 * np.pi / 5 * np.arange(5)]}]},
         "allowed: corners of a polygon",
     ),
+    "tall": (
+        {"prisms": [{"corners": [[1, 0], [2, 0], [2, 1]], "height": 1e7}]},
+        "prisms.0: is flat or thin; allowed: a least",
+    ),
+    "flat": ({"prisms": [{"corners": [[1, 0], [2, 0], [2, 1]], "height": 1e-7}]}, "prisms.0: is flat or thin"),
+    "a ramp": (
+        {"ramps": [{"from": [1, 0], "to": [2, 0], "width": 1e-9, "height": 1e-9}]},
+        "ramps.0: is flat or thin; allowed: a least extent of at least a millionth of the greatest",
+    ),
     "same corner": ({"prisms": [{"corners": [[1, 0], [1, 0], [2, 1]]}]}, "allowed: corners of a polygon"),
 }
 

@@ -105,6 +105,12 @@ def _meet(a: Point, b: Point, c: Point, d: Point) -> bool:
     return all(boxes[i][0] <= boxes[i + 2][1] and boxes[i + 2][0] <= boxes[i][1] for i in (0, 1))
 
 
+def flatness(corners: Polygon, height: float) -> float:
+    """Return at most the least over the greatest extent of an upright prism on a convex polygon; both sizes in m."""
+    diagonal = max(_length(*pair) for pair in combinations(corners, 2))
+    return min(abs(_area(corners)) / diagonal, height) / max(diagonal, height)
+
+
 def _area(corners: Polygon) -> float:
     """Return a polygon's area, positive where it goes around counter-clockwise."""
     return 0.5 * sum(_cross((0.0, 0.0), corners[k - 1], corners[k]) for k in range(len(corners)))

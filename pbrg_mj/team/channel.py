@@ -169,7 +169,9 @@ def _first_round(count: float) -> int:
 
 
 def _uniform(seed: int, source: Source, first: int, rounds: int, links: int) -> np.ndarray:
-    """Return uniform numbers in [0, 1) of the given rounds, (rounds, links)."""
+    """Return uniform numbers in [0, 1) of the given rounds, (rounds, links); a diverged governor runs none."""
+    if rounds == 0:
+        return np.empty((0, links))
     blocks = range(first // BLOCK, (first + rounds - 1) // BLOCK + 1)
     drawn = np.concatenate([stream(seed, source, 0, block).random((BLOCK, links)) for block in blocks])
     return drawn[first - BLOCK * blocks.start :][:rounds]

@@ -61,7 +61,10 @@ def _run_metadata(rng: Rng, file: File) -> None:
     """Change what the log says of its dimensions, version or seed."""
     for k, part in enumerate(file.parts):
         if isinstance(part, Record) and part.opcode == METADATA:
-            name, entries = mcap.metadata_entries(part)
+            try:
+                name, entries = mcap.metadata_entries(part)
+            except (struct.error, UnicodeDecodeError):  # another accident made this record
+                continue
             if name != channels.RUN_METADATA or not entries:
                 continue
             wanted = int(rng.integers(len(entries)))

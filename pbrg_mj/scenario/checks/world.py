@@ -12,9 +12,9 @@ import numpy as np
 
 from pbrg_mj.scenario.checks.distances import distances_to_column, distances_to_prism, distances_to_wall
 from pbrg_mj.scenario.diagnostics import Diagnostic, KeyPath, yaml_text
-from pbrg_mj.scenario.polygons import SHORTEST, is_simple
+from pbrg_mj.scenario.polygons import SHORTEST, Polygon, flatness, is_simple
 from pbrg_mj.scenario.robots import robot_size
-from pbrg_mj.scenario.schema import MovingBox, Scenario, Vector, Wall
+from pbrg_mj.scenario.schema import MovingBox, Ramp, Scenario, Vector, Wall
 
 KINDS = {
     "walls": ("wall", "walls"),
@@ -25,6 +25,8 @@ KINDS = {
     "thresholds": ("threshold", "thresholds"),
     "ramps": ("ramp", "ramps"),
 }  # in the singular and for many
+FLATTEST = 1e-6  # least over greatest extent of what MuJoCo takes as a mesh: below 1e-7 its hull is not found
+TOO_FLAT = "is flat or thin; allowed: a least extent of at least a millionth of the greatest"
 ROUNDING = 1e-9  # [m] robots that just touch do not overlap
 
 
@@ -57,6 +59,11 @@ def extents(scenario: Scenario) -> Iterator[Diagnostic]:
                 path,
                 f"is {yaml_text(prism.corners)}; allowed: corners of a polygon, in turn, whose sides meet there alone",
             )
+        elif any(flatness(part.corners, part.height) < FLATTEST for part in prism.convex()):
+            yield Diagnostic(("world", "prisms", k), TOO_FLAT)
+    for k, ramp in enumerate(world.ramps):
+        if flatness(_footprint(ramp), ramp.height) < FLATTEST:
+            yield Diagnostic(("world", "ramps", k), TOO_FLAT)
     for k, box in enumerate(world.moving_boxes):
         yield from _waypoints(("world", "moving_boxes", k, "waypoints"), box)
     for k, patch in enumerate(world.patches):
@@ -65,6 +72,12 @@ def extents(scenario: Scenario) -> Iterator[Diagnostic]:
             yield Diagnostic(
                 ("world", "patches", k), f"reaches from {span}; allowed: corners apart along x and along y"
             )
+
+
+def _footprint(ramp: Ramp) -> Polygon:
+    """Return a rectangle of a ramp's length and width."""
+    length, across = math.dist(ramp.start, ramp.end), ramp.width
+    return ((0.0, 0.0), (length, 0.0), (length, across), (0.0, across))
 
 
 def placement(scenario: Scenario) -> Iterator[Diagnostic]:

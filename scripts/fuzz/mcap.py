@@ -135,8 +135,8 @@ def attachment(name: str, data: bytes) -> Record:
 
 
 def attachment_name(record: Record) -> str:
-    """Return an attachment's name."""
-    return _unprefixed(record.body[16:])[0].decode()
+    """Return an attachment's name; empty if another accident made the record nonsense."""
+    return _unprefixed(record.body[16:])[0].decode(errors="replace") if len(record.body) >= 20 else ""
 
 
 def _unprefixed(data: bytes) -> tuple[bytes, bytes]:

@@ -10,8 +10,8 @@ import pytest
 from pbrg_mj.perception.points.beams import SeenBeams
 from pbrg_mj.perception.points.detect import add_scan
 from pbrg_mj.perception.points.estimator import PointEstimator
-from pbrg_mj.perception.points.flow import LEFT, PAST, PLACE, RIGHT, flow, free_ends, remember
 from pbrg_mj.perception.points.memory import no_points
+from pbrg_mj.perception.points.range_flow import LEFT, PAST_ECHO, PAST_POSE, RIGHT, free_ends, range_flow, remember
 from pbrg_mj.perception.track.world_frame import ScanPose
 from pbrg_mj.sensing.readings import Readings
 from tests.perceiving import box, together
@@ -113,7 +113,7 @@ def scanned(made: PointEstimator, scene: Scene) -> np.ndarray:
     """The scan of a robot at the origin, without noise, as it is remembered."""
     ranges = cast(scene, np.zeros(3), len(made.parameters.directions), made.parameters.range_max)
     _, memory = made.step_towards(Readings(np.zeros((1, 3)), ranges[None], True, 0, 0), 0.0, made.init(), TARGET)
-    return memory.past[0, int(np.argmax(memory.places[0]["known"]))]
+    return memory.past[0, int(np.argmax(memory.past_poses[0]["known"]))]
 
 
 def test_a_face_ends_where_beams_pass_by_and_not_where_it_is_slanted():
@@ -130,13 +130,13 @@ def test_the_flow_of_free_ends_is_the_speed_along_the_face():
     beams, team = len(made.directions), (np.zeros((1, 1, 2)), 0)
     errors, told = [], []
     for shift in np.linspace(0.0, 0.2, 200):
-        past, place = np.zeros(beams, PAST), np.zeros(1, PLACE)
+        past, place = np.zeros(beams, PAST_ECHO), np.zeros(1, PAST_POSE)
         for time, y in ((0.0, shift), (elapsed, shift + speed * elapsed)):
             scan = SeenBeams(cast(box(0.75, y - 0.15, 0.5), np.zeros(3), beams, made.range_max), made.directions)
             pose = ScanPose(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, time, elapsed)
             echoes = add_scan(no_points(1, beams)[0], 1, scan, pose, team, made)
             ends = free_ends(echoes, scan.ranges, made)
-            flows, count = flow((echoes, scan.ranges), ends, (past, place[0]), pose, made)
+            flows, count = range_flow((echoes, scan.ranges), ends, (past, place[0]), pose, made)
             remember(past, place, (echoes, scan), ends, pose)
         along = np.abs(flows.ny[:count]) > 0.7
         errors += list(flows.speed[:count][along] - flows.ny[:count][along] * speed)

@@ -215,7 +215,7 @@ def test_points_need_the_scope_own():
 def test_memories_are_never_written_to():
     made, given = estimator()
     _, memory = made.step_towards(scan(given, WALL, np.zeros((1, 3)), 0), 0.0, made.init(), None)
-    held = (memory.points, memory.anchors, memory.past, memory.places, memory.tracks, memory.half_spaces.h)
+    held = (memory.points, memory.anchors, memory.past, memory.past_poses, memory.tracks, memory.half_spaces.h)
     before = [array.tobytes() for array in held]
     made.step_towards(scan(given, WALL, np.full((1, 3), 0.1), 1), 0.1, memory, np.zeros((1, 2)))
     for old, now in zip(before, held, strict=True):

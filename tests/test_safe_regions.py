@@ -147,7 +147,7 @@ def test_insets_are_those_that_half_spaces_from_points_keep() -> None:
     from regions.views import active, estimator, hand_of, scan, scenario, scene_of, seen
 
     from pbrg_mj.perception.points.known_free import Edge
-    from pbrg_mj.perception.points.obstacle_points import kept_along, obstacle_points
+    from pbrg_mj.perception.points.obstacle_points import inset_along, obstacle_points
 
     given, pose = scenario("robotarium", 3), np.array([0.2, 0.3, 0.4])
     made, target = estimator(given, 8), np.array([0.5, 1.0])
@@ -159,7 +159,7 @@ def test_insets_are_those_that_half_spaces_from_points_keep() -> None:
     expected = np.zeros((count, len(normals)))
     for k, normal in enumerate(normals):
         for i in range(count):
-            inset, std = kept_along(found, i, (float(normal[0]), float(normal[1])), made.parameters)
+            inset, std = inset_along(found, i, (float(normal[0]), float(normal[1])), made.parameters)
             expected[i, k] = inset + made.parameters.sigmas * std
     assert count > 5 and len(active(memory).h)
     np.testing.assert_allclose(places.insets(normals), expected, rtol=1e-12)

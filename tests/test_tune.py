@@ -24,7 +24,7 @@ set: {reference.solver: none, governor.kind: none}
 keys: {control.alpha_r: {uniform: [0.2, 3]}}
 minimize: terminal_gap_m
 budget: 6
-at_once: 2
+batch_size: 2
 seed: 3
 """
 
@@ -94,3 +94,22 @@ def test_a_wrong_file_is_one_line(text, tmp_path, capsys):
     said = capsys.readouterr().err
     assert WRONG[text] in said and said.count("\n") == 1
     assert not (tmp_path / "out").exists()
+
+
+def test_files_with_earlier_names_are_read_as_with_those_of_today(tmp_path, capsys):
+    names = {"batch_size": "at_once", "failure_value": "otherwise"}
+    today = SMALL.replace("terminal_gap_m", "settling_time_including_violated_s") + "failure_value: 5.0\n"
+    earlier = today.replace("settling_time_including_violated_s", "settling_time_violated_too_s")
+    for name, old in names.items():
+        earlier = earlier.replace(f"{name}:", f"{old}:")
+    made = []
+    for folder, text in (("earlier", earlier), ("today", today)):
+        given = tmp_path / folder
+        given.mkdir()
+        pbrg.tune(written(given, text), given / "out", jobs=1)
+        made.append((given / "out" / "trace.json").read_bytes())
+    assert made[0] == made[1]
+    assert json.loads(made[0])["best"]["value"] == 5.0  # nothing settles in a second
+    assert main(["tune", str(written(tmp_path, today + "at_once: 2\n")), "-o", str(tmp_path / "both")]) == 2
+    line = len(today.splitlines()) + 1
+    assert f":{line}: at_once: is the earlier name of `batch_size`" in capsys.readouterr().err

@@ -13,6 +13,7 @@ from pbrg_mj.scenario.diagnostics import KeyPath, dotted_key, yaml_text
 from pbrg_mj.scenario.families.checks import check_distributions
 from pbrg_mj.scenario.load import read_text
 from pbrg_mj.scenario.parse.document import Document, read_document
+from pbrg_mj.scenario.parse.renamed_keys import Renamed, rename_keys
 from pbrg_mj.scenario.parse.validation import first_error, origin, read_section
 from pbrg_mj.scenario.schema.base import Section
 
@@ -41,14 +42,15 @@ class StudyFile(Generic[Keys]):
         )
 
 
-def read_study(path: str | Path, kind: type[Keys]) -> StudyFile[Keys]:
-    """Return the file's keys. Raises InputError."""
+def read_study(path: str | Path, kind: type[Keys], renamed: Renamed | None = None) -> StudyFile[Keys]:
+    """Return the file's keys, those that have other names today as `renamed` says. Raises InputError."""
     path = Path(path)
     check_study_file(path)
     text, file = read_text(path), str(path)
     document = read_document(text, file)
     if not isinstance(document.data, dict):
         raise InputError(f"is {yaml_text(document.data)}; allowed: keys and values in YAML", file=file, line=1)
+    document = rename_keys(document, file, renamed or {})
     keys = read_section(kind, document.data, document, file)
     if wrong := list(check_distributions(keys)):
         raise first_error(wrong, document, file)

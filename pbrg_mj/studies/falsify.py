@@ -14,6 +14,7 @@ from pbrg_mj.analysis.output_file import write_text_atomically
 from pbrg_mj.api.scenario import load
 from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.families.schema import Distribution
+from pbrg_mj.scenario.parse.renamed_keys import Renamed
 from pbrg_mj.scenario.schema.base import Section
 from pbrg_mj.studies.document import StudyFile, read_study
 from pbrg_mj.studies.failures import FAILURES, Kind
@@ -26,6 +27,7 @@ from pbrg_mj.studies.sweep_plan import Entries, Seed, Values, always_set, check_
 from pbrg_mj.studies.task import Source, Task
 
 FILE, FOUND = "search.yaml", "found.yaml"
+RENAMED: Renamed = {("at_once",): "batch_size"}
 WORST = 1e6  # value of a run that failed: it shows nothing
 
 
@@ -38,7 +40,9 @@ class SearchKeys(Section):
     )
     duration: Annotated[float, Field(gt=0)] | None = Field(default=None, description="simulated time [s]")
     set: Values = Field(default={}, description="values of keys, the same in all runs")
-    at_once: Annotated[int, Field(ge=1, le=1000)] = Field(default=4, description="points chosen before any is known")
+    batch_size: Annotated[int, Field(ge=1, le=1000)] = Field(
+        default=4, description="points chosen before any of them is known: they can run in parallel"
+    )
     shrink: Annotated[int, Field(ge=0, le=10_000)] = Field(default=40, description="runs to make what is found shorter")
     seed: Seed = Field(default=1, description="of the search")
 
@@ -87,7 +91,7 @@ def falsify(
     """
     if budget < 1:
         raise InputError(f"is {budget}; allowed: 1 or more", key="budget")
-    read = read_study(search, SearchKeys)
+    read = read_study(search, SearchKeys, RENAMED)
     source = Source.of(str(scenario), Path())
     optimizer = _checked(read, source)
     about = f"# {source.name}, {budget} runs\n".encode()
@@ -114,7 +118,7 @@ def _search(runner: Runner, keys: SearchKeys, source: Source, optimizer: Optimiz
         return value(record) if record["status"] == "ok" else WORST
 
     while not failing and (left := budget - len(made)):
-        asked = optimizer.ask(min(left, keys.at_once))
+        asked = optimizer.ask(min(left, keys.batch_size))
         tasks = [_task(source, always | point, len(made) + k) for k, (_, point) in enumerate(asked)]
         failed = sum(record["status"] != "ok" for _, (record, _) in made)
         results = runner.run(tasks, part=Part(len(made), budget, failed), ends=lambda record: nearness(record) < 0)

@@ -11,9 +11,11 @@ from typing import Annotated, Any, Unpack
 
 from pydantic import Field
 
+from pbrg_mj.analysis.metrics.run_metrics import RENAMED_METRICS
 from pbrg_mj.analysis.output_file import write_text_atomically
 from pbrg_mj.scenario.families.schema import Distribution
 from pbrg_mj.scenario.parse.document import write_document
+from pbrg_mj.scenario.parse.renamed_keys import Renamed
 from pbrg_mj.scenario.schema.base import Section
 from pbrg_mj.studies.document import StudyFile, read_study
 from pbrg_mj.studies.optimizer import Optimizer, check_bounded
@@ -25,6 +27,7 @@ from pbrg_mj.studies.task import Task
 
 FILE, TRACE, BEST = "tune.yaml", "trace.json", "best.yaml"
 FAILED = ("violated", "diverged")
+RENAMED: Renamed = {("at_once",): "batch_size", ("otherwise",): "failure_value"}
 
 
 class TuneKeys(Section):
@@ -41,12 +44,12 @@ class TuneKeys(Section):
     minimize: str = Field(
         default="terminal_gap_m", description="a number of the records; its mean over runs is minimized"
     )
-    otherwise: float = Field(
+    failure_value: float = Field(
         default=10.0, description="its value in a run that is violated, diverged, fails or has no such number"
     )
     budget: Annotated[int, Field(ge=1, le=100_000)] = Field(default=20, description="how many values are tried")
-    at_once: Annotated[int, Field(ge=1, le=1000)] = Field(
-        default=4, description="how many are chosen before any of them is known: they can run side by side"
+    batch_size: Annotated[int, Field(ge=1, le=1000)] = Field(
+        default=4, description="how many are chosen before any of them is known: they can run in parallel"
     )
     seed: Seed = Field(default=1, description="of the search, not of the runs")
 
@@ -76,7 +79,7 @@ def tune(
     keys as they are in the scenario, so that the best is no worse on these seeds. All is the same at every repetition,
     whatever the backend and number of jobs. Arguments, resumption and errors are those of `sweep`.
     """
-    read = read_study(file, TuneKeys)
+    read = read_study(file, TuneKeys, RENAMED)
     search = _Search(read)
     with Runner.of(folder, (FILE, read.content), **options) as runner:
         return search.run(runner)
@@ -87,10 +90,11 @@ class _Search:
         """Check the file. Raises InputError."""
         keys = self.keys = file.keys
         check_bounded(file, keys.keys)
-        if column_types(timings=False).get(keys.minimize) not in (int, float, bool):
+        self.minimize = RENAMED_METRICS.get(keys.minimize, keys.minimize)
+        if column_types(timings=False).get(self.minimize) not in (int, float, bool):
             raise file.error(("minimize",), f"is {keys.minimize!r}; allowed: a number of the records (docs/metrics.md)")
-        if not math.isfinite(keys.otherwise):
-            raise file.error(("otherwise",), "is not finite")
+        if not math.isfinite(keys.failure_value):
+            raise file.error(("failure_value",), "is not finite")
         self.sources, self.seeds, self.held_out = sources(file), seed_list(file), ()
         if keys.held_out is not None:
             self.held_out = seed_list(file, "held_out")
@@ -110,7 +114,7 @@ class _Search:
         """Search, and write what was found."""
         self._try(runner, [{}])
         while left := self.keys.budget - len(self.trace):
-            asked = self.optimizer.ask(min(left, self.keys.at_once))
+            asked = self.optimizer.ask(min(left, self.keys.batch_size))
             values = self._try(runner, [point for _, point in asked])
             self.optimizer.tell([(trial, value) for (trial, _), value in zip(asked, values, strict=True)])
         best = min(self.trace, key=lambda trial: trial["value"])
@@ -150,14 +154,14 @@ class _Search:
         return math.fsum(self._number(record) for record in records) / len(records)
 
     def _number(self, record: Record) -> float:
-        value = record.get(self.keys.minimize)
+        value = record.get(self.minimize)
         counts = record["status"] == "ok" and record["outcome"] not in FAILED
-        return float(value) if counts and value is not None else self.keys.otherwise
+        return float(value) if counts and value is not None else self.keys.failure_value
 
     def _write(self, found: Tuning) -> None:
         write_records(found.folder, *rows([task for task, _ in self.made], [result for _, result in self.made]))
         facts = {
-            "minimize": self.keys.minimize,
+            "minimize": self.minimize,
             "budget": self.keys.budget,
             "seeds": list(self.seeds),
             "held_out_seeds": list(self.held_out),

@@ -39,9 +39,9 @@ seeds: 1-2
 held_out: 3
 keys: {{control.alpha_r: {{log_uniform: [0.2, 3]}}}}
 budget: 4
-at_once: 2
+batch_size: 2
 {RUNS}"""
-SEARCH = f"find: crossing\nkeys: {{control.alpha_r: {{uniform: [0.5, 3]}}}}\nat_once: 3\n{RUNS}"
+SEARCH = f"find: crossing\nkeys: {{control.alpha_r: {{uniform: [0.5, 3]}}}}\nbatch_size: 3\n{RUNS}"
 SUITE = f"""\
 description: Two governors
 scenario: [paper/simulation_near]

@@ -43,15 +43,15 @@ set: {governor.kind: none}
 keys: {control.alpha_r: {log_uniform: [0.2, 3]}, governor.rounds: {integer: [1, 4]}}
 minimize: terminal_gap_m
 budget: 6
-at_once: 2
+batch_size: 2
 seed: 3
-otherwise: 5.0
+failure_value: 5.0
 """
 SEARCH = """\
 find: crossing
 duration: 0.03
 set: {reference.solver: none}
-at_once: 3
+batch_size: 3
 shrink: 5
 seed: 2
 keys: {operator.reference: {choice: [[0, 0.5], [3, 0]]}, governor.alpha: {uniform: [1, 7]}}

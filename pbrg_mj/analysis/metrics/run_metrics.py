@@ -24,6 +24,8 @@ from pbrg_mj.log.read.run import Run, TickSeries
 from pbrg_mj.scenario.schema import Scenario
 
 AT_REST = {"converged", "stuck"}
+RENAMED_METRICS = {"settling_time_violated_too_s": "settling_time_including_violated_s"}
+"""Earlier names, in files of studies and in their tables -> those of today."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +53,7 @@ class RunMetrics:
     target_y_m: float
     terminal_gap_m: float
     settling_time_s: float
-    settling_time_violated_too_s: float
+    settling_time_including_violated_s: float
     closing_rate_m_s: float
     arrival_time_s: float
     extrapolated_gap_m: float
@@ -210,7 +212,7 @@ def _end(run: Run, end: Outcome, settling: Settling) -> dict[str, Any]:
         "target_y_m": y,
         "terminal_gap_m": float(np.linalg.norm(centre - (x, y))),
         "settling_time_s": settling.time() if end.word == "converged" else math.nan,
-        "settling_time_violated_too_s": _settled(scenario, end, settling),
+        "settling_time_including_violated_s": _settled(scenario, end, settling),
         "closing_rate_m_s": end.trend.rate if end.trend else math.nan,
         "arrival_time_s": end.trend.arrival if end.trend else math.nan,
         "extrapolated_gap_m": end.trend.limit if end.trend else math.nan,

@@ -36,7 +36,7 @@ LAYOUT: dict[str, tuple[tuple[str, str], ...]] = {
         ("best formation y [m]", "target_y_m"),
         ("terminal gap [m]", "terminal_gap_m"),
         ("settling time [s]", "settling_time_s"),
-        ("  whatever was violated [s]", "settling_time_violated_too_s"),
+        ("  also of a violated run [s]", "settling_time_including_violated_s"),
         ("comes closer at [m/s]", "closing_rate_m_s"),
         ("  would arrive at [s]", "arrival_time_s"),
         ("  would level off at [m]", "extrapolated_gap_m"),

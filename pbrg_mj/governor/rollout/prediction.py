@@ -72,15 +72,15 @@ def narrow_intervals(states, tick, half_spaces, team, rows, intervals):
 
 
 @kernel
-def narrow_by_tails(held, half_spaces, team, tails, intervals):
-    """Narrow them by what comes after the last tick, under the held m (2,).
+def narrow_by_terminal_bounds(held, half_spaces, team, bounds, intervals):
+    """Narrow the advances by what comes after the last tick, under the held m (2,) [m].
 
-    `tails` are the bounds from the start and from the hold on, each (n,), and norm (W,); the rest as for
-    `narrow_intervals`.
+    `bounds` are those from the start and from the hold on, each (n,), and norm (W,) of ||e||; `half_spaces`, `team` and
+    `intervals` as for `narrow_intervals`.
     """
     owner, binds_all, G, h = half_spaces
     robots, formation, margin = team
-    from_start, from_hold, norm = tails
+    from_start, from_hold, norm = bounds
     low, high = intervals
     for w in range(len(h)):
         Gx, Gy = G[w, 0], G[w, 1]

@@ -11,7 +11,7 @@ from pbrg_mj.governor.certificate.projection import least_violating, near_allowe
 from pbrg_mj.governor.problem.interface import Status
 from pbrg_mj.governor.rollout.messages import HalfSpace, Key, Verdict
 from pbrg_mj.governor.rollout.plan import RolloutPlan
-from pbrg_mj.governor.rollout.prediction import narrow_by_tails, narrow_intervals, write_states
+from pbrg_mj.governor.rollout.prediction import narrow_by_terminal_bounds, narrow_intervals, write_states
 
 
 class HalfSpaceArrays(NamedTuple):
@@ -98,9 +98,11 @@ class Rollout:
         """Take in what comes after the last tick."""
         robots, plan = self.team[0], self.plan
         if len(self.half_spaces.h):
-            tails = np.ascontiguousarray(plan.from_start[robots]), np.ascontiguousarray(plan.from_hold[robots])
+            bounds = np.ascontiguousarray(plan.from_start[robots]), np.ascontiguousarray(plan.from_hold[robots])
             held = self.summary.held
-            narrow_by_tails(held, tuple(self.half_spaces), self.team, (*tails, self.norm), (self.low, self.high))
+            narrow_by_terminal_bounds(
+                held, tuple(self.half_spaces), self.team, (*bounds, self.norm), (self.low, self.high)
+            )
 
 
 def advance(

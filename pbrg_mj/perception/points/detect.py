@@ -9,7 +9,7 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.beams import next_beam
-from pbrg_mj.perception.points.corner import MOST_LOST, corner_beside, share_corners
+from pbrg_mj.perception.points.corner_bound import MOST_LOST, corner_bound, share_corner_bounds
 from pbrg_mj.perception.points.memory import free_slot
 from pbrg_mj.perception.points.parameters import LEAST_JOINING
 from pbrg_mj.perception.scan.team_mates import is_team_mate
@@ -60,11 +60,11 @@ def add_scan(points, scan, beams, pose, team, parameters):
         point["live"], point["passed"], point["binds"] = True, 0, echoes.binds[k]
         point["ux"], point["uy"], point["beam"] = echoes.ux[k], echoes.uy[k], k
         point["turn_std"] = ranges[k] * math.sqrt(pose.heading_var)
-        corner = corner_beside(echoes, ranges, k, joins, parameters)
+        corner = corner_bound(echoes, ranges, k, joins, parameters)
         point["protrusion"], point["slack"] = corner.protrusion, corner.slack
         point["along_x"], point["along_y"] = corner.along_x, corner.along_y
         echoes.protrusion[k] = corner.protrusion
-    share_corners(points, len(ranges))
+    share_corner_bounds(points, len(ranges))
     return echoes
 
 

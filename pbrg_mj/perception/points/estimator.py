@@ -13,11 +13,11 @@ from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.perception.points.beams import SeenBeams
 from pbrg_mj.perception.points.deskew import deskewed
 from pbrg_mj.perception.points.detect import add_scan
-from pbrg_mj.perception.points.flow import PAST, PLACE
 from pbrg_mj.perception.points.known_free import edge_of_free
 from pbrg_mj.perception.points.memory import capacity_after, copy_records, delete_stale, no_points, slots_used
 from pbrg_mj.perception.points.motion import TRACK, TRACKS, closing_speeds
 from pbrg_mj.perception.points.parameters import PointParameters
+from pbrg_mj.perception.points.range_flow import PAST_ECHO, PAST_POSE
 from pbrg_mj.perception.points.separate import separate
 from pbrg_mj.perception.track.pose_history import PoseHistory, no_poses, poses_at_scan, with_poses
 from pbrg_mj.perception.track.world_frame import ANCHOR, pose_at_scan
@@ -30,8 +30,8 @@ class PointMemory(NamedTuple):
     points: np.ndarray  # (n, M) of POINT, no more than are needed
     used: int  # of these M: those from here on are free
     anchors: np.ndarray  # (n,) of ANCHOR
-    past: np.ndarray  # (n, lag, beams) of PAST
-    places: np.ndarray  # (n, lag) of PLACE
+    past: np.ndarray  # (n, lag, beams) of PAST_ECHO
+    past_poses: np.ndarray  # (n, lag) of PAST_POSE
     tracks: np.ndarray  # (n, TRACKS) of TRACK
     history: PoseHistory
     scans: int
@@ -52,7 +52,7 @@ class PointEstimator:
         n = len(self.formation)
         nothing = HalfSpaces.empty(n, self.slots)
         lag, beams = self.parameters.lag, len(self.parameters.directions)
-        motion = np.zeros((n, lag, beams), PAST), np.zeros((n, lag), PLACE), np.zeros((n, TRACKS), TRACK)
+        motion = np.zeros((n, lag, beams), PAST_ECHO), np.zeros((n, lag), PAST_POSE), np.zeros((n, TRACKS), TRACK)
         history = no_poses(n, self.parameters.pose.frames)
         return PointMemory(no_points(n, 0), 0, np.zeros(n, dtype=ANCHOR), *motion, history, 0, nothing)
 
@@ -73,16 +73,23 @@ class PointEstimator:
             return memory.half_spaces, memory if history is memory.history else memory._replace(history=history)
         n, beams = len(self.formation), len(self.parameters.directions)
         points = no_points(n, capacity_after(memory.used, beams, self.parameters.recent))
-        anchors, motion = np.empty_like(memory.anchors), (memory.past, memory.places, memory.tracks)
-        past, places, tracks = (np.empty_like(array) for array in motion)
+        anchors, motion = np.empty_like(memory.anchors), (memory.past, memory.past_poses, memory.tracks)
+        past, past_poses, tracks = (np.empty_like(array) for array in motion)
         known = _as_known(memory.half_spaces)
         targets = np.full(self.formation.shape, np.nan) if m is None else m + self.formation
         at = poses_at_scan(history, readings, self.parameters.pose)
         seen = tuple(deskewed(readings, history, at.poses, self.robots, self.parameters))
         scans = (seen, *at, time, memory.scans + 1)
-        after = (points, anchors, past, places, tracks, (known.G, known.h, known.active, known.binds, known.closing))
+        after = (
+            points,
+            anchors,
+            past,
+            past_poses,
+            tracks,
+            (known.G, known.h, known.active, known.binds, known.closing),
+        )
         used = perceive_points(scans, self.parameters, self.robots, targets, memory[:6], after)
-        return known, PointMemory(points, used, anchors, past, places, tracks, history, memory.scans + 1, known)
+        return known, PointMemory(points, used, anchors, past, past_poses, tracks, history, memory.scans + 1, known)
 
 
 def _as_known(before: HalfSpaces) -> HalfSpaces:
@@ -98,7 +105,7 @@ def perceive_points(scans, parameters, robots, targets, before, after):
     `before` are the first members of PointMemory as they were. Returns how many places for points are used.
     """
     (ranges, directions, bodies), poses, variances, time, scan = scans
-    points, anchors, past, places, tracks, (G, h, active, binds, closing) = after
+    points, anchors, past, past_poses, tracks, (G, h, active, binds, closing) = after
     _copy(before, after)
     for row in range(len(robots)):
         robot = robots[row]
@@ -115,7 +122,7 @@ def perceive_points(scans, parameters, robots, targets, before, after):
         target = q if math.isnan(targets[robot, 0]) else targets[robot]
         half_spaces = G[robot], h[robot], active[robot], np.empty((len(h[robot]), 2))
         separate((points[robot], edge), q, target, parameters, half_spaces)
-        motion = past[robot], places[robot], tracks[robot]
+        motion = past[robot], past_poses[robot], tracks[robot]
         closing_speeds((echoes, beams), motion, pose, parameters, half_spaces, closing[robot])
         for k in range(len(h[robot])):
             h[robot, k] -= parameters.reaction * closing[robot, k]
@@ -130,11 +137,11 @@ def perceive_points(scans, parameters, robots, targets, before, after):
 @kernel
 def _copy(before, after):
     """Begin with what was known before."""
-    points, used, anchors, past, places, tracks = before
+    points, used, anchors, past, past_poses, tracks = before
     copy_records(anchors, len(anchors), after[1])
     for robot in range(len(anchors)):
         copy_records(points[robot], used, after[0][robot])
         for scan in range(past.shape[1]):
             copy_records(past[robot, scan], past.shape[2], after[2][robot, scan])
-        copy_records(places[robot], places.shape[1], after[3][robot])
+        copy_records(past_poses[robot], past_poses.shape[1], after[3][robot])
         copy_records(tracks[robot], tracks.shape[1], after[4][robot])

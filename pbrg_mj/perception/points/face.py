@@ -6,7 +6,7 @@ import math
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.hull import distance_to_hull
-from pbrg_mj.perception.points.obstacle_points import copy_point, kept_along, nearest_point, swap_points
+from pbrg_mj.perception.points.obstacle_points import copy_point, inset_along, nearest_point, swap_points
 
 WINDOWS = (1.0, 0.5, 0.25, 0.125)  # [m] around the nearest place
 ROOM = 0.8  # of the distance to the nearest place that its hull must leave to the path
@@ -64,12 +64,12 @@ def offset(window, size, normal, parameters):
     for i in range(size):
         along = gx * window.x[i] + gy * window.y[i]
         if along - window.inset[i] < nearest:
-            nearest = min(nearest, along - kept_along(window, i, normal, parameters)[0])
+            nearest = min(nearest, along - inset_along(window, i, normal, parameters)[0])
     count, widest = 0, 0.0
     for i in range(size):
         along = gx * window.x[i] + gy * window.y[i]
         if along - window.inset[i] <= nearest + window.std[i]:
-            inset, std = kept_along(window, i, normal, parameters)
+            inset, std = inset_along(window, i, normal, parameters)
             if along - inset <= nearest + std:
                 count, widest = count + 1, max(widest, std)
     return nearest, nearest - parameters.range_sigmas[min(count, len(parameters.range_sigmas)) - 1] * widest
@@ -84,7 +84,7 @@ def points_not_separated(places, count, half_space, parameters):
     for i in range(count):
         along = gx * places.x[i] + gy * places.y[i]
         if along - places.inset[i] < min(nearest, h + parameters.sigmas * places.std[i]):
-            inset, std = kept_along(places, i, normal, parameters)
+            inset, std = inset_along(places, i, normal, parameters)
             if along - inset < min(nearest, h + parameters.sigmas * std):
                 swap_points(places, i, left)
                 left += 1

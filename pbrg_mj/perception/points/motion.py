@@ -1,8 +1,8 @@
 """How fast things come nearer: faces are tracked from scan to scan, each with a velocity and its covariance.
 
-What a scan tells of velocities, its flow (flow.py), and the track of a face are fused by a Kalman filter whose velocity
-walks at random: the flow beside the place where the face is nearest. A face is that of a half-space, and its track, of
-those near that place, the one that explains most of the flow.
+A Kalman filter whose velocity walks at random fuses the track of a face with the range flow (range_flow.py) beside the
+place where the face is nearest. A face is that of a half-space, and its track, of those near that place, the one that
+explains most of the flow.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.points.flow import FASTEST, flow, free_ends, remember
+from pbrg_mj.perception.points.range_flow import FASTEST, free_ends, range_flow, remember
 
 TRACK = np.dtype(
     [(name, "f8") for name in ("x", "y", "vx", "vy", "cxx", "cxy", "cyy", "time")]
@@ -36,22 +36,25 @@ OTHER = 9.0  # squared innovation of a flow that is not this face's: where a lin
 def closing_speeds(seen, motion, pose, parameters, half_spaces, closing):
     """Write how fast each half-space's face comes nearer along its normal, `closing` (K,) [m/s], 0 for what rests.
 
-    `seen` are the `Echoes` of a scan and its `SeenBeams`, `motion` PAST (lag, beams), PLACE (lag,), TRACK (T,) of a
-    robot, `half_spaces` those of `separate`: G, h, active, nearest. The scan is remembered.
+    `seen` are the `Echoes` of a scan and its `SeenBeams`; `motion` a robot's PAST_ECHO (lag, beams), PAST_POSE (lag,)
+    and TRACK (T,); `half_spaces` those of `separate`: G (K, 2), h (K,), active (K,), nearest (K, 2). The scan is
+    remembered.
     """
-    (echoes, beams), (past, places, tracks), (G, h, active, near) = seen, motion, half_spaces
+    (echoes, beams), (past, past_poses, tracks), (G, h, active, near) = seen, motion, half_spaces
     oldest = 0
-    for i in range(len(places)):
-        if not places[i]["known"] or (places[oldest]["known"] and places[i]["time"] < places[oldest]["time"]):
+    for i in range(len(past_poses)):
+        if not past_poses[i]["known"] or (
+            past_poses[oldest]["known"] and past_poses[i]["time"] < past_poses[oldest]["time"]
+        ):
             oldest = i
-    ends, before = free_ends(echoes, beams.ranges, parameters), (past[oldest], places[oldest])
-    flows, count = flow((echoes, beams.ranges), ends, before, pose, parameters)
+    ends, before = free_ends(echoes, beams.ranges, parameters), (past[oldest], past_poses[oldest])
+    flows, count = range_flow((echoes, beams.ranges), ends, before, pose, parameters)
     for k in range(len(h)):
         closing[k] = 0.0
         if active[k]:
             place = _nearest_place(echoes, G[k], h[k], near[k])
             closing[k] = _closing(tracks, place, (G[k, 0], G[k, 1]), (flows, count), pose.time)
-    remember(past[oldest], places[oldest : oldest + 1], seen, ends, pose)
+    remember(past[oldest], past_poses[oldest : oldest + 1], seen, ends, pose)
 
 
 @kernel

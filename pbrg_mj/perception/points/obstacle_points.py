@@ -49,7 +49,7 @@ def obstacle_points(points, edge, parameters):
 
 
 @kernel
-def kept_along(places, i, normal, parameters):
+def inset_along(places, i, normal, parameters):
     """Return how far the hand point must stay from place i along a unit vector, and its range's deviation there [m].
 
     Neither is more than `inset` and `std`: a range is wrong along its beam alone, a heading across it, and a corner on

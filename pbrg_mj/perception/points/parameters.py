@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtr, ndtri, pdtrc  # scipy.stats has the same, but takes a second to import
 
-from pbrg_mj.perception.points.corner import MOST_LOST
+from pbrg_mj.perception.points.corner_bound import MOST_LOST
 from pbrg_mj.perception.points.face import ROOM
 from pbrg_mj.perception.scan.self_occlusion import blocked_beams
 from pbrg_mj.perception.track.world_frame import PoseModel, pose_model

@@ -12,7 +12,7 @@ from pbrg_mj.studies.runner import LOGS
 from pbrg_mj.text import counted
 
 NONE = "-"
-SETTLING = "settling_time_violated_too_s"  # without governor robots touch each other, and settle all the same
+SETTLING = "settling_time_including_violated_s"  # without governor robots touch each other, and settle all the same
 NAMES = {"held_out": "held-out seeds", "train": "train seeds"}
 
 

@@ -22,8 +22,8 @@ ROUNDING = 1e-9  # [m] of exact ranges
 MOST_LOST = 1  # beams without an echo between two of one thing
 
 
-class Corner(NamedTuple):
-    """How far it sticks out: by `protrusion` [m] at most, and in the direction g by |g . along| + slack at most."""
+class CornerBound(NamedTuple):
+    """Upper bounds of how far it sticks out: `protrusion`, and in the direction g (unit) |g . along| + slack [m]."""
 
     protrusion: float  # [m]
     along_x: float  # [m]
@@ -32,18 +32,21 @@ class Corner(NamedTuple):
 
 
 @kernel
-def corner_beside(echoes, ranges, k, joins, parameters):
-    """Return the `Corner` that may be between the beam of echo k and those beside it; `joins` are its neighbours."""
+def corner_bound(echoes, ranges, k, joins, parameters):
+    """Return the `CornerBound` of a corner between the beam of echo k and those beside it.
+
+    `joins` are the numbers of the echoes before and after it on the same thing, -1 for none.
+    """
     before, after = joins
     if before >= 0 and after >= 0 and _on_a_line(echoes, before, k, after):
-        return Corner(0.0, 0.0, 0.0, 0.0)
+        return CornerBound(0.0, 0.0, 0.0, 0.0)
     protrusion = 0.5 * parameters.unseen * ranges[k]
     before, after = _next_external(echoes, k, -1, parameters), _next_external(echoes, k, 1, parameters)
     if before >= 0 and after >= 0 and before != after and _on_a_line(echoes, before, k, after):
         x, y, _ = _way(echoes, before, after)
         half = 0.5 * max(_way(echoes, before, k)[2], _way(echoes, k, after)[2])
         way = min(half, 2.0 * protrusion)
-        return Corner(protrusion, way * x, way * y, 0.0)
+        return CornerBound(protrusion, way * x, way * y, 0.0)
     for step, near in ((-1, after), (1, before)):
         far = _next_external(echoes, near, -step, parameters) if near >= 0 else -1
         if far < 0 or far == k or not _on_a_line(echoes, far, near, k):
@@ -52,12 +55,12 @@ def corner_beside(echoes, ranges, k, joins, parameters):
         beam = echoes.ux[k], echoes.uy[k]
         way = min(_to_the_next_beam(ranges[k], beam, (x, y), step, parameters.unseen), 2.0 * protrusion)
         turned = math.sqrt(_across(echoes, k, x, y) + _across(echoes, far, x, y)) / length
-        return Corner(protrusion, way * x, way * y, min(parameters.sigmas * turned * way, protrusion))
-    return Corner(protrusion, 0.0, 0.0, protrusion)
+        return CornerBound(protrusion, way * x, way * y, min(parameters.sigmas * turned * way, protrusion))
+    return CornerBound(protrusion, 0.0, 0.0, protrusion)
 
 
 @kernel
-def share_corners(points, beams):
+def share_corner_bounds(points, beams):
     """Give all echoes at one place, those of the beam that met it last, the corner of the one that knows most."""
     best = np.full(beams, -1)
     for i in range(len(points)):

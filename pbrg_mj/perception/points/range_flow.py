@@ -1,4 +1,4 @@
-"""Flow: how fast what echoes moves along directions in which a scan held against an older one tells it.
+"""Range flow: how fast what echoes moves along directions in which a scan, compared with an older one, tells it.
 
 The two echoes that were on either side of an echo's direction span a line; how far the new echo lies off that line is
 how far the face has moved along its normal, the normal flow (Horn and Schunck, Artificial Intelligence 17, 1981; in
@@ -18,7 +18,7 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.beams import beams_beside, next_beam
 from pbrg_mj.perception.points.parameters import JOINING, LEAST_JOINING
 
-PAST = np.dtype(
+PAST_ECHO = np.dtype(
     [
         ("x", "f8"),
         ("y", "f8"),
@@ -33,8 +33,8 @@ PAST = np.dtype(
 )
 """An echo of an older scan: place, range [m], the range's variance [m^2], how far it may lie off its face [m]
 (anywhere up to there: a variance of a twelfth of its square), direction of its beam in the body frame, `free_ends`."""
-PLACE = np.dtype([("x", "f8"), ("y", "f8"), ("heading", "f8"), ("time", "f8"), ("known", "?")])
-"""Where the robot was then."""
+PAST_POSE = np.dtype([("x", "f8"), ("y", "f8"), ("heading", "f8"), ("time", "f8"), ("known", "?")])
+"""Where the robot was then [m], [rad], when [s], and whether there is such a scan."""
 
 NEAR = 1.5  # [m] farther things have time to come nearer
 FASTEST = 0.7  # [m/s] more is no motion, but another thing
@@ -43,8 +43,8 @@ LEFT, RIGHT = 1, 2  # sides of a face, as its robot sees it
 SLANTED = 0.5  # cosine between a face's normal and its beam below which normal flow tells little
 
 
-class Flows(NamedTuple):
-    """Flow of echoes; functions look at the first entries of each array."""
+class RangeFlow(NamedTuple):
+    """Measured velocities of echoes, each along one direction; functions look at the first entries of each array."""
 
     x: np.ndarray  # (F,) [m]
     y: np.ndarray  # (F,) [m]
@@ -56,27 +56,27 @@ class Flows(NamedTuple):
 
 
 @kernel
-def flow(seen, ends, before, pose, parameters):
-    """Return the `Flows` of a scan's near echoes against an older one, and how many there are.
+def range_flow(seen, ends, before, pose, parameters):
+    """Return the `RangeFlow` of a scan's near echoes against an older one, and how many entries it has.
 
-    `seen` are `Echoes` and ranges (beams,) [m], `ends` their `free_ends`, `before` PAST (beams,) and a PLACE.
+    `seen` are `Echoes` and ranges (beams,) [m], `ends` their `free_ends`, `before` PAST_ECHO (beams,) and a PAST_POSE.
     """
-    (echoes, ranges), (past, place) = seen, before
-    most = 2 * len(ranges)
+    (echoes, ranges), (past, past_pose) = seen, before
+    most, elapsed = 2 * len(ranges), pose.time - past_pose["time"]
     x, y, nx, ny = np.empty(most), np.empty(most), np.empty(most), np.empty(most)
-    flows, elapsed = Flows(x, y, nx, ny, np.empty(most), np.empty(most), np.empty(most)), pose.time - place["time"]
-    if not place["known"] or not 0.0 < elapsed <= LONGEST:
+    flows = RangeFlow(x, y, nx, ny, np.empty(most), np.empty(most), np.empty(most))
+    if not past_pose["known"] or not 0.0 < elapsed <= LONGEST:
         return flows, 0
     count, directions = 0, _directions(past, parameters)
     for i in range(len(ranges)):
         if not echoes.external[i] or ranges[i] > NEAR:
             continue
         echo = echoes.x[i], echoes.y[i], echoes.variance[i]
-        found, n, moved, variance = _along_normal(echo, (past, place, directions), elapsed, parameters)
+        found, n, moved, variance = _along_normal(echo, (past, past_pose, directions), elapsed, parameters)
         if found:
             count = _append(flows, count, (echoes, i), n, (moved, variance), elapsed)
         if ends[i] != 0:
-            found, n, moved, variance = _along_itself((echo, ends[i]), (past, place), pose, elapsed, parameters)
+            found, n, moved, variance = _along_itself((echo, ends[i]), (past, past_pose), pose, elapsed, parameters)
             if found:
                 count = _append(flows, count, (echoes, i), n, (moved, variance), elapsed)
     return flows, count
@@ -94,10 +94,10 @@ def _append(flows, count, echo, n, measured, elapsed):
 @kernel
 def _along_normal(echo, before, elapsed, parameters):
     """Return (found, normal, moved, variance): how far an echo lies off the line of an older scan [m], [m^2]."""
-    (past, place, directions), (ex, ey, echo_variance) = before, echo
+    (past, past_pose, directions), (ex, ey, echo_variance) = before, echo
     nothing = False, (0.0, 0.0), 0.0, 0.0
-    dx, dy = ex - place["x"], ey - place["y"]
-    a, b = beams_beside(dx, dy, place["heading"], directions, parameters)
+    dx, dy = ex - past_pose["x"], ey - past_pose["y"]
+    a, b = beams_beside(dx, dy, past_pose["heading"], directions, parameters)
     if b < 0 or not (past[a]["external"] and past[b]["external"]):
         return nothing
     along_x, along_y = past[b]["x"] - past[a]["x"], past[b]["y"] - past[a]["y"]
@@ -123,7 +123,7 @@ def _along_itself(end, before, pose, elapsed, parameters):
 
     An end is somewhere between its beam and the next: in the middle, with the variance of a place anywhere there.
     """
-    (echo, sides), (past, place) = end, before
+    (echo, sides), (past, past_pose) = end, before
     best, found, n, moved, variance = math.inf, False, (0.0, 0.0), 0.0, 0.0
     for side in (LEFT, RIGHT):
         if not sides & side:
@@ -133,7 +133,7 @@ def _along_itself(end, before, pose, elapsed, parameters):
         for j in range(len(past)):
             if past[j]["external"] and past[j]["ends"] & side:
                 then_x, then_y, _, _, then_half = _end(
-                    (past[j]["x"], past[j]["y"]), (place["x"], place["y"]), side, parameters
+                    (past[j]["x"], past[j]["y"]), (past_pose["x"], past_pose["y"]), side, parameters
                 )
                 dx, dy = x - then_x, y - then_y
                 squared = dx * dx + dy * dy
@@ -200,8 +200,8 @@ def _directions(past, parameters):
 
 
 @kernel
-def remember(past, place, seen, ends, pose):
-    """Write a scan (`Echoes`, `SeenBeams`, `free_ends`) over the oldest one, PAST (beams,) and PLACE (1,)."""
+def remember(past, past_pose, seen, ends, pose):
+    """Write a scan (`Echoes`, `SeenBeams`, `free_ends`) over the oldest one, PAST_ECHO (beams,) and PAST_POSE (1,)."""
     echoes, beams = seen
     for i in range(len(past)):
         past[i]["x"], past[i]["y"], past[i]["external"] = echoes.x[i], echoes.y[i], echoes.external[i]
@@ -212,5 +212,5 @@ def remember(past, place, seen, ends, pose):
             echoes.variance[i],
             echoes.protrusion[i],
         )
-    place[0]["x"], place[0]["y"], place[0]["heading"] = pose.x, pose.y, pose.heading
-    place[0]["time"], place[0]["known"] = pose.time, True
+    past_pose[0]["x"], past_pose[0]["y"], past_pose[0]["heading"] = pose.x, pose.y, pose.heading
+    past_pose[0]["time"], past_pose[0]["known"] = pose.time, True

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import fcntl
 import os
 import tempfile
 from collections.abc import Callable, Mapping
@@ -20,14 +21,15 @@ UNFINISHED = ".pbrg-"  # how the names of files begin that are being written
 def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
     """Let `write` fill a temporary file in the same folder, then give it its name.
 
-    Raises InputError if it cannot, and for a pipe or a device, whose place a file must not take.
+    What killed processes left half written in that folder goes before. Raises InputError if it cannot, and for a pipe
+    or a device, whose place a file must not take.
     """
     check_regular(path)
     try:
-        handle, name = tempfile.mkstemp(prefix=UNFINISHED, suffix=path.suffix, dir=path.parent)
+        remove_unfinished(path.parent)
+        handle, name = _locked_temporary(path)
     except OSError as error:
         raise InputError(f"cannot write here: {error.strerror}", file=str(path)) from error
-    os.close(handle)
     try:
         write(Path(name))
         Path(name).chmod(0o666 & ~_umask())
@@ -37,6 +39,8 @@ def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
         if isinstance(error, OSError):
             raise InputError(f"cannot write: {error.strerror}", file=str(path)) from error
         raise
+    finally:
+        os.close(handle)
 
 
 def write_text_atomically(path: Path, text: str) -> None:
@@ -48,11 +52,28 @@ def write_text_atomically(path: Path, text: str) -> None:
     write_atomically(path, write)
 
 
-def remove_unfinished(folder: Path) -> None:
-    """Remove what killed processes left half written in a folder in which nobody else writes now, and below it."""
-    for one in folder.rglob(f"{UNFINISHED}*"):
-        with suppress(OSError):
+def remove_unfinished(folder: Path, *, below: bool = False) -> None:
+    """Remove what killed processes left half written in a folder; with `below`, also in all folders in it.
+
+    Whoever writes a file holds its lock, which ends with the process, however that ends. Where a file system has no
+    locks, nothing is removed.
+    """
+    pattern = f"{UNFINISHED}*"
+    for one in filter(Path.is_file, folder.rglob(pattern) if below else folder.glob(pattern)):
+        with suppress(OSError), one.open("r+b") as file:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             one.unlink()
+
+
+def _locked_temporary(path: Path) -> tuple[int, str]:
+    """Return handle and name of a new file beside `path`, empty, locked as long as the handle is open."""
+    while True:
+        handle, name = tempfile.mkstemp(prefix=UNFINISHED, suffix=path.suffix, dir=path.parent)
+        with suppress(OSError):  # a file system without locks
+            fcntl.flock(handle, fcntl.LOCK_EX)
+        if os.fstat(handle).st_nlink:
+            return handle, name
+        os.close(handle)  # another process took it for one of a dead process, before it was locked
 
 
 def check_place(path: Path) -> None:

@@ -88,7 +88,7 @@ class Runner:
     def __enter__(self) -> Self:
         """Lock the folder. Raises InputError when another study holds it, or other code made its runs."""
         self._open.enter_context(self._journal)
-        remove_unfinished(self.folder)
+        remove_unfinished(self.folder, below=True)
         return self
 
     def __exit__(self, _kind: object, error: BaseException | None, _trace: TracebackType | None) -> None:

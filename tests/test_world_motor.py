@@ -64,7 +64,7 @@ def creep(model: mujoco.MjModel, data: mujoco.MjData) -> float:
     return float(np.abs(data.qpos - before).max() / (1000 * model.opt.timestep))
 
 
-@pytest.mark.parametrize("share", [0.3, 0.8, 0.9, -0.8])
+@pytest.mark.parametrize("share", [0.3, 0.5, 0.7, 0.9, -0.7])
 def test_a_wheel_does_not_creep_below_breakaway(lifted, share):
     assert creep(lifted, spin(lifted, share * BREAKAWAY, 1.0)) < 1e-6
 

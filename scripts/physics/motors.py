@@ -11,6 +11,8 @@ from bench import ROBOT, VOLT, hold, on_floor, on_stands
 
 from pbrg_mj.world.actuation.friction import wheel_load
 
+SHARES = (0.3, 0.5, 0.7, 0.9)  # of breakaway at which creep is measured
+
 
 def speed_against_voltage() -> dict:
     """Steady wheel speed over voltage, on stands and on the floor, against stall (V / Vn - w / w0) = Coulomb."""
@@ -47,7 +49,7 @@ def breakaway() -> list[dict]:
 def wheel_creep() -> float:
     """Return the fastest creep [rad/s] of a wheel on stands, from 1 s to 3 s after a voltage below breakaway."""
     model, worst = on_stands(), 0.0
-    for share in (0.3, 0.5, 0.8, 0.9):
+    for share in SHARES:
         data = mujoco.MjData(model)
         data.ctrl[:] = share * ROBOT.static_torque * VOLT
         mujoco.mj_step(model, data, nstep=500)
@@ -86,7 +88,7 @@ def _turns_on_the_floor(scale: float, share: float) -> bool:
 
 def robot_creep() -> dict:
     """Creep of the robot [m/s] from 2 s to 4 s below breakaway; rolling resistance by bristles and by contacts."""
-    creep = {"even_floor": max(_creep(on_floor(), ROBOT.static_torque * share) for share in (0.3, 0.6, 0.9))}
+    creep = {"even_floor": max(_creep(on_floor(), ROBOT.static_torque * share) for share in SHARES)}
     for resistance in (0.03, 0.1):
         limit = ROBOT.static_torque + resistance * wheel_load() * ROBOT.wheel_radius
         bristles, contacts = on_floor(world={"rolling_resistance": resistance}), on_floor()

@@ -60,12 +60,12 @@ def _motor(found: dict) -> str:
         ("the same on the floor", "closed form", f"off by {_off(speed['floor'])}", "2 %"),
         *map(_broken_away, found["breakaway"]),
         (
-            "creep of a wheel in the air, 30 to 90 % of breakaway",
+            "creep of a wheel in the air, at 30, 50, 70 and 90 % of breakaway",
             "0",
             f"{found['wheel_creep']:.1g} rad/s",
             "1e-6 rad/s",
         ),
-        ("creep of the robot, 30 to 90 % of breakaway", "0", f"{creep['even_floor']:.1g} m/s", "1e-5 m/s"),
+        ("creep of the robot, at 30, 50, 70 and 90 % of breakaway", "0", f"{creep['even_floor']:.1g} m/s", "1e-5 m/s"),
         ("the same at 90 %, rolling resistance 0.03 and 0.1", "0", resisted, "1e-5 m/s"),
         ("coasting from 3 V: largest rise of kinetic energy", "what bristles give back", rise, stored),
     )

@@ -24,7 +24,8 @@ from pbrg_mj.api import simulate
 from pbrg_mj.api.logs import plot_log, replay_log
 from pbrg_mj.cli.main import main
 from pbrg_mj.errors import InputError
-from pbrg_mj.log.read import mcap_records
+from pbrg_mj.log.read import columns, mcap_records
+from pbrg_mj.log.read.column_store import Columns
 from pbrg_mj.log.read.columns import BLOCK_MESSAGES, MessageColumns
 from pbrg_mj.log.read.header import open_mcap
 from pbrg_mj.log.read.layout import MOST_TEXT, Layout
@@ -62,6 +63,29 @@ def test_reading_costs_at_most_two_kilobytes_a_tick(tmp_path: Path) -> None:
 
     peak(few)  # what is made once, as classes are
     assert (peak(many) - peak(few)) / 1200 < MOST_PER_TICK
+
+
+def test_a_short_log_is_read_in_little_memory(tmp_path: Path) -> None:
+    path = written(tmp_path / "run.mcap", 20)
+    open_run(path)
+    tracemalloc.start()
+    open_run(path)
+    assert tracemalloc.get_traced_memory()[1] < 2e6
+    tracemalloc.stop()
+
+
+def test_a_block_of_columns_has_a_bound_in_bytes_however_large_the_team(tmp_path: Path, monkeypatch) -> None:
+    path, lengths = written(tmp_path / "run.mcap", 300), []
+    whole = open_run(path)
+    monkeypatch.setattr(columns, "BLOCK_BYTES", 10_000)
+
+    def look(block: Columns) -> Columns:
+        lengths.append(sum(values.nbytes for values in block.values()))
+        return block
+
+    found = open_run(path, {"Tick": look})
+    assert found.ticks.multipliers.tobytes() == whole.ticks.multipliers.tobytes()
+    assert len(lengths) > 10 and max(lengths) < 15_000
 
 
 def agree(found: Any, expected: Any) -> None:

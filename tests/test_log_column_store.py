@@ -14,7 +14,7 @@ from scipy.io import savemat
 
 import pbrg_mj as pbrg
 from pbrg_mj.analysis.export import MAT_HEADER_LENGTH, RunArrays
-from pbrg_mj.analysis.metrics import per_tick, run_metrics
+from pbrg_mj.analysis.metrics import per_tick
 from pbrg_mj.analysis.metrics.run_metrics import metrics
 from pbrg_mj.log.read import column_store
 from pbrg_mj.log.read.column_store import ColumnStore
@@ -30,8 +30,7 @@ PER_TICK = 500  # bytes; a tick of these logs has 1.0 kB of values
 def little_memory(monkeypatch) -> None:
     """What is done some megabytes at a time is done some kilobytes at a time."""
     monkeypatch.setattr(column_store, "MOST_HELD", 2**14)
-    for module in (per_tick, run_metrics):
-        monkeypatch.setattr(module, "BLOCK_TICKS", 100)
+    monkeypatch.setattr(per_tick, "BLOCK_BYTES", 100_000)
 
 
 @pytest.fixture(scope="module")

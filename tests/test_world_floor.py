@@ -48,7 +48,9 @@ def test_opposite_voltages_turn_on_the_spot():
     assert np.linalg.norm(poses[:, :2] - poses[0, :2], axis=1).max() < 1e-4
 
 
-@pytest.mark.parametrize(("left", "right"), [(0, 0), (0.3, 0.3), (0.5, 0.5), (0.7, 0.7), (0.9, 0.9), (0.7, -0.7), (0.9, -0.9), (0, 0.9)])
+@pytest.mark.parametrize(
+    ("left", "right"), [(0, 0), (0.3, 0.3), (0.5, 0.5), (0.7, 0.7), (0.9, 0.9), (0.7, -0.7), (0.9, -0.9), (0, 0.9)]
+)
 def test_a_robot_does_not_creep_below_breakaway(left, right):
     world = MujocoPlant(scenario())
     poses = drive(world, left * BREAKAWAY, right * BREAKAWAY, 4.0)

@@ -12,7 +12,8 @@ from pbrg_mj.log.read.run import Run, TickSeries
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.schema import Scenario
 
-BLOCK_TICKS = 2**12  # of a run looked at at a time
+BLOCK_TICKS = 2**12  # of a run looked at at a time, at most
+BLOCK_BYTES = 2**24  # of their columns, at most: a tick of a hundred robots has 0.7 MB
 
 PerTick = Callable[[TickSeries, Scenario], np.ndarray]
 
@@ -72,10 +73,17 @@ def largest(multipliers: np.ndarray) -> np.ndarray:
     return multipliers.max(axis=-1, initial=0.0) if multipliers.shape[-1] else np.zeros(multipliers.shape[:-1])
 
 
+def ticks_of_a_block(run: Run) -> int:
+    """Return how many ticks of a run may be looked at at a time; the larger the team, the fewer."""
+    a_tick = sum(values.nbytes for values in vars(run.ticks.rows(0, 1)).values())
+    return min(max(BLOCK_BYTES // max(a_tick, 1), 1), BLOCK_TICKS)
+
+
 def per_tick(run: Run, quantity: PerTick) -> np.ndarray:
-    """Return a quantity at all ticks of a run, whose columns are read some thousand rows at a time."""
+    """Return a quantity at all ticks of a run, whose columns are read a block at a time."""
     known = run.reduced.get(quantity.__name__)
     if known is not None:
         return known
-    rows = range(0, max(len(run.ticks.index), 1), BLOCK_TICKS)
-    return np.concatenate([quantity(run.ticks.rows(first, first + BLOCK_TICKS), run.scenario) for first in rows])
+    many = ticks_of_a_block(run)
+    rows = range(0, max(len(run.ticks.index), 1), many)
+    return np.concatenate([quantity(run.ticks.rows(first, first + many), run.scenario) for first in rows])

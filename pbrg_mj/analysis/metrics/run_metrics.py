@@ -14,7 +14,7 @@ from pbrg_mj.analysis.metrics.certificate_totals import CertificateTotals
 from pbrg_mj.analysis.metrics.margins import true_margin
 from pbrg_mj.analysis.metrics.optimum_totals import OptimumTotals, WallClockTotals
 from pbrg_mj.analysis.metrics.outcome import Outcome, final_target, outcome
-from pbrg_mj.analysis.metrics.per_tick import BLOCK_TICKS
+from pbrg_mj.analysis.metrics.per_tick import ticks_of_a_block
 from pbrg_mj.analysis.metrics.safety_totals import NetworkTotals, SafetyTotals
 from pbrg_mj.analysis.metrics.samples import Statistics, WallClock
 from pbrg_mj.analysis.metrics.settling import Settling
@@ -144,8 +144,9 @@ def metrics(run: Run) -> RunMetrics:
     if not len(run.ticks.time):
         raise InputError("the log holds no complete tick", file=run.path)
     totals = MetricTotals(run.scenario, 1)
-    for first in range(0, len(run.ticks.index), BLOCK_TICKS):
-        part = run.part(first, first + BLOCK_TICKS)
+    many = ticks_of_a_block(run)
+    for first in range(0, len(run.ticks.index), many):
+        part = run.part(first, first + many)
         totals.add_ticks(vars(part.ticks))
         totals.add_optima(vars(part.optima))
         totals.add_timings(vars(part.timings))

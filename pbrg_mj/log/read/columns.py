@@ -12,7 +12,8 @@ from pbrg_mj.log.read.layout import Layout
 from pbrg_mj.log.schema.fields import MESSAGES, Dims, Field
 from pbrg_mj.log.schema.protobuf import DTYPE
 
-BLOCK_MESSAGES = 250
+BLOCK_MESSAGES = 250  # that become columns at once, at most
+BLOCK_BYTES = 2**23  # of them, or one message
 MOST_LAYOUTS = 32  # of messages of one length
 
 Reduce = Callable[[Columns], Columns]
@@ -29,6 +30,7 @@ class MessageColumns:
     absent: frozenset[str] = frozenset()  # fields that the log is too old to have
     _layouts: dict[int, list[Layout]] = field(default_factory=dict)  # by length of the message
     _block: list[tuple[Layout, bytes]] = field(default_factory=list)
+    _waiting: int = 0  # bytes of the block
     _columns: ColumnStore = field(default_factory=ColumnStore)
 
     def add(self, data: bytes, first: int, last: int) -> int:
@@ -43,8 +45,9 @@ class MessageColumns:
         if not self.count:
             self.absent = layout.absent(self.name)
         self._block.append((layout, data))
+        self._waiting += len(data)
         self.count += 1
-        if len(self._block) == BLOCK_MESSAGES:
+        if len(self._block) == BLOCK_MESSAGES or self._waiting >= BLOCK_BYTES:
             self._end_block()
         return index
 
@@ -72,6 +75,7 @@ class MessageColumns:
             for one in MESSAGES[self.name]:
                 columns[one.name][rows] = layout.column(one, raw, self.dims)
         self._block.clear()
+        self._waiting = 0
         for one in MESSAGES[self.name]:
             if one.kind == "text":
                 columns[one.name] = columns[one.name].astype(DTYPE["text"])

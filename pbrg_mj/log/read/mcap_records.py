@@ -6,6 +6,7 @@ more than a record can honestly hold, and says in one line what is wrong. https:
 
 from __future__ import annotations
 
+import os
 import struct
 import zlib
 from collections.abc import Iterator
@@ -152,7 +153,10 @@ def parse_message(topic: str, body: bytes) -> LogMessage:
 
 def check_end(file: BinaryIO, data_end: bytes) -> None:
     """Check the index behind the data. Nothing here reads it, but other readers do."""
-    tail = file.read(LARGEST_RECORD)
+    here = file.tell()
+    left = file.seek(0, os.SEEK_END) - here
+    file.seek(here)
+    tail = file.read(min(left, LARGEST_RECORD))  # memory is taken for as much as is asked for
     footer_size = RECORD_PREFIX.size + 20  # two offsets and the checksum
     index, end = tail[: -len(MAGIC)], tail[-len(MAGIC) :]
     if end != MAGIC or len(index) < footer_size:

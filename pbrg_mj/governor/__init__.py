@@ -19,4 +19,17 @@ governed reference m_i, and beside it numbers that are never fed back.
 - `registry`: all of them by the names a scenario calls them
 - `check`: whether a governor of one's own keeps the protocol
 - `check_messages`: whether robots know of each other by messages alone
+
+Kernels name their arrays alike, with one more axis in front where ticks or worlds are stacked:
+
+    q (n, 2), p (n, 2), xi (n, 2)   hand points, q - b and integral states of n robots [m]
+    m (n, 2)                        governed references as the robots know them [m]
+    G (n, K, 2), h (n, K)           half-spaces G . q <= h of each robot's K slots, unit normals, offsets [m]
+    active (n, K), binds (n, K, n)  bool: whether there is one, and which robots it binds
+    closing (n, K)                  how fast what is behind it comes nearer [m/s]
+    low (n, K), high (n, K)         how far the held m may advance along the normal [m]
+    z (n, 4n + 2), zeta (n, 4n + 2) estimates of (m, p, xi) and their integral states
+    lam (n, R), nu (n, 4)           multipliers of rows, and of the own p and xi
+    error (2n, 2)                   (p - m, xi) at the held m [m]
+    normals (R, 2), offsets (R,)    half-planes normals . x <= offsets, of places [m] or velocities [m/s]
 """

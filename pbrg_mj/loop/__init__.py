@@ -16,4 +16,16 @@ resources           what a scenario asks of the machine, before it runs
 network_warnings    what of the network its governor does not feel
 response_warnings   whether the team follows references faster than the paper's flow finds them
 stability_warnings  what makes a scenario likely to fail, before it runs
+
+Kernels of a batch step W worlds. Their `states` are the members of `TeamStates`, `team` those of `BatchTeam.packed`:
+
+    pose (W, n, 3)                       x, y, heading as the robots know them [m], [rad]
+    xi, displacement, m (W, n, 2)        integral states, q from p + b, governed references [m]
+    diverged (W,), command (W, n, 2)     bool; voltages [V]
+    G (W, n, K, 2), h (W, n, K), active (W, n, K), binds (W, n, K, n), closing (W, n, K)   of HalfSpaces
+    graph, formation (n, 2) [m]          first, neighbours, leader of `GraphArrays`; b
+    alpha_r, leak, tick                  gains of eq. 2 and the tick [s]
+    sizes, motor                         as for `motor_voltages` and `wheel_speeds_of`
+    facets, numbers, apart               as for `write_driven`; whether robots keep distances at all
+    q, p (n, 2)                          of one world [m]
 """

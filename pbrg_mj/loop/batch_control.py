@@ -136,7 +136,12 @@ class CertifiedBatch:
 
 @kernel
 def _step_distributed(states, half_spaces, estimates, rows, operator, governor, team):
-    """Do for each of the worlds what `tick` does between perception and physics, with the paper's governor."""
+    """Do for each of the worlds what `tick` does between perception and physics, with the paper's governor.
+
+    `estimates` (four arrays, W first) are those of `Estimates`, `rows` (five arrays, W first) those of `Rows`;
+    `operator` the reference r (2,) and its reach [m]; `governor` the gains (numbers, in order) of `Flow`, rounds a tick
+    and beyond which bound estimates have diverged; `team` (a tuple, as above) is `BatchTeam.packed`.
+    """
     pose, xi, displacement, m, diverged, _ = states
     (r, reach), (gains, rounds, beyond) = operator, governor
     graph, shape = team[0], team[1].shape
@@ -156,7 +161,11 @@ def _step_distributed(states, half_spaces, estimates, rows, operator, governor, 
 
 @kernel
 def _step_certified(states, half_spaces, held, r, decision, team):
-    """Do the same with the certified governor."""
+    """Do the same with the certified governor.
+
+    `held` (W, 2) [m] are the references held, r (2,) [m] the operator's; `decision` is certificate and limits as for
+    `write_predicted_next`; `team` (a tuple, as above) is `BatchTeam.packed`.
+    """
     pose, xi, displacement, m, _, _ = states
     G, h, active, binds, _ = half_spaces
     (certificate, limits), shape = decision, team[1].shape

@@ -106,13 +106,17 @@ class TeamStates:
 
 @kernel
 def _write_all_places(pose, displacement, team, q, p):
+    """Do the same for all worlds: q and p (W, n, 2) [m]."""
     for w in range(len(pose)):
         write_places(pose[w], displacement[w], team, q[w], p[w])
 
 
 @kernel
 def write_places(pose, displacement, team, q, p):
-    """Write one world's q and p, each (n, 2); `team` is `BatchTeam.packed`."""
+    """Write one world's q and p (n, 2) [m] of pose (n, 3) and displacement (n, 2).
+
+    `team` (a tuple, in its order) is `BatchTeam.packed`.
+    """
     formation, sizes, apart = team[1], team[3], team[5][2]
     write_hand_points(pose, sizes[0], q)
     for j in range(len(q)):
@@ -126,8 +130,8 @@ def write_places(pose, displacement, team, q, p):
 def control_world(w, states, places, half_spaces, team):
     """Do in world w what `tick` does between governor and physics.
 
-    `states` are `TeamStates.arrays`; `places` q and p of this world; `half_spaces` G, h, active, binds,
-    closing of all worlds.
+    `states` are `TeamStates.arrays`; `places` q and p of this world; `half_spaces` G, h, active, binds, closing of all
+    worlds; `team` is `BatchTeam.packed`.
     """
     pose, xi, displacement, m, _, command = states
     q, p = places

@@ -100,7 +100,7 @@ class ScanWorkspace(NamedTuple):
 def perceive_scans(scans, packed, before, after):
     """Write to `after` what is known after the scans of all robots that have beams. All arguments are plain tuples.
 
-    - scans: ranges (R, beams) [m], the members of PosesAtScan, time of use [s]
+    - scans: ranges (R, beams) [m]; poses (n, 3) and variances (n, 2) of PosesAtScan; time of use [s]
     - packed: the members of PerceptionParameters, in their order
     - before: tracks (n, M) of TRACK and anchors (n,) of ANCHOR, as they were after the scans before
     - after: the members of PerceptionArrays, in their order, with empty half-spaces
@@ -128,6 +128,12 @@ def _copy(before, known):
 
 @kernel
 def _named(packed):
+    """Return PerceptionParameters of a plain tuple of its members.
+
+    Arguments: a part that is a tuple itself has lost its name, too.
+
+    `packed` has them in their order; params and track_params are the members of LineParameters and TrackParameters.
+    """
     directions, blocked, params, track_params, pose, robots, teams, binds, hand_offset, team_mate = packed
     params, track_params, pose = LineParameters(*params), TrackParameters(*track_params), PoseModel(*pose)
     model = TeamMateModel(*team_mate)
@@ -165,7 +171,10 @@ def _perceive_scan(read, whose, parameters, work, known):
 
 @kernel
 def _mask_own_wheels(read, blocked, ranges):
-    """Write the ranges read to `ranges`, BLOCKED where they can only be the robot's own wheels."""
+    """Write the ranges read (beams,) [m] to `ranges` (beams,).
+
+    BLOCKED where they can only be the robot's own wheels: `blocked` (beams,) bool.
+    """
     for k in range(len(read)):
         ranges[k] = BLOCKED if blocked[k] else read[k]
 

@@ -54,6 +54,12 @@ def _drawn(
 
 @kernel
 def _reported(raw, drawn, spread, shares, limits):
+    """Return the ranges (rows, beams) [m] that sensors report of the true ones, raw (rows, beams) [m].
+
+    `drawn` are random numbers: additive and ratio (rows, beams), standard normal; dropped (rows, beams) and outlier
+    (rows, 2 beams), uniform. `spread` (2,) are the additive standard deviation [m] and that per range, `shares` (2,)
+    those of beams dropped and of outliers, `limits` low and high of ranges and their quantum [m].
+    """
     additive, dropped, ratio, outlier = drawn
     low, high, quantum = limits
     beams = raw.shape[1]

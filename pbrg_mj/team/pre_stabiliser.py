@@ -41,7 +41,10 @@ def pre_stabilise(
 
 @kernel
 def write_pre_stabilised(graph, state, alpha_r, leak, u, rate):
-    """Write u and dxi/dt, both (n, 2), of first, neighbours, leader of `GraphArrays` and p, xi, m, each (n, 2)."""
+    """Write u and rate (n, 2), the velocities and dxi/dt of eq. 2 [m/s].
+
+    `graph` is first, neighbours, leader of `GraphArrays`, `state` p, xi, m, each (n, 2) [m].
+    """
     first, neighbours, leader = graph
     p, xi, m = state
     for j in range(len(p)):

@@ -80,7 +80,11 @@ def wind_up(
 
 @kernel
 def _follow(before, states, detector, sums, winding):
-    """Bring the sums to the last tick, `commanded` with the next tick included, and write which robots have wind-up."""
+    """Bring the sums to the last tick, `commanded` with the next tick included, and write which robots have wind-up.
+
+    `before` are p_before, xi_before (n, 2) [m] of the tick before; `states` p, xi (T, n, 2) [m] and u (T, n, 2) [m/s];
+    `detector` is keep, by which sums fade in a tick, tick [s] and length [m]; sums (n, 5) [m], winding (T, n) bool.
+    """
     p_before, xi_before = before
     p, xi, u = states
     keep, tick, length = detector

@@ -108,8 +108,10 @@ def write_wheel_voltages(velocity, body_pose, sizes, motor, voltage):
 def motor_voltages(speeds, motor):
     """Return the voltages (n, 2) of wanted speeds (n, 2) [rad/s].
 
-    The voltage against friction grows with the speed up to the Stribeck speed, below which friction is not yet that of
-    Coulomb: so noise about 0 turns no wheel. What is wanted beyond what is left of the supply is scaled down to that.
+    `motor` are the members of `Motor`: constant [V s/rad], supply [V], levels of the PWM each way (0: continuous),
+    friction [V] that is compensated, stribeck [rad/s]. The voltage against friction grows with the speed up to the
+    Stribeck speed, below which friction is not yet that of Coulomb: so noise about 0 turns no wheel. What is wanted
+    beyond what is left of the supply is scaled down to that.
     """
     constant, supply, levels, friction, stribeck = motor
     voltage = saturated(constant * speeds, supply - friction)

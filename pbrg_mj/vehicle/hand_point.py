@@ -54,7 +54,10 @@ def write_hand_points(body_pose, hand_offset, q):
 
 @kernel
 def wheel_speeds_of(velocity, heading, sizes):
-    """Compute what `wheel_speeds` returns, of `velocity` (n, 2) and `heading` (n,); `sizes` are `robot_dimensions`."""
+    """Compute what `wheel_speeds` returns, of `velocity` (n, 2) [m/s] and `heading` (n,) [rad].
+
+    `sizes` are `robot_dimensions`: hand_offset, half_track, wheel_radius [m].
+    """
     hand_offset, half_track, wheel_radius = sizes
     speeds = np.empty((len(velocity), 2))
     for j in range(len(velocity)):

@@ -138,7 +138,10 @@ def small_bounds(problem: Problem, tightest: tuple[np.ndarray, np.ndarray]) -> n
 
 @kernel
 def _tightest_rows(a, along, C, d, active):
-    """Return robot and row of the active row with the smallest d in each run of active rows equal in a, along and C."""
+    """Return robot and row of the active row with the smallest d in each run of active rows equal in a, along and C.
+
+    Arguments are those of `Rows`: a (n, R), along and C (n, R, 2), d (n, R), active (n, R).
+    """
     robot, chosen, count = np.empty(a.size, dtype=np.int64), np.empty(a.size, dtype=np.int64), 0
     for i in range(a.shape[0]):
         last = -1  # row that the next active one is compared with
@@ -159,6 +162,10 @@ def _tightest_rows(a, along, C, d, active):
 
 @kernel
 def _write_bounds(robot, row, d, p, xi, b):
+    """Write the right-hand side b (rows + 4,) of the small problem.
+
+    `robot` (rows,) and `row` (rows,) are those of `_tightest_rows`, d (n, R), p, xi (n, 2) [m].
+    """
     n, count = len(p), len(robot)
     for k in range(count):
         b[k] = d[robot[k], row[k]]

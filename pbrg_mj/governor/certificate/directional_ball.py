@@ -54,7 +54,11 @@ class DirectionalBall:
 
 @kernel
 def _write_advances(half_spaces, state, team, allowed):
-    """Write low and high of `Advances`: G, h, active, binds; p, xi, held m; formation, gamma, margin."""
+    """Write low and high (n, K) of `Advances` to `allowed`.
+
+    `half_spaces` are G, h, active, binds of HalfSpaces; `state` p, xi (n, 2) and the held m (2,) [m]; `team` formation
+    (n, 2) [m], gamma and margin [m].
+    """
     G, h, active, binds = half_spaces
     p, xi, m = state
     formation, gamma, margin = team

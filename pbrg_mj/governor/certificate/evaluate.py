@@ -74,7 +74,11 @@ def _reach(E: np.ndarray) -> float:
 
 @kernel
 def _update_worst(half_spaces, states, formation, E, reach, worst):
-    """Raise `worst` (T, 3) to what is worst with m (T, 2) applied; `reach` is the largest ||E_j(t)||."""
+    """Raise `worst` (T, 3) [m] to what is worst with m (T, 2) applied; `reach` is the largest ||E_j(t)||.
+
+    `half_spaces` are G (T, n, K, 2), h (T, n, K), binds (T, n, K, n); `states` p, xi (T, n, 2), m; formation (n, 2); E
+    (n, Q, 2n) at the grid's Q ticks.
+    """
     G, h, binds = half_spaces
     p, xi, m = states
     n = len(formation)
@@ -122,7 +126,7 @@ def _size_along(error, G_x, G_y):
 
 @kernel
 def _write_moved(E, error, j, moved):
-    """Write E_j(t) times both coordinates of the error, (K, 2)."""
+    """Write E_j(t) times both coordinates of the error (2n, 2) to row j of `moved` (n, Q, 2); E (n, Q, 2n)."""
     for r in range(E.shape[1]):
         x = y = 0.0
         for c in range(len(error)):

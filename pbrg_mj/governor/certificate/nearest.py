@@ -52,6 +52,10 @@ def nearest_retreat(rows: Rows, spread: Spread, held: np.ndarray, reach: float) 
 
 @kernel
 def _nearest(rows, spread, target):
+    """Return x, y of the admissible m nearest to `target` (2,) [m], and whether there is one.
+
+    `rows` are those active, a (R,), C (R, 2), d (R,); `spread` the members of `Spread`: n robots, mean (2,), square.
+    """
     a, C, d = rows
     n, mean, square = spread
     normals, offsets = np.zeros((len(d) + TANGENTS, 2)), np.zeros(len(d) + TANGENTS)  # seen from the target
@@ -91,7 +95,10 @@ def _nearest(rows, spread, target):
 
 @kernel
 def _in_formation(rows, mean, square, target):
-    """Return the nearest m where nothing is admissible."""
+    """Return the nearest m where nothing is admissible.
+
+    Arguments: a (R,), C (R, 2), d (R,), mean (2,), target (2,), square [m^2].
+    """
     a, C, d = rows
     worst, cones = 0.0, False
     for r in range(len(d)):

@@ -87,7 +87,7 @@ def _spacing(model: TeamModel, horizon: int, between: float) -> tuple[np.ndarray
 
 @kernel
 def write_error(p, xi, m, error):
-    """Write (p - m, xi), (2n, 2), and return rho."""
+    """Write (p - m, xi) of p, xi (n, 2) and m (2,) to `error` (2n, 2) [m]; return its norm rho."""
     n, square = len(p), 0.0
     for j in range(n):
         for axis in range(2):

@@ -67,10 +67,11 @@ class PredictiveCertificate:
 
 @kernel
 def write_advances(half_spaces, state, rows, team, allowed):
-    """Write low and high of `Advances`.
+    """Write low and high (n, K) of `Advances` to `allowed`.
 
-    `half_spaces` are G, h, active, binds of HalfSpaces; `state` p, xi (n, 2) and the held m (2,); `rows` those of
-    `PredictiveCertificate.grid_rows`; `team` the formation (n, 2) and the margin.
+    `half_spaces` are G, h, active, binds of HalfSpaces; `state` p, xi (n, 2) and the held m (2,) [m]; `rows` (five
+    arrays, unpacked in `_interval_of_robot`) those of `PredictiveCertificate.grid_rows`; `team` the formation (n, 2)
+    and margin [m].
     """
     G, h, active, binds = half_spaces
     p, xi, m = state
@@ -106,7 +107,9 @@ def write_advances(half_spaces, state, rows, team, allowed):
 def _interval_of_robot(half_space, j, moved, rows, rest):
     """Return the least and the largest advance that the rows of robot j allow.
 
-    `half_space` are its normal, how far it is from the held m to the robot's limit, and ||e||; `rest` (K,) is scratch.
+    `half_space` is its normal Gx, Gy, how far it is from the held m to the robot's limit, c [m], and norm = ||e||;
+    `rows` are those of `PredictiveCertificate.grid_rows`: bound, s, up, down (n, Q) at the grid's Q ticks, up = s +
+    sqrt n bound and down = s - sqrt n bound; `moved` (n, 2, Q) is E_j(t) times the error [m], `rest` (Q,) is scratch.
     """
     Gx, Gy, c, norm = half_space
     _, bound, s, up, down = rows

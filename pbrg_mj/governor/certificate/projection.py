@@ -72,7 +72,8 @@ def near_allowed(normals, at_held, at_team, reach):
 def search_radius(offsets, reach):
     """Return how far from 0 a point is looked for [m]: `reach` at most, and `CONTRADICTORY` worst violations at 0.
 
-    One edge is met as far away as it is violated, two after that over the sine of half the angle at which they meet.
+    `offsets` (R,) [m] are those of half-planes. One edge is met as far away as it is violated, two after that over the
+    sine of half the angle at which they meet.
     """
     worst = 0.0
     for k in range(len(offsets)):
@@ -84,7 +85,8 @@ def search_radius(offsets, reach):
 def least_violating(normals, offsets, reach):
     """Return (x, y), the point nearest to 0 among those that violate the worst half-plane least (by bisection).
 
-    Only points no farther from 0 than `reach` [m] count, which may be infinite.
+    Half-planes are normals (R, 2) . x <= offsets (R,) [m]. Only points no farther from 0 than `reach` [m] count, which
+    may be infinite.
     """
     worst = 0.0
     for k in range(len(offsets)):

@@ -51,6 +51,11 @@ def largest_kappa(rows: Rows, spread: Spread, held: np.ndarray, candidate: np.nd
 
 @kernel
 def _largest_kappa(rows, spread, held, candidate):
+    """Return what `largest_kappa` does.
+
+    `rows` are those active, a (R,), C (R, 2), d (R,); `spread` the members of `Spread`: n robots, mean (2,), square
+    [m^2]; held (2,), candidate (2,) [m].
+    """
     a, C, d = rows
     n, mean, square = spread
     x, y = held[0] - mean[0], held[1] - mean[1]

@@ -67,7 +67,10 @@ def sight(scenario: Scenario, robot: RobotModel) -> float:
 
 @kernel
 def sight_kappa(rows, error, advance):
-    """Compute `SightLimit.kappa` of `error` (2n, 2) and `advance` (2,); `rows` are its `rows`."""
+    """Compute `SightLimit.kappa` of `error` (2n, 2) and `advance` (2,) [m].
+
+    `rows` are `SightLimit.rows`: columns (n, 2n, K) of E, s (n, K), the robots (R,) that carry beams, sight [m].
+    """
     columns, s, robots, sight = rows
     if advance[0] == 0.0 and advance[1] == 0.0:
         return 1.0

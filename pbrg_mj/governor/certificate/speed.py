@@ -72,7 +72,11 @@ class SpeedLimit:
 
 @kernel
 def speed_kappa(rows, error, heading, advance):
-    """Compute `SpeedLimit.kappa` of `error` (2n, 2), `heading` (n,), `advance` (2,); `rows` are its `rows`."""
+    """Compute `SpeedLimit.kappa` of `error` (2n, 2) [m], `heading` (n,) [rad], `advance` (2,) [m].
+
+    `rows` are `SpeedLimit.rows`: time (K,) [s], columns (n, 2n, K) of U [1/s], v (n, K) [1/s], facets (F, 2) [s/m], the
+    hand point's offset [m], change (C, 2) [s/m].
+    """
     time, columns, v, facets, offset, change = rows
     no_advance = advance[0] == 0.0 and advance[1] == 0.0  # m is where it is to go, as in most ticks
     if no_advance or (len(facets) == 0 and len(change) == 0):
@@ -107,7 +111,11 @@ def speed_kappa(rows, error, heading, advance):
 
 @kernel
 def _rows_that_may_bind(u, v, length, slowest):
-    """Return how many rows of a robot there are up to its last one fast enough to meet a facet."""
+    """Return how many rows of a robot there are up to its last one fast enough to meet a facet.
+
+    u (2, K) [m/s] are its velocities without the advance, v (K,) [1/s] those per metre of it, `length` [m] is its
+    length and `slowest` [m/s] the speed at which the nearest facet is met.
+    """
     count = len(v)
     while count > 0:
         k = count - 1

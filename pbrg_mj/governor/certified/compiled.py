@@ -92,7 +92,8 @@ def _decision(m: np.ndarray, result: tuple[int, int]) -> Decision:
 def write_predicted_next(half_spaces, state, certificate, limits, m):
     """Do `write_next` by the advances of a predictive certificate, in one call.
 
-    `half_spaces` are G, h, active and binds of HalfSpaces, `certificate` is `PredictiveCertificate.packed`.
+    `half_spaces` are G, h, active and binds of HalfSpaces; `state` is p, xi, heading, held and r as for `write_next`;
+    `certificate` is `PredictiveCertificate.packed`: grid_rows and team as for `write_advances`.
     """
     G, h, active, _ = half_spaces
     p, xi, _, held, _ = state
@@ -106,8 +107,9 @@ def write_predicted_next(half_spaces, state, certificate, limits, m):
 def write_next(half_spaces, allowed, state, limits, m):
     """Write m (n, 2); return its status by number in `STATUSES`, and how many half-spaces ask for something.
 
-    `half_spaces` are G and active of HalfSpaces, `allowed` those of Advances; `state` p, xi (n, 2), headings (n,), the
-    held m and r (2,); `limits` those of CompiledDecision.
+    `half_spaces` are G and active of HalfSpaces, `allowed` low and high of Advances; `state` p, xi (n, 2) [m], heading
+    (n,) [rad], the m that is held (2,) [m], the operator's reference (2,) [m]; `limits` are those of CompiledDecision:
+    speed as for `speed_kappa`, sight as for `sight_kappa`, whether m is limited at all, and the reach of a retreat [m].
     """
     p, xi, heading, held, reference = state
     speed, sight, limited, reach = limits
@@ -153,7 +155,10 @@ def _mean(p):
 
 @kernel
 def _write_half_planes(G, active, allowed, held, normals, offsets):
-    """Write the half-planes of all advances as seen from the held m; return how many, and of how many half-spaces."""
+    """Write the half-planes of all advances as seen from the held m; return how many, and of how many half-spaces.
+
+    At most two for each half-space: normals (2nK, 2), offsets (2nK,) [m].
+    """
     low, high = allowed
     count = intervals = 0
     for i in range(active.shape[0]):

@@ -41,7 +41,9 @@ def run_tick(
 def write_tick(estimates, graph, states, rows, flow, rounds, limit, after):
     """Write the estimates after so many rounds, and return `EstimateChecks`; arguments are those of `write_rounds`.
 
-    But for `states`: p, xi (n, 2), the operator's r (2,) and how far away it may pull.
+    But for `states`: p, xi (n, 2), the operator's r (2,) and its reach, how far away it may pull [m]. `estimates` and
+    `after` (four arrays, in this order) are z, zeta, lam, nu of `Estimates`, `rows` a, C, d, active, along of `Rows`,
+    `flow` (numbers, in their order) the members of `Flow`.
     """
     p, xi, r, reach = states
     near = np.empty(p.shape)

@@ -102,7 +102,10 @@ def descend_along(old, new, private, flow):
 
 @kernel
 def _pull_along(z, new_z, i, pulled, total, G_x, G_y):
-    """Take `pulled` ||x_G|| times the gradient of ||x_G|| from new z_i; `total` is sum_j G.(m - z_pj)."""
+    """Take `pulled` ||x_G|| times the gradient of ||x_G|| from new_z (n, 4n + 2) of robot i.
+
+    `total` is sum_j G.(m - z_pj).
+    """
     half = z.shape[1] // 2 + 1  # where z_xi begins
     for c in range(2, half, 2):
         e = pulled * (G_x * (z[i, 0] - z[i, c]) + G_y * (z[i, 1] - z[i, c + 1]))

@@ -17,7 +17,10 @@ ROUNDING = 1e-9  # [m]
 
 @kernel
 def some_row_is_infeasible(z, a, C, d, active, along):
-    """Return whether some robot has a row that no m meets at its estimates z (n, 4n + 2); the rest are `Rows`."""
+    """Return whether some robot has a row that no m meets at its estimates z (n, 4n + 2).
+
+    The rest are `Rows`: a (n, R), C (n, R, 2), d (n, R), active (n, R), along (n, R, 2) or (0, 0, 2).
+    """
     n = len(z)
     for i in range(n):
         s = mean_x = mean_y = -1.0  # not computed yet

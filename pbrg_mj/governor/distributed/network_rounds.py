@@ -89,8 +89,9 @@ def run_network_rounds(
 def _run(arguments, link_arrays, link_parameters, events):
     """Run len(bad) rounds and return z, zeta, lam, nu; `link_arrays` change in place.
 
-    `arguments` are the first five of `rounds.write_rounds`, `link_arrays` and `link_parameters` plain tuples of the
-    members of their types, `events` the number of the first round, and for every round those of `Events`.
+    `arguments` are the first five of `rounds.write_rounds`: estimates (z, zeta, lam, nu), graph, states, rows, flow.
+    `link_arrays` and `link_parameters` are plain tuples of the members of their types. `events` are the number of the
+    first round, start, and for each of T rounds those of `Events`: arrivals (T, E), bad (T, E), silent (T, n).
     """
     estimates, graph, states, rows, flow = arguments
     links, parameters, gains = LinkArrays(*link_arrays), LinkParameters(*link_parameters), Flow(*flow)
@@ -138,7 +139,7 @@ def _copy_row(old, new, i):
 
 @kernel
 def _list_received(first, up, received):
-    """List the links that are up, robot after robot: as `ReceivedStates` wants them."""
+    """List the links that are `up` (E,), robot after robot by `first` (n + 1,): as `ReceivedStates` wants them."""
     count = 0
     for i in range(len(first) - 1):
         for e in range(first[i], first[i + 1]):
@@ -150,7 +151,10 @@ def _list_received(first, up, received):
 
 @kernel
 def _list_movers(links, parameters, hops, moves):
-    """Write which robots step: those that know of nobody lost and, with waves, have one to use on every link."""
+    """Write to `moves` (n,) which robots step.
+
+    It is those that know of nobody lost, by their `hops` (n,), and, with waves, have one to use on every link.
+    """
     first, up, unused_waves = parameters.first, links.up, links.unused_waves
     waves = parameters.impedance > 0.0
     for i in range(len(hops)):
@@ -221,7 +225,10 @@ def _keep(links, parameters, e, slot):
 
 @kernel
 def _count_hops(links, parameters, hops):
-    """Count how many links ago some robot lost a neighbour; counts beyond n - 1 are echoes and die out."""
+    """Count how many links ago some robot lost a neighbour, hops (n,).
+
+    Counts beyond n - 1 are echoes and die out.
+    """
     held_hops, age, up = links.held_hops, links.age, links.up
     first, delay = parameters.first, parameters.delay
     n = len(hops)

@@ -89,7 +89,10 @@ def write_rounds(estimates, graph, states, rows, flow, rounds, after):
 
 @kernel
 def _copy(array, to):
-    """Copy number by number: for whole arrays numba compiles a check with a formatted error."""
+    """Copy `array` (A, B) to `to` (A, B) number by number.
+
+    For whole arrays numba compiles a check with a formatted error.
+    """
     for i in range(array.shape[0]):
         for c in range(array.shape[1]):
             to[i, c] = array[i, c]
@@ -104,7 +107,10 @@ def empty_estimates(estimates):
 
 @kernel
 def private_data(graph, states, rows):
-    """Return `PrivateData` of plain tuples as `write_rounds` takes them."""
+    """Return `PrivateData` of plain tuples as `write_rounds` takes them.
+
+    `states` are p, xi and reference, each (n, 2) [m].
+    """
     (p, xi, reference), own = states, Rows(*rows)
     first = np.zeros(len(own.active) + 1, dtype=np.int64)
     existing = np.empty(own.active.size, dtype=np.int64)

@@ -28,7 +28,8 @@ def put_sums(links, parameters, now):
 def exchange_waves(old, seen, links, parameters, moves):
     """Use a wave and send one at the end of every link of the robots that move; write what their updates see.
 
-    Arguments: `Estimates`, `ReceivedStates`, `LinkArrays`, `LinkParameters`, and `moves` (n,) bool.
+    `old` are `Estimates`, `seen` (z, zeta, link by link) are `ReceivedStates`, `links` `LinkArrays`, `parameters`
+    `LinkParameters`, `moves` (n,) bool.
     """
     sent, unused, up = links.sent, links.unused, links.up
     first, reverse, eta = parameters.first, parameters.reverse, parameters.impedance

@@ -136,6 +136,7 @@ def _stationarity(leader, m, storage, problem, rows):
 
 @kernel
 def _storage(m, p, xi):
+    """Return half of rho^2 [m^2] of m (2,), p and xi (n, 2)."""
     total = 0.0
     for j in range(len(p)):
         total += (m[0] - p[j, 0]) ** 2 + (m[1] - p[j, 1]) ** 2 + xi[j, 0] ** 2 + xi[j, 1] ** 2

@@ -149,7 +149,7 @@ def _dual_force_along(z, lam, nu, a, C, along):
 
 @kernel
 def _add_pull_along(z, i, pull, G_x, G_y, force):
-    """Add `pull` times grad ||x_G(z_i)|| to the force of robot i."""
+    """Add `pull` times grad ||x_G(z_i)|| to the force (n, 4n + 2) on robot i."""
     n, square = len(z), 0.0
     for c in range(2, 2 + 2 * n, 2):
         square += (G_x * (z[i, c] - z[i, 0]) + G_y * (z[i, c + 1] - z[i, 1])) ** 2

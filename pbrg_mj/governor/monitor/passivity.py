@@ -82,6 +82,7 @@ def balance_about_optimum(optimum_arrays, before, rates):
 
 @kernel
 def _mean_row(array):
+    """Return the mean row of an array (n, N)."""
     mean = np.zeros(array.shape[1])
     for i in range(array.shape[0]):
         for c in range(array.shape[1]):
@@ -91,7 +92,10 @@ def _mean_row(array):
 
 @kernel
 def _supply(z, other_z, force, other_force):
-    """Return the product of the differences of two states and of the forces there."""
+    """Return the product of the differences of two states and of the forces there.
+
+    Arguments: z, other_z, force, other_force (n, N).
+    """
     supply = 0.0
     for i in range(z.shape[0]):
         for c in range(z.shape[1]):
@@ -101,7 +105,10 @@ def _supply(z, other_z, force, other_force):
 
 @kernel
 def _difference(rest, now, rate):
-    """Return half the square of an array's difference from its rest, and the rate at which that grows."""
+    """Return half the square of an array's difference from its rest, and the rate at which that grows.
+
+    Arguments: rest, now, rate (n, N), the last that of the change of `now`.
+    """
     square = growth = 0.0
     for i in range(rest.shape[0]):
         for c in range(rest.shape[1]):
@@ -143,7 +150,10 @@ def flow_balance(first, second, third, row_arrays, alpha, step):
 
 @kernel
 def _motion(first, second, third, step):
-    """Return half the square of the velocity v, and v . dv/dt, of an array in three successive rounds."""
+    """Return half the square of the velocity v, and v . dv/dt, of an array in three successive rounds.
+
+    Arguments: first, second, third (n, N), `step` apart.
+    """
     square = growth = 0.0
     for i in range(first.shape[0]):
         for c in range(first.shape[1]):

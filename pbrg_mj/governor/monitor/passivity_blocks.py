@@ -57,8 +57,9 @@ def _next_rounds(states: tuple[np.ndarray, ...], block: TickBlock, flow: Flow) -
 def _write_next_rounds(states, graph, block_arrays, flow, after):
     """Write to `after`, like `states` and with lam all 0, what `_next_rounds` returns.
 
-    `states` are z, zeta, lam, nu of `Estimates` with T as their first axis, `graph` the members of `GraphArrays`,
-    `block_arrays` of `BlockArrays`, `flow` of `Flow`. Both balances call this, so that it is compiled once.
+    `states` (four arrays, T first) are z, zeta, lam, nu of `Estimates` with T as their first axis, `graph` the members
+    of `GraphArrays`, `block_arrays` of `BlockArrays`, `flow` of `Flow`. Both balances call this, so that it is compiled
+    once.
     """
     block, gains, net = BlockArrays(*block_arrays), Flow(*flow), GraphArrays(*graph)
     for t in range(len(states[0])):
@@ -73,8 +74,8 @@ def _balances_about_optima(states, after, block_arrays, flow, about, limit, bala
     """Write a row of `balances` (T, 4) for every tick, NaN where the round leaves `limit`; turn `after` into rates.
 
     `states` and `after` are z, zeta, lam, nu of `Estimates` with T as their first axis, now and a round later,
-    `block_arrays` the members of `BlockArrays`, `flow` of `Flow`; `about` the optima m (T, 2) and lam (T, n, R), which
-    robots lead (n,), and the pseudo-inverse of the Laplacian (n, n).
+    `block_arrays` the members of `BlockArrays`, `flow` of `Flow`; `about` the optima m (T, 2) and lam (T, n, R), leader
+    (n,) and pinv (n, n), the pseudo-inverse of the Laplacian.
     """
     block, gains, (m, lam, leader, pinv) = BlockArrays(*block_arrays), Flow(*flow), about
     for t in range(len(m)):
@@ -94,9 +95,10 @@ def _balances_about_optima(states, after, block_arrays, flow, about, limit, bala
 
 @kernel
 def _flow_balances(rounds, block_arrays, flow, balances):
-    """Write a row of `balances` (T, 4) for every tick, of the states before a round, after it and after the next.
+    """Write a row of `balances` (T, 4) for every tick.
 
-    Each of `rounds` is z, zeta, lam, nu of `Estimates` with T as their first axis; other arguments as above.
+    `rounds` are the states before a round, after the first and after the second, each z, zeta, lam, nu of `Estimates`
+    with T as their first axis; other arguments as above.
     """
     (before, first, second), block, gains = rounds, BlockArrays(*block_arrays), Flow(*flow)
     for t in range(len(balances)):
@@ -108,13 +110,14 @@ def _flow_balances(rounds, block_arrays, flow, balances):
 
 @kernel
 def _estimates_at(states, t):
+    """Return `Estimates` of tick t from z, zeta, lam, nu with T as their first axis."""
     z, zeta, lam, nu = states
     return Estimates(z[t], zeta[t], lam[t], nu[t])
 
 
 @kernel
 def _to_rate(after, before, step):
-    """Turn an array a round later into the rate of its change."""
+    """Turn an array a round later, after (n, N), into the rate of its change since before (n, N)."""
     for i in range(after.shape[0]):
         for c in range(after.shape[1]):
             after[i, c] = (after[i, c] - before[i, c]) / step

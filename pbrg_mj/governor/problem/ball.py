@@ -35,6 +35,7 @@ def ball_rows(half_spaces: HalfSpaces, formation: np.ndarray) -> Rows:
 
 @kernel
 def _write_ball_rows(G, h, formation, C, d):
+    """Write C (owners, nK, 2) and d (owners, nK) [m] of G (owners, K, 2), h (owners, K) for a formation (n, 2) [m]."""
     for i in range(d.shape[0]):
         for row in range(d.shape[1]):
             k, j = divmod(row, len(formation))

@@ -49,7 +49,7 @@ def row_values(rows: Rows, m: np.ndarray, p: np.ndarray, xi: np.ndarray) -> np.n
 
 @kernel
 def motion_along(m_x, m_y, p, xi, G_x, G_y):
-    """Return ||x_G|| and sum_j G.(m - p_j), over ||x_G|| the former's slope along G."""
+    """Return ||x_G|| and sum_j G.(m - p_j), over ||x_G|| the former's slope along G; p, xi (n, 2) [m]."""
     square = total = 0.0
     for j in range(len(p)):
         e = G_x * (m_x - p[j, 0]) + G_y * (m_y - p[j, 1])

@@ -14,9 +14,10 @@ from pbrg_mj.kernel import kernel
 
 @kernel
 def write_change(graph, before, m, gains, change):
-    """Write w(x) (n, 4) of x (n or more, 4), or tick A_c v of a v where m (n, 2) is 0.
+    """Write w(x) to `change` (n, 4) of x, before (n or more, 4), or tick A_c v of a v where m (n, 2) is 0.
 
-    `graph` is first, neighbours, leader; neighbours are rows of `before`. `gains` are alpha_r, leak, tick.
+    `graph` is first (n + 1,), neighbours (links,), leader (n,); neighbours are rows of `before`. `gains` are alpha_r,
+    leak, tick.
     """
     first, neighbours, leader = graph
     alpha_r, leak, tick = gains
@@ -48,8 +49,9 @@ def write_states(weights, v, states):
 def narrow_intervals(states, tick, half_spaces, team, rows, intervals):
     """Narrow the advances that robots allow, low and high (W, n), by states (Q, n, 4) at `tick`, `tick` + 1, ...
 
-    `half_spaces` are owner, binds_all, G, h of `HalfSpaceArrays`, `team` the robots' numbers (n,), formation (n, 2) and
-    margin; `rows` the hold, s (T, n), bound (T, n) and norm (W,) of ||e||. Ticks up to the hold ask for nothing.
+    `half_spaces` are those of `HalfSpaceArrays`: owner and binds_all (W,), G (W, 2), h (W,); `team` the numbers of the
+    robots (n,), formation (n, 2) and margin; `rows` the hold, s (T, n), bound (T, n) and norm (W,) of ||e||. Ticks up
+    to the hold ask for nothing.
     """
     owner, binds_all, G, h = half_spaces
     robots, formation, margin = team
@@ -73,10 +75,10 @@ def narrow_intervals(states, tick, half_spaces, team, rows, intervals):
 
 @kernel
 def narrow_by_terminal_bounds(held, half_spaces, team, bounds, intervals):
-    """Narrow the advances by what comes after the last tick, under the held m (2,) [m].
+    """Narrow the advances by what comes after the last tick, under the m that is held (2,) [m].
 
-    `bounds` are those from the start and from the hold on, each (n,), and norm (W,) of ||e||; `half_spaces`, `team` and
-    `intervals` as for `narrow_intervals`.
+    `bounds` are those from the start, from_start (n,), and from the hold on, from_hold (n,), and norm (W,) of ||e||;
+    `half_spaces`, `team` and `intervals` as for `narrow_intervals`.
     """
     owner, binds_all, G, h = half_spaces
     robots, formation, margin = team

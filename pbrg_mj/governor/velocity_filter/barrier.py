@@ -42,7 +42,10 @@ class BarrierFilter:
 
 @kernel
 def _write_nearest(half_spaces, q, velocity, gain, margin, driven):
-    """Write the filtered velocities; `half_spaces` are G, h, active, binds of HalfSpaces."""
+    """Write the filtered velocities, driven (n, 2), of the wanted ones, velocity (n, 2) [m/s].
+
+    `half_spaces` are G, h, active, binds of HalfSpaces.
+    """
     G, h, active, binds = half_spaces
     normals, offsets = np.empty((h.shape[1], 2)), np.empty(h.shape[1])
     for j in range(len(q)):

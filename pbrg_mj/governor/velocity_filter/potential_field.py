@@ -41,7 +41,10 @@ class PotentialField:
 
 @kernel
 def _add_repulsion(half_spaces, q, field, driven):
-    """Add the repulsion to `driven`; `half_spaces` are G, h, active, binds of HalfSpaces, `field` eta, d_0, d_1."""
+    """Add the repulsion to `driven` (n, 2) [m/s].
+
+    `half_spaces` are G, h, active, binds of HalfSpaces; `field` gain eta [m^4/s], reach d_0 [m], nearest d_1 [m].
+    """
     G, h, active, binds = half_spaces
     gain, reach, nearest = field
     for j in range(len(q)):

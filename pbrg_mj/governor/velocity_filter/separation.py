@@ -115,9 +115,11 @@ def separation(scenario: Scenario) -> float | None:
 
 @kernel
 def write_driven(half_spaces, state, wheels, numbers, driven):
-    """Write w; `half_spaces` are G, h, active, binds, closing; `state` q, p, b and u, each (n, 2).
+    """Write the velocities to drive, driven (n, 2) [m/s].
 
-    `wheels` are the headings (n,) and the facets (F, 2), `numbers` those of SeparationFilter.
+    `half_spaces` (five arrays, n first) are G, h, active, binds, closing; `state` q, p, formation and u, each (n, 2)
+    [m], [m/s]; `wheels` heading (n,) [rad] and facets (F, 2) [s/m]; `numbers` those of SeparationFilter: distance,
+    margin [m], gain [1/s], tick [s], turning [rad s/m], min_speed [m/s].
     """
     q, p, formation, u = state
     heading, facets = wheels
@@ -210,7 +212,11 @@ def _robots_in_the_way(q, j, numbers, normals, offsets):
 
 @kernel
 def _half_spaces_in_the_way(half_spaces, state, j, numbers, written, rows):
-    """Append the rows of half-spaces that bind robot j likewise, and how fast those that come nearer push it back."""
+    """Append the rows of half-spaces that bind robot j likewise, and how fast those that come nearer push it back.
+
+    `state` is q, displacement and u, each (n, 2); `written` are normals (R, 2), offsets (R,) [m/s] and retreats (R,)
+    [m/s], of which `rows` are there.
+    """
     G, h, active, binds, closing = half_spaces
     normals, offsets, retreats = written
     q, displacement, u = state

@@ -88,6 +88,10 @@ def line_ends(half_spaces: HalfSpaces, hand_world: np.ndarray) -> tuple[list[int
 
 @kernel
 def _line_ends(G, h, active, hand):
+    """Return how many ends each robot has (n,), and all of them (ends, 2) [m].
+
+    Arguments: G (n, K, 2), h (n, K), active (n, K) of HalfSpaces, hand (n, 2) [m].
+    """
     counts, ends, total = np.zeros(len(h), dtype=np.int64), np.empty((2 * h.size, 2)), 0
     for j in range(len(h)):
         x, y = hand[j, 0], hand[j, 1]

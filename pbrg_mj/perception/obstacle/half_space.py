@@ -67,7 +67,10 @@ def _common_face(sides, a, b):
 
 @kernel
 def _face_row(track, bound, params):
-    """Return the face's half-space, kept off by what is uncertain where the robots bound are."""
+    """Return the face's half-space, kept off by what is uncertain where the robots bound are.
+
+    bound (k, 2) [m] are the hull of those, or the own hand point.
+    """
     gx, gy = math.cos(track["angle"]), math.sin(track["angle"])
     low, high = track_ends(track)
     var = 0.0
@@ -85,10 +88,10 @@ def _variance(track, s):
 
 @kernel
 def _corner_var(tracks, corners, corner, g, robots):
-    """Return the variance of g . x of one corner x of an outline.
+    """Return the variance of g . x of one corner x of an outline, g (2,) a unit vector.
 
-    Where two faces meet, n . x = offset of both gives it; an end has the face's variance across and that of any
-    point along.
+    Where two faces meet, n . x = offset of both gives it; an end has the face's variance across and that of any point
+    along.
     """
     _, along, sides = corners
     s, face, other = along[corner], sides[corner, FACE], sides[corner, OTHER]

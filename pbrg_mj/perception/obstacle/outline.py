@@ -155,7 +155,7 @@ def _add(corners, size, place, what):
 
 @kernel
 def _depth(track, low, high, hand, params):
-    """Return how deep a lone face is: where the robot itself has got to behind it, there is nothing."""
+    """Return how deep a lone face is: where the robot's hand (2,) [m] has got to behind it, there is nothing."""
     cos, sin = math.cos(track["angle"]), math.sin(track["angle"])
     beyond = hand[0] * cos + hand[1] * sin - track["offset"]
     s = hand[1] * cos - hand[0] * sin

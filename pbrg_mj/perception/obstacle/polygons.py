@@ -52,7 +52,7 @@ compiled_hull = kernel(hull)  # for kernels; what needs one hull only need not w
 
 @kernel
 def gap(team, solid):
-    """Return the widest strip between two convex polygons, corners (k, 2) and (m, 2) counter-clockwise.
+    """Return the widest strip between two convex polygons, team (k, 2) and solid (m, 2), corners counter-clockwise [m].
 
     Its normal gx, gy from team to solid, its width, and the corners i, j of the solid it rests on: j == i for a corner
     alone. The width is -1 when they overlap.
@@ -87,7 +87,10 @@ def gap(team, solid):
 
 @kernel
 def _to_edge(corners, a, b, points, p):
-    """Return the way x, y from the nearest point of edge a-b to point p, and which part of it: -1 a, 0 between, 1 b."""
+    """Return the way x, y from the nearest point of edge a-b to point p, and which part of it: -1 a, 0 between, 1 b.
+
+    The edge is one of corners (k, 2), the point one of points (m, 2) [m].
+    """
     ex, ey = corners[b, 0] - corners[a, 0], corners[b, 1] - corners[a, 1]
     px, py = points[p, 0] - corners[a, 0], points[p, 1] - corners[a, 1]
     square = ex * ex + ey * ey

@@ -56,7 +56,10 @@ def _roots(tracks, links):
 
 @kernel
 def _inherit_slot(tracks, root, after, done):
-    """Give the obstacle's first face the slot that its longest known face holds."""
+    """Give the obstacle's first face the slot that its longest known face holds.
+
+    done (M,) bool are the faces that have been looked at.
+    """
     slot, since, face = -1, math.inf, root
     while face >= 0 and not done[face]:
         done[face] = True

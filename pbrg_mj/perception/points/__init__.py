@@ -14,4 +14,16 @@ separate        half-spaces between the path and all places
 range_flow      what a scan, compared with an older one, tells of velocities
 motion          how fast each half-space's face comes nearer
 estimator       one tick of all that for all robots
+
+Kernels name their arrays alike, of one robot:
+
+    points (M,)                       of POINT, the memory
+    tracks (T,)                       of TRACK, of faces
+    past (beams,), past_pose (1,)     of PAST_ECHO and PAST_POSE, an older scan
+    ranges (beams,), directions (beams, 2)   of `SeenBeams`: [m], unit vectors in the body's frame
+    path (4,)                         x, y of both ends, from the hand point on [m]
+    normal (gx, gy), n (nx, ny)       unit vectors in the world
+    G (K, 2), h (K,), active (K,), nearest (K, 2)   half-spaces, and the place of each that is nearest to the path [m]
+    echoes, beams, pose, parameters   `Echoes`, `SeenBeams`, `ScanPose`, `PointParameters`
+    places, window                    `ObstaclePoints`, and a second one for those of one face
 """

@@ -27,7 +27,8 @@ def layout(parameters):
 def nearest_beam(x, y, layout):
     """Return the beam nearest to the direction of (x, y) in the body frame, -1 for none within half a gap.
 
-    For beams that are apart evenly; where a scan takes time, `nearest_from` goes on from there.
+    `layout` is that of `layout`: first [rad], gap [rad], how many beams, closed. For beams that are apart evenly; where
+    a scan takes time, `nearest_from` goes on from there.
     """
     first, gap, beams, closed = layout
     turns = (math.atan2(y, x) - first) / (2.0 * math.pi)

@@ -117,7 +117,10 @@ def _next_external(echoes, k, step, parameters):
 
 @kernel
 def _to_the_next_beam(reach, beam, face, step, gap):
-    """Return how far a face goes on from an echo at `reach` to the next beam [m]; inf where it never meets it."""
+    """Return how far a face goes on from an echo at `reach` to the next beam [m]; inf where it never meets it.
+
+    beam (2,) and face (2,) are unit vectors along them, `gap` [rad].
+    """
     ahead = beam[0] * face[0] + beam[1] * face[1]
     aside = step * (beam[0] * face[1] - beam[1] * face[0])
     meets = aside * math.cos(gap) - ahead * math.sin(gap)

@@ -70,7 +70,10 @@ def add_scan(points, scan, beams, pose, team, parameters):
 
 @kernel
 def _echoes(seen, pose, team, parameters):
-    """Return where the echoes of a scan are in the world, and how well that is known."""
+    """Return where the echoes of a scan are in the world, and how well that is known.
+
+    `seen` is ranges and directions, `team` places (beams or 1, n, 2) and the robot's own number.
+    """
     (ranges, directions), (places, own) = seen, team
     beams = len(ranges)
     x, y, variance, pose_std = np.empty(beams), np.empty(beams), np.empty(beams), np.empty(beams)
@@ -113,7 +116,10 @@ def _neighbour(echoes, ranges, k, step, parameters):
 
 @kernel
 def _run(echoes, ranges, k, joins, parameters):
-    """Return how many echoes in a row an echo is one of: 1, 2, or that of a thing that binds at once."""
+    """Return how many echoes in a row an echo is one of: 1, 2, or that of a thing that binds at once.
+
+    `joins` are the echoes before and after it, -1 for none.
+    """
     before, after = joins
     if before < 0 and after < 0:
         return 1
@@ -127,8 +133,9 @@ def _run(echoes, ranges, k, joins, parameters):
 def _confirmed(points, scan, asked, pose, parameters):
     """Tell whether as many echoes of recent scans as are needed lie at the same place; then these bind, too.
 
-    The echo is x, y [m], its range's standard deviation and its pose's [m]. The same place is within three standard
-    deviations, along the beam of the ranges and across it of the pose, and a gap between beams to either side.
+    `asked` are the echo (x, y, std, pose_std) [m], the last two its range's standard deviation and its pose's, and how
+    many are needed. The same place is within three standard deviations, along the beam of the ranges and across it of
+    the pose, and a gap between beams to either side.
     """
     echo, needed = asked
     ux, uy = echo[0] - pose.x, echo[1] - pose.y
@@ -148,6 +155,10 @@ def _confirmed(points, scan, asked, pose, parameters):
 
 @kernel
 def _at_one_place(other, echo, beam, scan, recent):
+    """Tell whether a POINT `other` lies at the place of an echo (x, y, std, pose_std) [m].
+
+    `beam` is the unit vector along it, ux, uy, and beside, the gap between beams there [m].
+    """
     if not other["live"] or not 0 < scan - other["scan"] <= recent:
         return False
     (x, y, std, pose_std), (ux, uy, beside) = echo, beam

@@ -100,9 +100,13 @@ def _as_known(before: HalfSpaces) -> HalfSpaces:
 
 @kernel
 def perceive_points(scans, parameters, robots, targets, before, after):
-    """Write points, anchors, motion and half-spaces `after` the scans of all robots that have beams.
+    """Write what is known `after` the scans of R robots that have beams; return how many places for points are used.
 
-    `before` are the first members of PointMemory as they were. Returns how many places for points are used.
+    - scans: ranges (R, beams) [m], directions (R or 1, beams, 2), bodies (beams or 1, n, 2) [m]; poses (n, 3) and
+      variances (n, 2) of PosesAtScan; time [s] and number of the scan
+    - robots (R,), targets (n, 2) [m], NaN before the first tick
+    - before: the first six members of PointMemory as they were: points, used, anchors, past, past_poses, tracks
+    - after: points, anchors, past, past_poses, tracks of PointMemory, and G, h, active, binds, closing of HalfSpaces
     """
     (ranges, directions, bodies), poses, variances, time, scan = scans
     points, anchors, past, past_poses, tracks, (G, h, active, binds, closing) = after
@@ -136,7 +140,7 @@ def perceive_points(scans, parameters, robots, targets, before, after):
 
 @kernel
 def _copy(before, after):
-    """Begin with what was known before."""
+    """Begin with what was known before; `after` (six members, in their order) as for `perceive_points`."""
     points, used, anchors, past, past_poses, tracks = before
     copy_records(anchors, len(anchors), after[1])
     for robot in range(len(anchors)):

@@ -35,7 +35,10 @@ def next_face(places, count, window, path):
 
 @kernel
 def _places_within(radius, around, places, count, window):
-    """Write the places within a radius to `window`, which may be `places` itself; return how many there are."""
+    """Write the places within a radius around a point, around (2,) [m], to `window`; return how many there are.
+
+    `window` may be `places` itself.
+    """
     size = 0
     for i in range(count):
         x, y = places.x[i] - around[0], places.y[i] - around[1]

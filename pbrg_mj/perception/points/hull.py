@@ -42,7 +42,7 @@ def distance_to_hull(xs, ys, size, path):
 
 @kernel
 def _farthest(xs, ys, size, path, vx, vy):
-    """Return the point of hull minus segment that is farthest against (vx, vy)."""
+    """Return the point of hull minus segment that is farthest against (vx, vy); xs, ys (size or more,) [m]."""
     least, first = math.inf, 0
     for i in range(size):
         along = vx * xs[i] + vy * ys[i]

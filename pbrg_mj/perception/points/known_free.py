@@ -78,7 +78,11 @@ def _reach(echoes, ranges, parameters):
 
 @kernel
 def _outline(reach, binds, directions, parameters):
-    """Return the `Outline` and how many corners it has; `directions` [rad]: the heading and those of the beams."""
+    """Return the `Outline` and how many corners it has.
+
+    reach (beams,) [m] is that of `_reach`, binds (beams,) whether there is an echo that does; `directions` are the
+    robot's heading and angles (beams,) of the beams in the world [rad].
+    """
     heading, angles = directions
     beams = len(reach)
     most = beams + 1 + 3 * MOST_BLIND
@@ -112,7 +116,7 @@ def _angles(directions, heading, parameters):
 
 @kernel
 def _blind_side(outline, count, sector, parameters):
-    """Add the disc's corners between two directions if they are far apart."""
+    """Add the disc's corners between the two directions of a sector (2,) [rad] if they are far apart."""
     if sector[1] - sector[0] <= WIDEST:
         return count
     return _disc(outline, count, sector, parameters.blind_radius)
@@ -120,6 +124,7 @@ def _blind_side(outline, count, sector, parameters):
 
 @kernel
 def _disc(outline, count, sector, radius):
+    """Add the corners of a disc of a radius [m] between two directions."""
     steps = math.ceil((sector[1] - sector[0]) / ARC)
     for step in range(steps + 1):
         angle = sector[0] + (sector[1] - sector[0]) * step / steps
@@ -129,6 +134,7 @@ def _disc(outline, count, sector, radius):
 
 @kernel
 def _corner(outline, count, polar, echo):
+    """Add the corner `polar` (angle, radius) [rad], [m]; `echo` tells whether an echo is there."""
     angle, radius = polar
     outline.x[count], outline.y[count], outline.echo[count] = radius * math.cos(angle), radius * math.sin(angle), echo
     return count + 1

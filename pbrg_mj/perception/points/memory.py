@@ -46,7 +46,10 @@ def capacity_after(used: int, beams: int, recent: int) -> int:
 
 @kernel
 def copy_records(before, count, after):
-    """Copy the first `count` records, each at once: NumPy copies them field by field, which takes ten times as long."""
+    """Copy the first `count` records of before (M,) to after (M,), each at once.
+
+    NumPy copies them field by field, which takes ten times as long.
+    """
     for i in range(count):
         after[i] = before[i]
 

@@ -36,9 +36,9 @@ OTHER = 9.0  # squared innovation of a flow that is not this face's: where a lin
 def closing_speeds(seen, motion, pose, parameters, half_spaces, closing):
     """Write how fast each half-space's face comes nearer along its normal, `closing` (K,) [m/s], 0 for what rests.
 
-    `seen` are the `Echoes` of a scan and its `SeenBeams`; `motion` a robot's PAST_ECHO (lag, beams), PAST_POSE (lag,)
-    and TRACK (T,); `half_spaces` those of `separate`: G (K, 2), h (K,), active (K,), nearest (K, 2). The scan is
-    remembered.
+    `seen` are the echoes of a scan and its beams; `motion` past (lag, beams) of PAST_ECHO, past_poses (lag,) of
+    PAST_POSE and tracks (T,); `half_spaces` those of `separate`: G (K, 2), h (K,), active (K,), near (K, 2). The scan
+    is remembered.
     """
     (echoes, beams), (past, past_poses, tracks), (G, h, active, near) = seen, motion, half_spaces
     oldest = 0
@@ -79,7 +79,8 @@ def _nearest_place(echoes, normal, h, near):
 def _closing(tracks, place, normal, measured, time):
     """Return how fast the face of a place (x, y, its range's standard deviation) comes along -normal [m/s].
 
-    It is 0 until the track is known to move, then a standard deviation more than estimated.
+    `measured` are the flows of the scan, a `RangeFlow`, and their count. It is 0 until the track is known to move, then
+    a standard deviation more than estimated.
     """
     (x, y, _), (nx, ny), (flows, count) = place, normal, measured
     beside = _beside(flows, count, place, normal)
@@ -94,7 +95,7 @@ def _closing(tracks, place, normal, measured, time):
 
 @kernel
 def _beside(flows, count, place, normal):
-    """Return which flows are beside the place of a face, and on its side."""
+    """Return which flows are beside the place of a face (x, y, its std), and on its side."""
     (x, y, std), (nx, ny) = place, normal
     beside, size = np.empty(count, np.int64), 0
     for i in range(count):
@@ -139,7 +140,8 @@ def _predicted(track, time):
 def _track_of(tracks, place, beside, time):
     """Return the track of a face: of those near its place the one that explains most of the flows beside it.
 
-    One that explains less than half of them is another face's. Where none is left, a new one is begun.
+    `place` (x, y) [m]; `beside` (flows, chosen) as for `_explained`. One that explains less than half of them is
+    another face's. Where none is left, a new one is begun.
     """
     best, most, found, free = JUMP * JUMP, (len(beside[1]) + 1) // 2, -1, 0
     for i in range(len(tracks)):
@@ -167,7 +169,10 @@ def _track_of(tracks, place, beside, time):
 
 @kernel
 def _explained(track, beside, time):
-    """Return how many flows may be of what moves as a track does."""
+    """Return how many flows may be of what moves as a track does.
+
+    `beside` are the flows and those chosen of them, (size,).
+    """
     (flows, chosen), (cxx, cxy, cyy), count = beside, _predicted(track, time), 0
     for i in chosen:
         fx, fy = flows.nx[i], flows.ny[i]

@@ -86,7 +86,10 @@ def swap_points(places, i, k):
 
 @kernel
 def free_path(places, count, q, target, parameters):
-    """Return both ends of the path: it ends where it first comes as near to a place as is allowed, or at the target."""
+    """Return both ends of the path from the hand point q (2,) [m].
+
+    It ends where it first comes as near to a place as is allowed, or at the target (2,) [m].
+    """
     dx, dy = target[0] - q[0], target[1] - q[1]
     length = math.sqrt(dx * dx + dy * dy)
     if not length > 0.0:

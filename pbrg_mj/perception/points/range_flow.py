@@ -59,7 +59,8 @@ class RangeFlow(NamedTuple):
 def range_flow(seen, ends, before, pose, parameters):
     """Return the `RangeFlow` of a scan's near echoes against an older one, and how many entries it has.
 
-    `seen` are `Echoes` and ranges (beams,) [m], `ends` their `free_ends`, `before` PAST_ECHO (beams,) and a PAST_POSE.
+    `seen` are `Echoes` and ranges (beams,) [m], `ends` (beams,) their `free_ends`, `before` past (beams,) of PAST_ECHO
+    and past_pose, a PAST_POSE record.
     """
     (echoes, ranges), (past, past_pose) = seen, before
     most, elapsed = 2 * len(ranges), pose.time - past_pose["time"]
@@ -84,6 +85,10 @@ def range_flow(seen, ends, before, pose, parameters):
 
 @kernel
 def _append(flows, count, echo, n, measured, elapsed):
+    """Add the flow of an echo, `echo` (echoes, i), along n (2,); return the new count.
+
+    `measured` are how far it has moved and the variance of that [m], [m^2], in the time `elapsed` [s].
+    """
     (echoes, i), (moved, variance) = echo, measured
     flows.x[count], flows.y[count], flows.nx[count], flows.ny[count] = echoes.x[i], echoes.y[i], n[0], n[1]
     flows.speed[count], flows.variance[count] = moved / elapsed, (variance + 1e-6) / elapsed**2
@@ -93,7 +98,10 @@ def _append(flows, count, echo, n, measured, elapsed):
 
 @kernel
 def _along_normal(echo, before, elapsed, parameters):
-    """Return (found, normal, moved, variance): how far an echo lies off the line of an older scan [m], [m^2]."""
+    """Return (found, normal, moved, variance): how far an echo lies off the line of an older scan [m], [m^2].
+
+    `echo` is (ex, ey, echo_variance), `before` the scan's past, past_pose and directions.
+    """
     (past, past_pose, directions), (ex, ey, echo_variance) = before, echo
     nothing = False, (0.0, 0.0), 0.0, 0.0
     dx, dy = ex - past_pose["x"], ey - past_pose["y"]
@@ -145,7 +153,10 @@ def _along_itself(end, before, pose, elapsed, parameters):
 
 @kernel
 def _end(echo, robot, side, parameters):
-    """Return the place x, y of a free end [m], the unit vector across its beam, and half the gap there [m]."""
+    """Return the place x, y of a free end [m], the unit vector across its beam, and half the gap there [m].
+
+    echo (x, y) and robot (x, y) are in the world [m].
+    """
     dx, dy = echo[0] - robot[0], echo[1] - robot[1]
     distance = math.sqrt(dx * dx + dy * dy)
     ux, uy = -dy / distance, dx / distance
@@ -201,7 +212,10 @@ def _directions(past, parameters):
 
 @kernel
 def remember(past, past_pose, seen, ends, pose):
-    """Write a scan (`Echoes`, `SeenBeams`, `free_ends`) over the oldest one, PAST_ECHO (beams,) and PAST_POSE (1,)."""
+    """Write a scan over the oldest one, past (beams,) of PAST_ECHO and past_pose (1,) of PAST_POSE.
+
+    `seen` are its Echoes and SeenBeams, `ends` (beams,) those of `free_ends`.
+    """
     echoes, beams = seen
     for i in range(len(past)):
         past[i]["x"], past[i]["y"], past[i]["external"] = echoes.x[i], echoes.y[i], echoes.external[i]

@@ -40,8 +40,8 @@ def separate(seen, q, target, parameters, half_spaces):
 
     They are G (K, 2), h (K,), active (K,) and nearest (K, 2), the place of each that is nearest to the path [m].
 
-    `seen` are the points and the `Edge`. On entry the half-spaces are those of the scan before, whose slots and, where
-    they serve as well, normals are taken over. K is four or more.
+    `seen` (points, edge) are the memory and the `Edge`. On entry the half-spaces are those of the scan before, whose
+    slots and, where they serve as well, normals are taken over. K is four or more.
     """
     G, h, active, _ = half_spaces
     places, count = obstacle_points(seen[0], seen[1], parameters)
@@ -103,7 +103,12 @@ def _side(along, across):
 
 @kernel
 def _write(face, normal_and_nearest, before, half_spaces, parameters):
-    """Write the half-space of a face to its slot; return it as `points_not_separated` takes it."""
+    """Write the half-space of a face to its slot; return it as `points_not_separated` takes it.
+
+    `face` (window, size, path); `normal_and_nearest` are its normal (2,) and its nearest_place (2,) [m]; `before` are
+    the normals of the scan before, old (K, 2), was_active (K,) and taken (K,) bool, whether a slot has a half-space of
+    this scan; `half_spaces` G, h, active, nearest_places (K, 2).
+    """
     G, h, _, nearest_places = half_spaces
     (normal, nearest_place), (old, was_active, taken) = normal_and_nearest, before
     k = _slot(face, normal, before)

@@ -14,4 +14,16 @@ In: ranges of one scan, directions of its beams, `LineParameters`. Out: `Lines` 
     extract_lines   all of that, in this order
     team_mates      which echoes are team-mates', and lines that they alone may make
     parameters      what it needs to know of the sensor and the estimator
+
+Kernels name their arrays alike, for a scan of B beams:
+
+    ranges (B,), directions (B, 2)  as measured [m], unit vectors in the body's frame
+    points (B, 6)                   a row a beam: x, y, range [m], direction x, y, variance of the range [m^2]
+    order (N,)                      the beams that have a point, counter-clockwise
+    owner (B,), ranking (B,)        the line that has a beam's point, -1 for none; lines, longest first
+    members (N,), at (B, 4)         beams of one line; where they meet it: s, weight, residual, cosine
+    line (2,), fit (7,)             theta, c; the same, var theta, cov, var c, low, high
+    moments (5,)                    total weight, mean of s, weighted sum of (s - mean)^2, least and largest s
+    segment (3,)                    where it starts and stops in `order`, its cluster
+    params, work                    `LineParameters`, `LineWorkspace`
 """

@@ -56,9 +56,10 @@ def _next_owned(order, owner, k):
 
 @kernel
 def _settle(points, params, order, places, work):
-    """Give the points of two lines, the last of the one and the first of the other at `places`, to whom they belong.
+    """Give the points of two lines to whom they belong.
 
-    Nothing changes where they do not meet, or where too few points would be left to either.
+    `places` (k, z) are those in `order` of the last point of the one and of the first of the other. Nothing changes
+    where the lines do not meet, or where too few points would be left to either.
     """
     k, z = places
     a, b = work.owner[order[k]], work.owner[order[z]]
@@ -86,7 +87,8 @@ def _settle(points, params, order, places, work):
 def _set_corner_odds(points, order, place, lines, corner, work):
     """Set the odds that the last point of a line before a corner is beyond it: the corner is known so well.
 
-    It is the first of the second of `lines` before a point of the first, which is looked for from a place on.
+    It is the first of the second of `lines` (own, other) before a point of the first, which is looked for from a
+    `place` (i, direction) on. `corner` is x, y, the unit vector towards it, and ambiguous, how well it is known [rad].
     """
     (i, direction), (x, y, ambiguous) = place, corner
     i = _first_of(order, work.owner, i, direction, lines[0])
@@ -110,8 +112,9 @@ def _first_of(order, owner, i, direction, line):
 def _reassign(points, params, order, place, other, corner, work, keep):
     """Give the points of the line of a place that are beyond the corner to the `other` line; return how many it loses.
 
-    They are looked for from that place on, in a direction. With `keep` none is given away; -1 if one of them is not on
-    the other line: then the two do not meet there, the one hides the other.
+    They are looked for from that `place` (i, direction) on; `corner` is x, y, ambiguous as for `_set_corner_odds`. With
+    `keep` none is given away; -1 if one of them is not on the other line: then the two do not meet there, the one hides
+    the other.
     """
     (i, direction), (x, y, ambiguous) = place, corner
     own, lost = work.owner[order[i]], 0
@@ -154,7 +157,10 @@ def _left(work, line, lost, params):
 
 @kernel
 def _corner(one, other):
-    """Return where two lines meet, x, y [m], and its standard deviation across its direction [m]; 0s: nowhere."""
+    """Return where two lines meet, x, y [m], and its standard deviation across its direction [m]; 0s: nowhere.
+
+    `one` (7,) and `other` (7,) are their fits.
+    """
     nx, ny, mx, my = math.cos(one[0]), math.sin(one[0]), math.cos(other[0]), math.sin(other[0])
     sine = nx * my - ny * mx
     if abs(sine) < LEAST_SINE:
@@ -179,7 +185,10 @@ def _variance_at(fit, x, y):
 
 @kernel
 def _between(points, order, places, owner, x, y):
-    """Tell whether a corner is between the first point of the one line and the last of the other."""
+    """Tell whether a corner x, y is between the first point of the one line and the last of the other.
+
+    `places` (k, z) are those in `order` of a point of each.
+    """
     k, z = places
     return _beyond(points, order, k, owner, -1, x, y) and _beyond(points, order, z, owner, 1, x, y)
 

@@ -144,7 +144,10 @@ def write_lines(ranges, directions, params, work, out):
 
 @kernel
 def _fit_segments(params, order, found, work):
-    """Fit all segments that are not curved; return how many are lines, listed in `work.ranking`."""
+    """Fit all segments that are not curved; return how many are lines, listed in `work.ranking`.
+
+    `found` are how many segments there are, and whether they form a ring.
+    """
     points, (segments, ring) = work.points, found
     for b in range(len(work.owner)):
         work.owner[b] = -1

@@ -46,7 +46,7 @@ def allow_for_corners(points, params, order, line, count, work):
 def _hides(points, params, ends, other):
     """Tell whether a point of another line is next to a line's last: a corner may be hidden between their beams.
 
-    What is round, as robots are, stands free and gives no line.
+    `ends` (b, after) are the beams of both. What is round, as robots are, stands free and gives no line.
     """
     if not other or (ends[1] <= ends[0] and not params.closed):
         return False

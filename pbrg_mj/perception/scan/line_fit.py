@@ -114,9 +114,10 @@ def chord_line(points, first, last):
 
 @kernel
 def extent(points, params, members, line, at):
-    """Return (total weight, weighted mean of s, weighted sum of (s - mean)^2, least s, largest s), s along the line.
+    """Return the moments of a line: total weight, mean of s, sum of (s - mean)^2, least and largest s [m].
 
-    What it takes of each point is written to `at`, for all who ask more of the line: the divisions are what costs.
+    s is along the line, sums and means are weighted. What it takes of each point is written to `at`, for all who ask
+    more of the line: the divisions are what costs.
     """
     nx, ny, c = math.cos(line[0]), math.sin(line[0]), line[1]
     total = ws = wss = 0.0

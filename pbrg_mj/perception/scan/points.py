@@ -74,7 +74,7 @@ def chord_error(points, params, ends, chord, b):
     """Return how far point b lies from the chord between `ends`, in what is allowed; negative on the robot's side.
 
     Allowed is the split distance, or more where the noise of the three points is larger. Within the split distance it
-    is 0: nobody asks how far. `chord` is that of `chord_normal`.
+    is 0: nobody asks how far. `ends` (a, z) are beams, `chord` (nx, ny, length) is that of `chord_normal`.
     """
     a, z = ends
     nx, ny, length = chord
@@ -97,11 +97,11 @@ def _across(points, b, nx, ny):
 
 @kernel
 def without_outliers(points, params, order, count, kept):
-    """Write to `kept` the points of `order` that are no lone outliers; return how many there are.
+    """Write to `kept` (B,) the points of `order` that are no lone outliers; return how many there are.
 
     A lone outlier has the same straight surface on both sides. So do two neighbours that are both NEARER than that
-    surface: something thin stands before it. Two that are both farther may be a doorway and stay. `_side` answers
-    for most points, without a root.
+    surface: something thin stands before it. Two that are both farther may be a doorway and stay. `_side` answers for
+    most points, without a root.
     """
     if count < 5:  # no two on each side
         for i in range(count):

@@ -76,7 +76,10 @@ def fit_segment(points, params, members, at, fit):
 
 @kernel
 def write_fit(line, moments, fit):
-    """Write theta, c, var theta, cov, var c, low, high."""
+    """Write theta, c, var theta, cov, var c, low, high to `fit` (7,).
+
+    `line` is theta, c; `moments` are total, mean, spread, low, high as for `extent`.
+    """
     total, mean, spread, low, high = moments
     fit[0], fit[1] = line
     fit[2], fit[3], fit[4] = covariance(total, mean, spread)

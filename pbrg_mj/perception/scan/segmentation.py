@@ -17,7 +17,7 @@ MIN_TURN, MAX_TURN = math.radians(5.0), math.radians(40.0)  # between the segmen
 def write_clusters(points, params, order, count, turned, stops, breaks):
     """Write the points turned so that no cluster wraps, and where each cluster stops; return (clusters, ring).
 
-    `breaks` (B,) is scratch.
+    turned (B,) is an `order`, stops (B,) are places in it, `breaks` (B,) is scratch.
 
     In a ring no neighbours are apart: everything around is one cluster, whose last point is next to its first. It is
     then cut at the point farthest away, which is a corner if there is any.
@@ -98,9 +98,9 @@ def _split(points, params, order, whole, segments, work):
 
 @kernel
 def _merge(points, params, order, segment, first, segments, out):
-    """Append a segment, or merge it with the one before if they are straight together; return how many there are.
+    """Append a segment to `out` (B, 3), or merge it with the one before if they are straight together.
 
-    A split may leave a line's last point with the next line.
+    Return how many there are.
     """
     if segments > first and _split_point(points, params, order, out[segments - 1, 0], segment[1]) < 0:
         out[segments - 1, 1] = segment[1]

@@ -20,7 +20,8 @@ class TeamMateModel(NamedTuple):
 def is_team_mate(echo, start, reach, team, half_cone):
     """Tell whether an echo of the beam that began at `start` may be within `reach` [m] of another robot's place.
 
-    All in the world [m]; `team` are the places of all robots, (n, 2 or more), and this robot's number.
+    All in the world [m]: `echo` (x, y), `start` (2,); `team` are the robots' places (n, 2 or more) and this robot's own
+    number.
     """
     (x, y), (places, own) = echo, team
     found = False
@@ -37,9 +38,9 @@ def is_team_mate(echo, start, reach, team, half_cone):
 
 @kernel
 def distance_from_arc(x, y, middle, half_cone):
-    """Return the squared distance [m^2] of a place from the arc on which the echo of a cone may be.
+    """Return the squared distance [m^2] of a place x, y from the arc on which the echo of a cone may be.
 
-    All is seen from where the beam began; `middle` is that of the arc.
+    All is seen from where the beam began; `middle` (x, y) [m] is that of the arc.
     """
     radius = math.sqrt(middle[0] ** 2 + middle[1] ** 2)
     if radius == 0.0:
@@ -56,8 +57,8 @@ def distance_from_arc(x, y, middle, half_cone):
 def without_team_mates(lines, count, work, pose, team, params):
     """Drop lines that team-mates alone may make; return how many of the `count` of `lines` are left, in their order.
 
-    A line stays that would have points enough without those of team-mates: `team` are poses (n, 3), this robot's
-    number and the TeamMateModel, `work` the LineWorkspace of the scan.
+    A line stays that would have points enough without those of team-mates: `team` (poses, own, model) are poses (n, 3),
+    this robot's number and the TeamMateModel, `work` the LineWorkspace of the scan.
     """
     if team[2].body_radius == 0.0:
         return count
@@ -72,6 +73,10 @@ def without_team_mates(lines, count, work, pose, team, params):
 
 @kernel
 def _has_points_enough(work, line, pose, team, params):
+    """Tell whether a line has points enough without those of team-mates.
+
+    `team` is poses (n, 3), own and model as above.
+    """
     poses, own, model = team
     cos, sin, count = math.cos(pose.heading), math.sin(pose.heading), 0
     for b in range(len(work.owner)):

@@ -9,4 +9,11 @@ In: the lines of a scan, the pose estimate, the tracks before. Out: the tracks a
     extent          where a track ends
     confirmation    whether a track is at rest, and so confirmed
     update          all of that for one scan: predict, associate, fuse, initiate, delete
+
+Kernels name their arrays alike, of one robot:
+
+    tracks (M,), track              of TRACK, a record of it
+    lines (L,), line                of LINE, the lines of a scan in the world about the anchor; a record of it
+    scan                            ranges (B,) [m], directions or beams (B, 2), unit vectors in the world
+    now, params                     `ScanPose`, `TrackParameters`
 """

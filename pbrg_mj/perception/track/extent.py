@@ -124,7 +124,10 @@ def widen_extent(track, line):
 
 @kernel
 def _note_blur(track, line, bounds):
-    """Keep the widest gap so far between the last beam on the thing and the first past it, at the better end."""
+    """Keep the widest gap so far between the last beam on the thing and the first past it, at the better end.
+
+    bounds (low, high) are those of `end_bounds` [m].
+    """
     here = min(line["low"] - bounds[0], bounds[1] - line["high"])
     track["end_blur"] = max(track["end_blur"], min(here, WIDEST))
 

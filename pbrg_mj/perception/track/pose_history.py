@@ -99,10 +99,10 @@ def extrapolated(history: PoseHistory, age: float, model: PoseModel) -> PosesAtS
 
 @kernel
 def _extrapolate(frames, over, noise, written):
-    """Write a robot's pose (3,) and the variances (2,) of its x and y each and its heading.
+    """Write a robot's pose, found (3,), and the variances (2,) of its x and y each and its heading.
 
-    `frames` are times (H,) and poses (H, 3), whose headings are unwound in place; `over` an age [s] and how many frames
-    last for it; `noise` the variances of a frame.
+    `frames` are time (H,) [s] and poses (H, 3), whose headings are unwound in place; `over` an age [s] and how many
+    frames last for it, ahead; noise (2,) are the variances of a frame, [m^2] and [rad^2].
     """
     (time, poses), (age, ahead), (found, variances) = frames, over, written
     last = len(time) - 1
@@ -153,7 +153,7 @@ def _noise(ratio):
 
 @kernel
 def _along(pose, before, ratio):
-    """Return x, y and heading of a pose (3,) that goes on by a ratio of the twist since the pose `before`."""
+    """Return x, y and heading of a pose (3,) that goes on by a ratio of the twist since the pose before (3,)."""
     x, y, turn = pose[0] - before[0], pose[1] - before[1], pose[2] - before[2]
     chord = ratio
     if abs(turn) > STRAIGHT:

@@ -149,7 +149,8 @@ def _delete_contradicted(tracks, scan, params):
 def contradicted(track, scan, params):
     """Return whether a scan shows that a track is no longer where it was: beams that should meet it went past.
 
-    Beams stopped before it say nothing. A scan without any echo says nothing: the sensor may be blind.
+    `scan` is ranges (B,) [m] and beams (B, 2). Beams stopped before it say nothing. A scan without any echo says
+    nothing: the sensor may be blind.
     """
     ranges, beams = scan
     cos, sin, offset = math.cos(track["angle"]), math.sin(track["angle"]), track["offset"]

@@ -130,7 +130,9 @@ def check_batchable(scenario: Scenario) -> None:
 def _write_truths(arrays, index, obstacles, size, blank, truths):
     """Write hand points, margins and contacts of every world w; `arrays` are MujocoArrays of all worlds.
 
-    What is not asked for goes into the arrays of `blank`, a Truth.
+    `obstacles` are the members of Footprints of walls and of moving boxes, `truths` hand_world (W, n, 2) [m], margins
+    (W, n) [m], touched_walls (W, n), touched_robots (W, n) bool. What is not asked for goes into the arrays of `blank`,
+    a Truth.
     """
     arrays, index, blank = MujocoArrays(*arrays), TruthIndex(*index), Truth(*blank)
     walls, moving = obstacles

@@ -15,8 +15,8 @@ NEAR = 3.0  # body radii between the centres of robots that may touch although o
 def write_contacts(arrays, index, numbers, truth):
     """Write with what each robot was in contact at this step, or at those within the tick before.
 
-    `arrays` are MujocoArrays, `index` is a TruthIndex, `numbers` are a body's radius and how many boxes move; of
-    `truth` the poses are there and the contacts are written.
+    `arrays` are MujocoArrays, `index` is a TruthIndex, `numbers` are body_radius [m] and how many boxes move,
+    moving_boxes; of `truth` the poses are there and the contacts are written.
     """
     body_radius, moving_boxes = numbers
     ground = MOVING + moving_boxes
@@ -45,7 +45,10 @@ def _count(arrays, index, j, k, step):
 
 @kernel
 def _may_meet(arrays, index, pose, near, j):
-    """Whether it is no floor that the skirt touches: the robot is upright, or another one is near."""
+    """Whether it is no floor that the skirt touches: the robot is upright, or another one is near.
+
+    pose (n, 3) is x, y, heading [m], [rad]; `near` [m].
+    """
     if arrays.xmat[index.body[j], 8] > UPRIGHT:
         return True
     for other in range(len(pose)):

@@ -57,7 +57,10 @@ def empty_truth(n: int) -> Truth:
 
 @kernel
 def write_truth_of(arrays, index, obstacles, size, truth):
-    """Call `write_truth` with plain tuples: handing over named ones from Python costs 20 us more."""
+    """Call `write_truth` with plain tuples: handing over named ones from Python costs 20 us more.
+
+    `obstacles` are the members of Footprints of walls and of moving boxes, `moving`.
+    """
     walls, moving = obstacles
     obstacles = (Footprints(*walls), Footprints(*moving))
     write_truth(MujocoArrays(*arrays), TruthIndex(*index), obstacles, size, Truth(*truth))
@@ -68,8 +71,8 @@ def write_truth(arrays, index, obstacles, size, truth):
     """Write poses, hand points, wheel speeds, margins and contacts of all robots into the arrays of a `Truth`.
 
     `arrays` are MujocoArrays, `index` is a TruthIndex, `obstacles` are the Footprints of walls and of moving boxes,
-    `size` is a robot's clearance and body radius. The caller makes the arrays of `truth`: numpy does that faster than
-    compiled code hands new ones out.
+    `size` is a robot's clearance and body_radius [m]. The caller makes the arrays of `truth`: numpy does that faster
+    than compiled code hands new ones out.
     """
     (walls, moving), (clearance, body_radius) = obstacles, size
     _write_poses(arrays.xpos, arrays.xmat, index.body, truth.body_pose)
@@ -85,7 +88,7 @@ def write_truth(arrays, index, obstacles, size, truth):
 
 @kernel
 def body_poses(xpos, xmat, body):
-    """Return the poses (n, 3) x, y, heading of bodies (n,), from all bodies' places and matrices."""
+    """Return the poses (n, 3) x, y, heading of bodies, body (n,), from all bodies' xpos (B, 3) and xmat (B, 9)."""
     poses = np.empty((len(body), 3))
     _write_poses(xpos, xmat, body, poses)
     return poses

@@ -113,7 +113,10 @@ def wall_margin(hand_world: np.ndarray, walls: Footprints, clearance: float) -> 
 
 @kernel
 def wall_margins(points, walls, clearance):
-    """Compute what `wall_margin` returns; `walls` is Footprints as a plain tuple, which costs less to hand over."""
+    """Compute what `wall_margin` returns of points (N, 2) [m].
+
+    `walls` is Footprints as a plain tuple, which costs less to hand over.
+    """
     footprints = Footprints(*walls)
     margins = np.empty(len(points))
     for k in range(len(points)):

@@ -48,6 +48,10 @@ def camera_poses(sensordata: np.ndarray, position: np.ndarray, ahead: np.ndarray
 
 @kernel
 def _write_camera_poses(sensordata, position, ahead, poses):
+    """Write what `camera_poses` returns to poses (W, n, 3).
+
+    sensordata (W, values) are the readings; position (n, 2) and ahead (n, 2) say where in them places and x axes stand.
+    """
     for w in range(len(sensordata)):
         for j in range(len(position)):
             poses[w, j, 0], poses[w, j, 1] = sensordata[w, position[j, 0]], sensordata[w, position[j, 1]]

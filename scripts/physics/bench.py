@@ -13,6 +13,7 @@ from pbrg_mj.world.scene.robot import load_arena, load_robot, load_robot_model
 
 ROBOT = load_robot_model()
 TICK = 0.01  # [s]
+KINDS = ("voltage", "speed_loop")  # of drives
 VOLT = ROBOT.voltage / ROBOT.stall_torque  # per torque at a standing wheel [V / N m]
 
 

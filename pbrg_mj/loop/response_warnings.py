@@ -25,7 +25,7 @@ def response_warnings(scenario: Scenario) -> list[str]:
     line = (
         f"the team follows its references {ratio:.2g} times as fast as the flow of {leaders} finds them (paper: up to "
         "1.4): where r lies beyond a line, robots may cross it on the way to the optimum. A smaller control.alpha_r "
-        "helps; governor.kind: certified keeps the line"
+        "helps, or more governor.rounds of the same governor.step; governor.kind: certified keeps the line"
     )
     return [line]
 

@@ -31,7 +31,7 @@ stderr, a line each. Where no output stands below, there is none.
 | 2 | the input is wrong: one line with file, line, key, value and what is allowed |
 | 3 | a defect of this package: one line; `pbrg --debug COMMAND` prints the traceback before it |
 | 130, 143, 129 | ended by Ctrl-C, SIGTERM, SIGHUP; the log so far is whole |
-| 141 | nobody reads standard output any more, as behind `head`; nothing is said |
+| 141 | standard output is closed, as by `head`; nothing is printed |
 """
 WRONG = "team:\n  start: [[0, 0]]\n  formation: [[0, 0]]\n  leaders: [2]\noperator: {reference: [1, 0]}\n"
 SWEEP = "scenario: paper/simulation_near\nseeds: 1-4\nduration: 2\ngrid: {governor.rounds: [2, 10]}\n"

@@ -134,7 +134,7 @@ VIDEOS = (
     Video(
         "push",
         "A push towards the wall",
-        "Robot 4 is pushed with 3 N for half a second. Its neighbours draw it back, and nobody touches the wall.",
+        "Robot 4 is pushed with 3 N for half a second. Its neighbours draw it back, and no robot touches the wall.",
         "disturbances/push",
         start=28.0,
         end=40.0,

@@ -1,7 +1,7 @@
 """`pbrg`: the commands and their exit codes.
 
 0 done; 1 the run failed its purpose; 2 the input is wrong; 3 a defect of this package; 130, 143, 129 Ctrl-C, SIGTERM,
-SIGHUP; 141 nobody reads stdout any more. Commands import what they need when they run: help must not wait for the
+SIGHUP; 141 stdout is closed. Commands import what they need when they run: help must not wait for the
 simulator.
 """
 

@@ -36,7 +36,7 @@ How it is integrated:
   `input="none"`). With `implicitfast` the derivative of a LuGre force is that of bristles that stick, which gives a
   sliding wheel an inertia of step times bristle damping: a whole `dcmotor` with bristles of 0.02 N m s/rad had a time
   constant of 144 ms instead of {1000 * TAU["floor"]:.0f} ms at 2 ms. In processor time a step of {ROBOTS} robots takes
-  {found["step_cost"]["ratio"]:.2f} of what it takes with those, in turns of {COST_STEPS} steps (bound: 1.1).
+  {found["step_cost"]["ratio"]:.2f} of what it takes with those, alternating every {COST_STEPS} steps (bound: 1.1).
 - Half of the back-EMF is taken implicitly (the actuator's `damping`) and half explicitly (its `biasprm`): the
   trapezoidal rule, whose time constant is exact to second order. All implicit, a wheel in the air is 4 % too slow at
   2 ms.

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import tracemalloc
 from dataclasses import fields
 from io import BytesIO
 from pathlib import Path
@@ -174,6 +175,8 @@ def test_messages_that_make_no_sense_end_the_run_there(reference: Run, tmp_path:
         (FACTS | {"schema": "2"}, None, "version 2; this program reads versions up to 1"),
         (FACTS | {"schema": "one"}, None, "metadata are damaged"),
         (FACTS | {"robots": "4"}, None, "4 robots, its scenario has 3"),
+        (FACTS | {"robots": "0", "slots": "0", "rows": "0"}, None, "0 robots, its scenario has 3"),
+        (FACTS | {"slots": "0", "rows": "0"}, None, "no whole tick"),
         (FACTS | {"rows": "9" * 400}, None, "no whole tick"),
         (FACTS | {"rows": "-1"}, None, "metadata are damaged"),
         (FACTS, "", "holds no scenario"),
@@ -189,6 +192,16 @@ def test_strange_logs_are_refused_in_one_line(
         open_run(path)
     assert said in str(caught.value) and str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_countless_ticks_of_no_robots_are_refused_in_little_memory(tmp_path: Path) -> None:
+    none = FACTS | {"robots": "0", "slots": "0", "rows": "0"}
+    path = forge(tmp_path / "forged.mcap", [b""] * 50_000, none)
+    tracemalloc.start()
+    with pytest.raises(InputError, match="0 robots, its scenario has 3"):
+        open_run(path)
+    assert tracemalloc.get_traced_memory()[1] < 10e6  # 2.3 kB a tick, were they read
+    tracemalloc.stop()
 
 
 def test_what_is_no_log_is_refused_in_one_line(tmp_path: Path) -> None:

@@ -255,18 +255,21 @@ def test_an_earlier_log_says_nothing_and_a_planted_one_is_whole() -> None:
     assert run(scenario()).ending_text == "finished"
 
 
-def test_a_signal_that_is_ignored_stays_ignored() -> None:
-    """As under nohup."""
-    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+@pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGINT])
+def test_a_signal_that_is_ignored_stays_ignored_and_sigterm_ends_it(number: signal.Signals) -> None:
+    """As under nohup, and as in a job that a script starts in the background."""
+    before = signal.signal(number, signal.SIG_IGN)
     try:
-        with stoppable(), interruptible() as came:
-            signal.raise_signal(signal.SIGHUP)
+        with pytest.raises(Stopped) as caught, stoppable(), interruptible() as came:
+            signal.raise_signal(number)
             assert came() == 0
-            assert signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL
-        assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+            signal.raise_signal(signal.SIGTERM)
+            raise Stopped(signal=came())
+        assert caught.value.signal == signal.SIGTERM
+        assert signal.getsignal(number) is signal.SIG_IGN
         assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
     finally:
-        signal.signal(signal.SIGHUP, before)
+        signal.signal(number, before)
 
 
 def test_a_program_that_handles_sigterm_goes_on_doing_so() -> None:

@@ -13,7 +13,7 @@ from pbrg_mj.perception.track.world_frame import LINE, ScanPose
 from tests import track_oracle as oracle
 
 PARAMS = TrackParameters(
-    range_max=4.0, silent=2, memory=2.0, drift=0.005, turn=np.deg2rad(0.2), clearance=0.1, sigmas=3.0
+    range_max=4.0, silent=2, memory=2.0, drift=0.005, turn=np.deg2rad(0.2), clearance=0.1, sigmas=3.0, min_points=5
 )
 PERIOD, SCANS = 0.1, 60
 SILENT = np.full(8, np.nan), np.column_stack([np.cos(np.arange(8.0)), np.sin(np.arange(8.0))])  # ranges, directions
@@ -90,3 +90,28 @@ def assert_same(row: np.void, track: oracle.Track) -> None:
     assert row["p_cc"] == pytest.approx(track.P[1, 1], rel=1e-7)
     assert (row["low"], row["high"]) == pytest.approx(track.extent, **EXACT)
     assert row["seen"] == track.seen
+
+
+def one_line(time: float) -> tuple[np.ndarray, ScanPose]:
+    """A wall 1 m ahead, seen by a robot at rest."""
+    record = np.zeros(1, LINE)
+    for name, value in zip(COLUMNS, (0.0, 1.0, -0.8, 0.8, 1e-4, 1e-5, 4e-5), strict=True):
+        record[name] = value
+    record["track"] = -1
+    return record, ScanPose(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, time, PERIOD)
+
+
+@pytest.mark.parametrize(("met", "counted"), [(True, 6), (False, 8)])
+def test_a_scan_that_met_a_wall_and_shows_no_line_takes_a_sighting_back(met: bool, counted: int) -> None:
+    """What is no line in most scans is one in others because of their noise, so these are wrong alike."""
+    steady, beams = PARAMS._replace(drift=0.0, turn=0.0), np.linspace(-0.6, 0.6, 12)
+    directions = np.column_stack([np.cos(beams), np.sin(beams)])
+    echoes = 1.0 / np.cos(beams) if met else np.full(12, 0.3)  # the others are stopped before it
+    tracks = no_tracks(1, 2)[0]
+    for k in range(10):
+        lines, pose = one_line(k * PERIOD)
+        update_tracks(tracks, lines[:0] if k in (4, 7) else lines, (echoes, directions), pose, steady)
+    track = tracks[tracks["live"] == 1][0]
+    assert (track["hits"], track["missed"]) == (8, 2 if met else 0)
+    assert track["p_aa"] == pytest.approx(1e-4 / counted, rel=0.06)
+    assert track["p_cc"] == pytest.approx(4e-5 / counted, rel=0.06)

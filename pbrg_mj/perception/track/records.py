@@ -16,7 +16,8 @@ from pbrg_mj.scenario.schema import Scenario
 
 _REAL = ["angle", "offset", "p_aa", "p_ac", "p_cc", "low", "high", "low_bound", "high_bound", "first", "seen"]
 _REAL += ["ref_angle", "ref_x", "ref_y", "w0", "w1", "w2", "e0", "e1", "end_blur"]
-_WHOLE = ["live", "confirmed", "slot", "hits", "unseen", "contradictions", "conflicts", "end_moves", "own_only"]
+_WHOLE = ["live", "confirmed", "slot", "hits", "missed", "unseen"]
+_WHOLE += ["contradictions", "conflicts", "end_moves", "own_only"]
 
 TRACK = np.dtype([(name, np.float64) for name in _REAL] + [(name, np.int64) for name in _WHOLE])
 """One line tracked by one robot.
@@ -24,7 +25,8 @@ TRACK = np.dtype([(name, np.float64) for name in _REAL] + [(name, np.int64) for 
 - angle [rad], offset [m], and their covariance p_aa, p_ac, p_cc
 - low, high [m]: the extent seen; low_bound, high_bound [m]: beams passed by there, so the track ends before; infinite
   when no end has been seen
-- first, seen [s]: first and last sighting; hits: sightings; unseen: scans since the last
+- first, seen [s]: first and last sighting; hits: sightings; missed: scans whose beams met it and that showed no line;
+  unseen: scans since the last sighting
 - ref_angle, ref_x, ref_y: line and place of the first sighting; w0, w1, w2, e0, e1: sums of 1, tau, tau^2, e, tau e,
   each weighted by 1/variance, e the displacement along the normal and tau the time since then
 - end_blur [m]: how far the thing can slide along itself before its better seen end must show it
@@ -45,6 +47,7 @@ class TrackParameters(NamedTuple):
     turn: float  # and angle [rad/sqrt(s)]
     clearance: float  # of hand points from faces [m]
     sigmas: float  # half-spaces move inward by this many standard deviations
+    min_points: int  # of a line
 
 
 def track_parameters(scenario: Scenario, agree: int, clearance: float) -> TrackParameters:
@@ -58,6 +61,7 @@ def track_parameters(scenario: Scenario, agree: int, clearance: float) -> TrackP
         turn=float(np.deg2rad(estimator.drift_std_deg)),
         clearance=clearance,
         sigmas=estimator.sigmas,
+        min_points=estimator.min_points,
     )
 
 

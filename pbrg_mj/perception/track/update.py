@@ -127,6 +127,7 @@ def _initiate(tracks, line, scan, now, params):
     track["p_aa"], track["p_ac"], track["p_cc"] = line["c_aa"], line["c_ac"], line["c_cc"]
     track["first"] = track["seen"] = now.time
     track["hits"] = track["live"] = 1
+    track["missed"] = 0
     track["unseen"] = track["contradictions"] = track["conflicts"] = track["end_moves"] = track["own_only"] = 0
     track["confirmed"] = 0
     track["slot"] = -1
@@ -140,14 +141,36 @@ def _delete_contradicted(tracks, scan, params):
     for i in range(len(tracks)):
         track = tracks[i]
         if track["live"] and track["unseen"] > 0:
-            track["contradictions"] = track["contradictions"] + 1 if contradicted(track, scan, params) else 0
+            met, past, echoes = _beams_on(track, scan, params)
+            against = echoes > 0 and met + past >= LEAST_BEAMS and past >= PASSED_SHARE * (met + past)
+            track["contradictions"] = track["contradictions"] + 1 if against else 0
+            if params.min_points > 0 and met >= params.min_points:
+                _count_miss(track)
             if track["contradictions"] >= MAX_CONTRADICTIONS:
                 track["live"] = 0
 
 
 @kernel
-def contradicted(track, scan, params):
-    """Return whether a scan shows that a track is no longer where it was: beams that should meet it went past.
+def _count_miss(track):
+    """Take back a sighting for a scan whose beams met the track, and that showed no line there.
+
+    A wall hardly ever fails to be a line. What fails often, as two walls at an obtuse corner do, is a line only in
+    scans whose noise makes it look straight. Such sightings are wrong alike.
+    """
+    counted = track["hits"] - track["missed"]
+    track["missed"] += 1
+    if counted > 1:
+        grows = counted / (counted - 1.0)
+        track["p_aa"], track["p_ac"], track["p_cc"] = (
+            grows * track["p_aa"],
+            grows * track["p_ac"],
+            grows * track["p_cc"],
+        )
+
+
+@kernel
+def _beams_on(track, scan, params):
+    """Return how many beams of a scan met a track, how many went past it that should have met it, and all echoes.
 
     `scan` is ranges (B,) [m] and beams (B, 2). Beams stopped before it say nothing. A scan without any echo says
     nothing: the sensor may be blind.
@@ -155,7 +178,7 @@ def contradicted(track, scan, params):
     ranges, beams = scan
     cos, sin, offset = math.cos(track["angle"]), math.sin(track["angle"]), track["offset"]
     low, high = track["low"] + MARGIN, track["high"] - MARGIN
-    on, past, echoes = 0, 0, 0
+    met, past, echoes = 0, 0, 0
     for k in range(len(ranges)):
         r = ranges[k]
         if math.isfinite(r):
@@ -165,7 +188,6 @@ def contradicted(track, scan, params):
             continue
         if math.isnan(r) or r > distance + PASSED_DISTANCE:
             past += 1
-            on += 1
         elif r > distance - PASSED_DISTANCE:
-            on += 1
-    return echoes > 0 and on >= LEAST_BEAMS and past >= PASSED_SHARE * on
+            met += 1
+    return met, past, echoes

@@ -109,6 +109,28 @@ def test_walls_beside_the_robot_do_not_tell_of_the_box_before_it(preset: str):
         assert known.closing[0, ahead] > speed * known.G[0, ahead, 0] - 0.05
 
 
+@pytest.mark.parametrize("preset", ["default", "lidar"])
+def test_a_box_that_comes_behind_what_stands_is_known_to_come(preset: str):
+    """Two boards stand 5 cm nearer along the same normal: one half-space keeps off all three."""
+    time, boards = times(preset, 1.6), Scene(((0.5, -0.8, 0.5, -0.2), (0.5, 0.2, 0.5, 0.8)))
+    for seed in range(6):
+        scenes = [together(box(0.7 + 0.25 * left, 0.0, 0.3), boards) for left in time[-1] - time]
+        *_, known = seen(preset, seed, scenes, sideways(time, 0.0))
+        ahead = int(np.argmax(np.where(known.active[0], known.G[0, :, 0], -1.0)))
+        assert known.closing_speeds[0, ahead] > 0.15
+
+
+@pytest.mark.parametrize("preset", ["default", "lidar"])
+def test_what_another_half_space_keeps_off_does_not_tell_of_the_box(preset: str):
+    """A wall beside the robot is nearer along the normal of the box's half-space than the clearance."""
+    time, wall = times(preset, 1.6), Scene(((0.1, 0.17, 0.36, 0.17),))
+    for seed in range(6):
+        scenes = [together(box(0.55 + 0.25 * left, 0.0, 0.3), wall) for left in time[-1] - time]
+        *_, known = seen(preset, seed, scenes, sideways(time, 0.0))
+        ahead = int(np.argmax(np.where(known.active[0], known.G[0, :, 0], -1.0)))
+        assert known.closing_speeds[0, ahead] > 0.2
+
+
 def scanned(made: PointEstimator, scene: Scene) -> np.ndarray:
     """The scan of a robot at the origin, without noise, as it is remembered."""
     ranges = cast(scene, np.zeros(3), len(made.parameters.directions), made.parameters.range_max)
@@ -144,3 +166,27 @@ def test_the_flow_of_free_ends_is_the_speed_along_the_face():
     assert len(errors) > 150
     assert abs(np.mean(errors)) < 0.02
     assert np.mean(np.square(errors)) == pytest.approx(np.mean(told), rel=0.5)
+
+
+@pytest.mark.parametrize("preset", ["default", "lidar", "robotarium"])
+def test_a_box_that_slides_along_its_face_is_not_told_to_stand(preset: str):
+    """Noise turns the line of two echoes that are close together, by 30 deg where there are 360 beams."""
+    made, given = estimator(sensor(preset))
+    numbers, elapsed, speed = made.parameters, 0.25, 0.3
+    beams, team, squares = len(numbers.directions), (np.zeros((1, 1, 2)), 0), []
+    for seed in range(60):
+        past, past_pose = np.zeros(beams, PAST_ECHO), np.zeros(1, PAST_POSE)
+        for frame, y in enumerate((-0.1, -0.1 + speed * elapsed)):
+            ranges = scan(given, box(0.6, y, 0.4), np.zeros((1, 3)), 2 * seed + frame).ranges[0]
+            pose = ScanPose(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, frame * elapsed, elapsed)
+            read = SeenBeams(ranges, numbers.directions)
+            echoes = add_scan(no_points(1, beams)[0], 1, read, pose, team, numbers)
+            ends = free_ends(echoes, ranges, numbers)
+            flows, count = range_flow((echoes, ranges), ends, (past, past_pose[0]), pose, numbers)
+            remember(past, past_pose, (echoes, read), ends, pose)
+        one = slice(0, count)
+        on_face = (np.abs(flows.x[one] - 0.4) < 0.05) & (np.abs(flows.y[one]) < 0.1) & (np.abs(flows.ny[one]) < 0.8)
+        errors = flows.speed[one] - flows.ny[one] * speed
+        squares += list((errors**2 / flows.variance[one])[on_face])
+    assert len(squares) > 40
+    assert np.median(squares) < 1.0  # 0.45 of honest ones

@@ -10,12 +10,13 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.half_spaces import HalfSpaces
+from pbrg_mj.perception.points.approach import move_half_spaces
 from pbrg_mj.perception.points.beams import SeenBeams
 from pbrg_mj.perception.points.deskew import deskewed
 from pbrg_mj.perception.points.detect import add_scan
 from pbrg_mj.perception.points.known_free import edge_of_free
 from pbrg_mj.perception.points.memory import capacity_after, copy_records, delete_stale, no_points, slots_used
-from pbrg_mj.perception.points.motion import TRACK, TRACKS, closing_speeds
+from pbrg_mj.perception.points.motion import TRACK, TRACKS
 from pbrg_mj.perception.points.parameters import PointParameters
 from pbrg_mj.perception.points.range_flow import PAST_ECHO, PAST_POSE
 from pbrg_mj.perception.points.separate import separate
@@ -127,9 +128,7 @@ def perceive_points(scans, parameters, robots, targets, before, after):
         half_spaces = G[robot], h[robot], active[robot], np.empty((len(h[robot]), 2))
         separate((points[robot], edge), q, target, parameters, half_spaces)
         motion = past[robot], past_poses[robot], tracks[robot]
-        closing_speeds((echoes, beams), motion, pose, parameters, half_spaces, closing[robot])
-        for k in range(len(h[robot])):
-            h[robot, k] -= parameters.reaction * closing[robot, k]
+        move_half_spaces((echoes, beams), motion, pose, parameters, half_spaces, closing[robot])
     used = 0
     for robot in range(len(points)):
         used = max(used, slots_used(points[robot]))

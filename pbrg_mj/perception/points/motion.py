@@ -1,8 +1,7 @@
 """How fast things come nearer: faces are tracked from scan to scan, each with a velocity and its covariance.
 
 A Kalman filter whose velocity walks at random fuses the track of a face with the range flow (range_flow.py) beside the
-place where the face is nearest. A face is that of a half-space, and its track, of those near that place, the one that
-explains most of the flow.
+place where the face is nearest. A face's track is, of those near that place, the one that explains most of the flow.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ import math
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.points.range_flow import FASTEST, free_ends, range_flow, remember
+from pbrg_mj.perception.points.range_flow import ANY_SPEED, FASTEST
 
 TRACK = np.dtype(
     [(name, "f8") for name in ("x", "y", "vx", "vy", "cxx", "cxy", "cyy", "time")]
@@ -25,7 +24,6 @@ BESIDE = 0.4  # [m] from the nearest place of a face: flows that tell of its vel
 DEPTH = 0.06  # [m] behind it: flows of the same side of a thing
 JUMP = 0.5  # [m] of a nearest place from scan to scan: along a face it is where noise and beams happen to put it
 UNSEEN = 1.0  # [s] after which a track ends
-ANY_SPEED = 0.3  # [m/s] standard deviation of the velocity of what is seen first
 WALK = 0.2  # [m/s] by which a velocity walks in a second
 MOVES = 13.8  # squared Mahalanobis distance of a velocity from rest: one face at rest in a thousand is beyond it
 RESTS = 2.0  # and one at which what has moved rests again: half of all that rest are within 1.4
@@ -33,72 +31,33 @@ OTHER = 9.0  # squared innovation of a flow that is not this face's: where a lin
 
 
 @kernel
-def closing_speeds(seen, motion, pose, parameters, half_spaces, closing):
-    """Write how fast each half-space's face comes nearer along its normal, `closing` (K,) [m/s], 0 for what rests.
+def track_at(tracks, place, beside, time):
+    """Return the track of the face at a place (x, y, its range's standard deviation), with the flows beside it.
 
-    `seen` are the echoes of a scan and its beams; `motion` past (lag, beams) of PAST_ECHO, past_poses (lag,) of
-    PAST_POSE and tracks (T,); `half_spaces` those of `separate`: G (K, 2), h (K,), active (K,), near (K, 2). The scan
-    is remembered.
+    `beside` are the flows of the scan, a `RangeFlow`, and those chosen of them, (size,). A track takes them in once.
     """
-    (echoes, beams), (past, past_poses, tracks), (G, h, active, near) = seen, motion, half_spaces
-    oldest = 0
-    for i in range(len(past_poses)):
-        if not past_poses[i]["known"] or (
-            past_poses[oldest]["known"] and past_poses[i]["time"] < past_poses[oldest]["time"]
-        ):
-            oldest = i
-    ends, before = free_ends(echoes, beams.ranges, parameters), (past[oldest], past_poses[oldest])
-    flows, count = range_flow((echoes, beams.ranges), ends, before, pose, parameters)
-    for k in range(len(h)):
-        closing[k] = 0.0
-        if active[k]:
-            place = _nearest_place(echoes, G[k], h[k], near[k])
-            closing[k] = _closing(tracks, place, (G[k, 0], G[k, 1]), (flows, count), pose.time)
-    remember(past[oldest], past_poses[oldest : oldest + 1], seen, ends, pose)
-
-
-@kernel
-def _nearest_place(echoes, normal, h, near):
-    """Return where the face of a half-space is nearest along its normal (x, y, its range's standard deviation) [m].
-
-    Of the echoes beside `near` (2,), its place that is nearest to the robot's path: a half-space goes on for ever, its
-    face does not. Where the scan has none there, that is `near` itself.
-    """
-    x, y, std, best = near[0], near[1], 0.0, math.inf
-    for i in range(len(echoes.x)):
-        if echoes.binds[i]:
-            along = normal[0] * echoes.x[i] + normal[1] * echoes.y[i]
-            if h < along < best:
-                dx, dy = echoes.x[i] - near[0], echoes.y[i] - near[1]
-                if dx * dx + dy * dy <= BESIDE * BESIDE:
-                    x, y, std, best = echoes.x[i], echoes.y[i], math.sqrt(echoes.variance[i]), along
-    return x, y, std
-
-
-@kernel
-def _closing(tracks, place, normal, measured, time):
-    """Return how fast the face of a place (x, y, its range's standard deviation) comes along -normal [m/s].
-
-    `measured` are the flows of the scan, a `RangeFlow`, and their count. It is 0 until the track is known to move, then
-    a standard deviation more than estimated.
-    """
-    (x, y, _), (nx, ny), (flows, count) = place, normal, measured
-    beside = _beside(flows, count, place, normal)
-    track = _track_of(tracks, (x, y), (flows, beside), time)
+    track = _track_of(tracks, (place[0], place[1]), beside, time)
     if track["time"] < time or track["cxx"] == 0.0:
-        _update(track, flows, beside, time)
-        track["x"], track["y"], track["time"] = x, y, time
+        _update(track, beside[0], beside[1], time)
+        track["x"], track["y"], track["time"] = place[0], place[1], time
+    return track
+
+
+@kernel
+def speed_along(track, normal):
+    """Return how fast a face comes along -normal [m/s]: 0 until it is known to move, then by a deviation more."""
+    nx, ny = normal
     speed = -(nx * track["vx"] + ny * track["vy"])
     variance = nx * nx * track["cxx"] + 2.0 * nx * ny * track["cxy"] + ny * ny * track["cyy"]
     return min(max(speed + math.sqrt(variance), 0.0), FASTEST) if track["moves"] else 0.0
 
 
 @kernel
-def _beside(flows, count, place, normal):
-    """Return which flows are beside the place of a face (x, y, its std), and on its side."""
+def flows_beside(flows, chosen, place, normal):
+    """Return which of the flows chosen are beside the place of a face (x, y, its std), and on its side."""
     (x, y, std), (nx, ny) = place, normal
-    beside, size = np.empty(count, np.int64), 0
-    for i in range(count):
+    beside, size = np.empty(len(chosen), np.int64), 0
+    for i in chosen:
         dx, dy = flows.x[i] - x, flows.y[i] - y
         if dx * dx + dy * dy <= BESIDE * BESIDE and nx * dx + ny * dy <= DEPTH + 2.0 * std:
             beside[size] = i
@@ -153,9 +112,9 @@ def _track_of(tracks, place, beside, time):
             dx, dy = track["x"] + ahead * track["vx"] - place[0], track["y"] + ahead * track["vy"] - place[1]
             squared = dx * dx + dy * dy
             if squared < JUMP * JUMP:
-                explained = _explained(track, beside, time)
-                if explained > most or (explained == most and squared < best):
-                    best, most, found = squared, explained, i
+                count = explained(track, beside, time)
+                if count > most or (count == most and squared < best):
+                    best, most, found = squared, count, i
         if not track["live"] or (tracks[free]["live"] and track["time"] < tracks[free]["time"]):
             free = i
     if found < 0:
@@ -168,15 +127,24 @@ def _track_of(tracks, place, beside, time):
 
 
 @kernel
-def _explained(track, beside, time):
-    """Return how many flows may be of what moves as a track does.
+def explained(track, beside, time):
+    """Return how many flows may be of what moves as a track does."""
+    return len(beside[1]) - len(not_explained(track, beside, time))
+
+
+@kernel
+def not_explained(track, beside, time):
+    """Return which of the flows chosen are not of what moves as a track does.
 
     `beside` are the flows and those chosen of them, (size,).
     """
-    (flows, chosen), (cxx, cxy, cyy), count = beside, _predicted(track, time), 0
+    (flows, chosen), (cxx, cxy, cyy), size = beside, _predicted(track, time), 0
+    others = np.empty(len(chosen), np.int64)
     for i in chosen:
         fx, fy = flows.nx[i], flows.ny[i]
         error = flows.speed[i] - fx * track["vx"] - fy * track["vy"]
         own = cxx * fx * fx + 2.0 * cxy * fx * fy + cyy * fy * fy
-        count += error * error <= OTHER * (own + flows.variance[i] + flows.shared[i])
-    return count
+        if error * error > OTHER * (own + flows.variance[i] + flows.shared[i]):
+            others[size] = i
+            size += 1
+    return others[:size]

@@ -1,10 +1,12 @@
 """Range flow: how fast what echoes moves along directions in which a scan, compared with an older one, tells it.
 
-The two echoes that were on either side of an echo's direction span a line; how far the new echo lies off that line is
-how far the face has moved along its normal, the normal flow (Horn and Schunck, Artificial Intelligence 17, 1981; in
-scan matching the point-to-line metric of Censi, ICRA 2008). A wall along which a robot drives has no flow along its
-normal, whatever comes into view, so it stays at rest. Along itself a face is seen to move at its free ends, beside
-which beams pass by: the flow there is across the beam, along which an end is known to half a gap between beams.
+Two echoes that were on either side of an echo's direction span a line; how far the new echo lies off that line is how
+far the face has moved along its normal, the normal flow (Horn and Schunck, Artificial Intelligence 17, 1981; in scan
+matching the point-to-line metric of Censi, ICRA 2008). Of beams that are close together the noise of two ranges turns
+the line, so it goes on to echoes farther apart (older_line.py). What is left of that turn is in the variance: a thing
+that slides along its face seems to move along a normal that is turned. A wall along which a robot drives has no flow
+along its normal, whatever comes into view, so it stays at rest. Along itself a face is seen to move at its free ends,
+beside which beams pass by: the flow there is across the beam, along which an end is known to half a gap between beams.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.beams import beams_beside, next_beam
-from pbrg_mj.perception.points.parameters import JOINING, LEAST_JOINING
+from pbrg_mj.perception.points.older_line import joined, long_line
 
 PAST_ECHO = np.dtype(
     [
@@ -39,6 +41,7 @@ PAST_POSE = np.dtype([("x", "f8"), ("y", "f8"), ("heading", "f8"), ("time", "f8"
 NEAR = 1.5  # [m] farther things have time to come nearer
 FASTEST = 0.7  # [m/s] more is no motion, but another thing
 LONGEST = 1.0  # [s] between two scans
+ANY_SPEED = 0.3  # [m/s] standard deviation of the velocity of what is seen first
 LEFT, RIGHT = 1, 2  # sides of a face, as its robot sees it
 SLANTED = 0.5  # cosine between a face's normal and its beam below which normal flow tells little
 
@@ -106,13 +109,13 @@ def _along_normal(echo, before, elapsed, parameters):
     nothing = False, (0.0, 0.0), 0.0, 0.0
     dx, dy = ex - past_pose["x"], ey - past_pose["y"]
     a, b = beams_beside(dx, dy, past_pose["heading"], directions, parameters)
-    if b < 0 or not (past[a]["external"] and past[b]["external"]):
+    if b < 0 or not joined(past, a, b, parameters):
         return nothing
+    off_line = max(past[a]["off_line"], past[b]["off_line"])
+    a, b, bent = long_line(past, a, b, parameters)
     along_x, along_y = past[b]["x"] - past[a]["x"], past[b]["y"] - past[a]["y"]
-    length, far = math.sqrt(along_x * along_x + along_y * along_y), max(past[a]["range"], past[b]["range"])
-    noise = past[a]["variance"] + past[b]["variance"]
-    # by the farther range, unlike in `detect`: more lines tell of rest, and gates drop those from thing to thing
-    if length == 0.0 or length > max(JOINING * parameters.gap * far, LEAST_JOINING) + 3.0 * math.sqrt(noise):
+    length, noise = math.sqrt(along_x * along_x + along_y * along_y), past[a]["variance"] + past[b]["variance"]
+    if length == 0.0:
         return nothing
     ux, uy = -along_y / length, along_x / length
     if ux * dx + uy * dy > 0.0:
@@ -121,8 +124,11 @@ def _along_normal(echo, before, elapsed, parameters):
     slanted = -(ux * dx + uy * dy) < SLANTED * math.sqrt(dx * dx + dy * dy)
     if slanted or abs(moved) > FASTEST * elapsed + 3.0 * math.sqrt(echo_variance):
         return nothing
-    variance = echo_variance + 0.5 * noise + max(past[a]["off_line"], past[b]["off_line"]) ** 2 / 12.0
-    return True, (ux, uy), moved, variance
+    share = ((ex - past[a]["x"]) * along_x + (ey - past[a]["y"]) * along_y) / length**2
+    share = min(max(share, 0.0), 1.0)
+    variance = echo_variance + (1.0 - share) ** 2 * past[a]["variance"] + share**2 * past[b]["variance"]
+    turned = noise * (ANY_SPEED * elapsed / length) ** 2
+    return True, (ux, uy), moved, variance + off_line**2 / 12.0 + bent**2 + turned
 
 
 @kernel

@@ -1,0 +1,133 @@
+"""How fast what half-spaces keep off comes nearer.
+
+A half-space keeps off several things, and one that comes may be behind one that stands, or slide along it. So the faces
+behind a half-space are taken one after the other, nearest first, each from the flow that the tracks (motion.py) of
+those before do not explain. What is nearer than the clearance from its edge, other half-spaces keep off.
+
+A face at the distance D behind the first one, along the normal, and at the speed c reaches the first one's place after
+D / c. Until a robot reacts, after T, h falls by the largest of c T - D. From then on the robot gives way at the largest
+of c - D / (4 T): at that rate distances behind a lag T fall without swinging.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.points.motion import BESIDE, explained, flows_beside, not_explained, speed_along, track_at
+from pbrg_mj.perception.points.range_flow import free_ends, range_flow, remember
+
+FACES = 4  # of a half-space that are looked at
+AGREEING = 3  # flows that make a face of what is left: both ends of what is round seem to move
+AROUND = 1.0  # [m] from where a half-space is nearest, as far as hulls reach: flows of what it keeps off
+
+
+@kernel
+def move_half_spaces(seen, motion, pose, parameters, half_spaces, closing):
+    """Lower h of half-spaces by how far what they keep off comes until a robot reacts.
+
+    `closing` (K,) [m/s] becomes how fast it comes along the normal from then on, 0 for what rests. `seen` are the echoes
+    of a scan and its beams; `motion` past (lag, beams) of PAST_ECHO, past_poses (lag,) of PAST_POSE and tracks (T,);
+    `half_spaces` those of `separate`: G (K, 2), h (K,), active (K,), near (K, 2). The scan is remembered.
+    """
+    (echoes, beams), (past, past_poses, tracks), (G, h, active, near) = seen, motion, half_spaces
+    oldest = 0
+    for i in range(len(past_poses)):
+        if not past_poses[i]["known"] or (
+            past_poses[oldest]["known"] and past_poses[i]["time"] < past_poses[oldest]["time"]
+        ):
+            oldest = i
+    ends, before = free_ends(echoes, beams.ranges, parameters), (past[oldest], past_poses[oldest])
+    flows, count = range_flow((echoes, beams.ranges), ends, before, pose, parameters)
+    for k in range(len(h)):
+        closing[k] = 0.0
+        if active[k]:
+            half_space = (G[k, 0], G[k, 1]), h[k] + parameters.clearance, (near[k, 0], near[k, 1])
+            closing[k], lead = _approach(echoes, tracks, half_space, (flows, count), pose.time, parameters.reaction)
+            h[k] -= lead
+    remember(past[oldest], past_poses[oldest : oldest + 1], seen, ends, pose)
+
+
+@kernel
+def _approach(echoes, tracks, half_space, measured, time, reaction):
+    """Return how fast what a half-space keeps off comes [m/s], and by how much h falls [m].
+
+    The half-space is its normal, its edge where faces begin, h + clearance, and its nearest place. The first face is
+    where the scan says; each other where the flow that is left is nearest along the normal.
+    """
+    normal, edge, near = half_space
+    flows, left = measured[0], _kept_off(measured, half_space)
+    place, closing, lead = _nearest_place(echoes, normal, edge, near), 0.0, 0.0
+    first = normal[0] * place[0] + normal[1] * place[1]
+    for face in range(FACES):
+        beside, rest = flows_beside(flows, left, place, normal), left
+        if face == 0 or len(beside) >= AGREEING:
+            track = track_at(tracks, place, (flows, beside), time)
+            if face == 0 or explained(track, (flows, beside), time) >= max(AGREEING, (len(beside) + 1) // 2):
+                speed, behind = speed_along(track, normal), normal[0] * place[0] + normal[1] * place[1] - first
+                closing = max(closing, speed - 0.25 * max(behind, 0.0) / reaction)
+                lead = max(lead, reaction * speed - max(behind, 0.0))
+            if len(beside) > 0:  # else the track tells of nothing
+                rest = not_explained(track, (flows, left), time)
+        left = rest if len(rest) < len(left) else _without(left, beside)
+        if len(left) < AGREEING:
+            break
+        place = _nearest_flow(flows, left, normal)
+    return closing, lead
+
+
+@kernel
+def _kept_off(measured, half_space):
+    """Return which flows are of what a half-space keeps off, within `AROUND` of its nearest place."""
+    (flows, count), (normal, edge, near), size = measured, half_space, 0
+    chosen = np.empty(count, np.int64)
+    for i in range(count):
+        dx, dy = flows.x[i] - near[0], flows.y[i] - near[1]
+        if dx * dx + dy * dy <= AROUND * AROUND and normal[0] * flows.x[i] + normal[1] * flows.y[i] >= edge:
+            chosen[size] = i
+            size += 1
+    return chosen[:size]
+
+
+@kernel
+def _nearest_flow(flows, chosen, normal):
+    """Return the place of the flow, of those chosen, that is nearest along a normal, with no deviation of its range."""
+    best = chosen[0]
+    for i in chosen:
+        if normal[0] * (flows.x[i] - flows.x[best]) + normal[1] * (flows.y[i] - flows.y[best]) < 0.0:
+            best = i
+    return flows.x[best], flows.y[best], 0.0
+
+
+@kernel
+def _without(chosen, others):
+    """Return those chosen that are not among the others; both ascend."""
+    kept, size, k = np.empty(len(chosen), np.int64), 0, 0
+    for i in chosen:
+        while k < len(others) and others[k] < i:
+            k += 1
+        if k == len(others) or others[k] != i:
+            kept[size] = i
+            size += 1
+    return kept[:size]
+
+
+@kernel
+def _nearest_place(echoes, normal, edge, near):
+    """Return where the face of a half-space is nearest along its normal (x, y, its range's standard deviation) [m].
+
+    Of the echoes beside `near` (2,), its place that is nearest to the robot's path: a half-space goes on for ever, its
+    face does not. What is nearer than the `edge` [m] other half-spaces keep off. Where the scan has no echo there, that
+    is `near` itself.
+    """
+    x, y, std, best = near[0], near[1], 0.0, math.inf
+    for i in range(len(echoes.x)):
+        if echoes.binds[i]:
+            along = normal[0] * echoes.x[i] + normal[1] * echoes.y[i]
+            if edge <= along < best:
+                dx, dy = echoes.x[i] - near[0], echoes.y[i] - near[1]
+                if dx * dx + dy * dy <= BESIDE * BESIDE:
+                    x, y, std, best = echoes.x[i], echoes.y[i], math.sqrt(echoes.variance[i]), along
+    return x, y, std

@@ -12,7 +12,9 @@ hull            the distance of the hull of points from a segment (GJK)
 face            the places of one face, its normal and its half-space
 separate        half-spaces between the path and all places
 range_flow      what a scan, compared with an older one, tells of velocities
-motion          how fast each half-space's face comes nearer
+older_line      the line of a face in the older scan
+motion          tracks of faces, each with a velocity
+approach        how fast what half-spaces keep off comes nearer
 estimator       one tick of all that for all robots
 
 Kernels name their arrays alike, of one robot:

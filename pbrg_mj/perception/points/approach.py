@@ -28,8 +28,8 @@ AROUND = 1.0  # [m] from where a half-space is nearest, as far as hulls reach: f
 def move_half_spaces(seen, motion, pose, parameters, half_spaces, closing):
     """Lower h of half-spaces by how far what they keep off comes until a robot reacts.
 
-    `closing` (K,) [m/s] becomes how fast it comes along the normal from then on, 0 for what rests. `seen` are the echoes
-    of a scan and its beams; `motion` past (lag, beams) of PAST_ECHO, past_poses (lag,) of PAST_POSE and tracks (T,);
+    `closing` (K,) [m/s] becomes how fast it comes along the normal from then on, 0 for what rests. `seen` are a scan's
+    echoes and its beams; `motion` past (lag, beams) of PAST_ECHO, past_poses (lag,) of PAST_POSE and tracks (T,);
     `half_spaces` those of `separate`: G (K, 2), h (K,), active (K,), near (K, 2). The scan is remembered.
     """
     (echoes, beams), (past, past_poses, tracks), (G, h, active, near) = seen, motion, half_spaces

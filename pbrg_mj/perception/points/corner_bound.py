@@ -62,18 +62,21 @@ def corner_bound(echoes, ranges, k, joins, parameters):
 @kernel
 def share_corner_bounds(points, beams):
     """Give all echoes at one place, those of the beam that met it last, the corner of the one that knows most."""
-    best = np.full(beams, -1)
-    for i in range(len(points)):
-        beam = points[i]["beam"]
-        if points[i]["live"] and beam >= 0 and (best[beam] < 0 or points[i]["slack"] < points[best[beam]]["slack"]):
-            best[beam] = i
+    best, least = np.zeros(beams + 1, np.int64), np.full(beams + 1, math.inf)  # last, of points at no echo's place
     for i in range(len(points)):
         point = points[i]
-        if point["slack"] > 0.0 and point["live"] and point["beam"] >= 0:
-            known = points[best[point["beam"]]]
-            if known["slack"] < point["slack"]:
-                point["protrusion"], point["slack"] = known["protrusion"], known["slack"]
-                point["along_x"], point["along_y"] = known["along_x"], known["along_y"]
+        beam = point["beam"] if point["live"] & (point["beam"] >= 0) else beams
+        knows_more = point["slack"] < least[beam]
+        best[beam] = i if knows_more else best[beam]
+        least[beam] = point["slack"] if knows_more else least[beam]
+    least[beams] = math.inf
+    for i in range(len(points)):
+        point = points[i]
+        beam = point["beam"] if point["live"] & (point["beam"] >= 0) else beams
+        if least[beam] < point["slack"]:
+            known = points[best[beam]]
+            point["protrusion"], point["slack"] = known["protrusion"], known["slack"]
+            point["along_x"], point["along_y"] = known["along_x"], known["along_y"]
 
 
 @kernel

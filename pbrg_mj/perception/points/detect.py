@@ -9,12 +9,11 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.beams import next_beam
+from pbrg_mj.perception.points.confirm import confirmed, recent_echoes
 from pbrg_mj.perception.points.corner_bound import MOST_LOST, corner_bound, share_corner_bounds
 from pbrg_mj.perception.points.memory import free_slot
 from pbrg_mj.perception.points.parameters import LEAST_JOINING
 from pbrg_mj.perception.scan.team_mates import is_team_mate
-
-ABOVE = 1.0 + 1e-9  # by which a bound is above what it bounds, however both are rounded
 
 
 class Echoes(NamedTuple):
@@ -44,7 +43,7 @@ def add_scan(points, scan, beams, pose, team, parameters):
     binds when earlier echoes at its place make up for it.
     """
     ranges, echoes = beams.ranges, _echoes(beams, pose, team, parameters)
-    place = -1
+    recents, place = recent_echoes(points, scan, parameters.recent), -1
     for k in range(len(ranges)):
         if not echoes.external[k]:
             continue
@@ -52,7 +51,7 @@ def add_scan(points, scan, beams, pose, team, parameters):
         joins = _neighbour(echoes, ranges, k, -1, parameters), _neighbour(echoes, ranges, k, 1, parameters)
         echo = echoes.x[k], echoes.y[k], std, echoes.pose_std[k]
         needed = parameters.confirmations + 1 - _run(echoes, ranges, k, joins, parameters)
-        echoes.binds[k] = needed <= 0 or _confirmed(points, scan, (echo, needed), pose, parameters)
+        echoes.binds[k] = needed <= 0 or confirmed(points, recents, (echo, needed), pose, parameters)
         place = free_slot(points, place + 1)
         point = points[place]
         point["x"], point["y"], point["std"], point["pose_std"] = echoes.x[k], echoes.y[k], std, echoes.pose_std[k]
@@ -127,45 +126,3 @@ def _run(echoes, ranges, k, joins, parameters):
         return parameters.confirmations + 1
     other, step = (before, -1) if before >= 0 else (after, 1)
     return 2 if _neighbour(echoes, ranges, other, step, parameters) < 0 else parameters.confirmations + 1
-
-
-@kernel
-def _confirmed(points, scan, asked, pose, parameters):
-    """Tell whether as many echoes of recent scans as are needed lie at the same place; then these bind, too.
-
-    `asked` are the echo (x, y, std, pose_std) [m], the last two its range's standard deviation and its pose's, and how
-    many are needed. The same place is within three standard deviations, along the beam of the ranges and across it of
-    the pose, and a gap between beams to either side.
-    """
-    echo, needed = asked
-    ux, uy = echo[0] - pose.x, echo[1] - pose.y
-    distance = math.sqrt(ux * ux + uy * uy)
-    ux, uy = ux / distance, uy / distance
-    found, beside = 0, parameters.gap * distance
-    for i in range(len(points)):
-        if _at_one_place(points[i], echo, (ux, uy, beside), scan, parameters.recent):
-            found += 1
-    if found < needed:
-        return False
-    for i in range(len(points)):
-        if _at_one_place(points[i], echo, (ux, uy, beside), scan, parameters.recent):
-            points[i]["binds"] = True
-    return True
-
-
-@kernel
-def _at_one_place(other, echo, beam, scan, recent):
-    """Tell whether a POINT `other` lies at the place of an echo (x, y, std, pose_std) [m].
-
-    `beam` is the unit vector along it, ux, uy, and beside, the gap between beams there [m].
-    """
-    if not other["live"] or not 0 < scan - other["scan"] <= recent:
-        return False
-    (x, y, std, pose_std), (ux, uy, beside) = echo, beam
-    dx, dy = other["x"] - x, other["y"] - y
-    across = abs(dx * uy - dy * ux)
-    if across > (beside + 3.0 * (pose_std + other["pose_std"]) + 0.02) * ABOVE:
-        return False  # most are: no root is taken for them
-    poses = 3.0 * math.sqrt(pose_std**2 + other["pose_std"] ** 2) + 0.02
-    along = 3.0 * math.sqrt(std**2 + other["std"] ** 2) + poses
-    return abs(dx * ux + dy * uy) <= along and across <= beside + poses

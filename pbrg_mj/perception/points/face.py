@@ -82,13 +82,19 @@ def offset(window, size, normal, parameters):
 def points_not_separated(places, count, half_space, parameters):
     """Put the places that a half-space (normal, nearest, h) leaves before the others; return how many there are."""
     normal, nearest, h = half_space
-    gx, gy = normal
-    left = 0
+    (gx, gy), near, left = normal, min(nearest, h), 0  # what is nearer by the clearance alone is left in any case
     for i in range(count):
         along = gx * places.x[i] + gy * places.y[i]
-        if along - places.inset[i] < min(nearest, h + parameters.sigmas * places.std[i]):
-            inset, std = inset_along(places, i, normal, parameters)
-            if along - inset < min(nearest, h + parameters.sigmas * std):
-                swap_points(places, i, left)
-                left += 1
+        may = along - places.inset[i] < min(nearest, h + parameters.sigmas * places.std[i])
+        if may and (along - parameters.clearance < near or _is_left(places, i, along, half_space, parameters)):
+            swap_points(places, i, left)
+            left += 1
     return left
+
+
+@kernel
+def _is_left(places, i, along, half_space, parameters):
+    """Tell whether a half-space (normal, nearest, h) does not keep off a place that is so far along its normal."""
+    normal, nearest, h = half_space
+    inset, std = inset_along(places, i, normal, parameters)
+    return along - inset < min(nearest, h + parameters.sigmas * std)

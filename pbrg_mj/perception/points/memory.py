@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.points.beams import layout, nearest_beam, nearest_from
+from pbrg_mj.perception.points.beams import layout, nearest_beam, nearest_from, roughly_ahead
 
 POINT = np.dtype(
     [(name, np.float64) for name in ("x", "y", "std", "pose_std", "time")]
@@ -75,7 +75,7 @@ def delete_stale(points, scan, beams, pose, parameters):
     - A point that is hidden, or outside of what the beams reach, stays until `memory` is over.
     """
     ranges, directions = beams
-    cos, sin, even = math.cos(pose.heading), math.sin(pose.heading), layout(parameters)
+    even, (xs, ys, ahead) = layout(parameters), _in_body_frame(points, pose, parameters)
     for i in range(len(points)):
         point = points[i]
         if not point["live"]:
@@ -84,9 +84,8 @@ def delete_stale(points, scan, beams, pose, parameters):
             point["live"] = False
             continue
         point["beam"] = -1
-        x, y = point["x"] - pose.x, point["y"] - pose.y
-        x, y = cos * x + sin * y, cos * y - sin * x
-        beam = nearest_beam(x, y, even)
+        x, y = xs[i], ys[i]
+        beam = nearest_beam(x, y, ahead[i], even)
         if parameters.scan_time > 0.0 and beam >= 0:
             beam = nearest_from(beam, x, y, directions, parameters)
         if beam < 0 or parameters.blocked[beam] or math.isnan(ranges[beam]):
@@ -106,6 +105,22 @@ def delete_stale(points, scan, beams, pose, parameters):
             point["passed"], point["beam"] = 0, beam
             if scan - point["scan"] >= parameters.recent:
                 point["live"] = False
+
+
+@kernel
+def _in_body_frame(points, pose, parameters):
+    """Return where all points are, x and y [m] in the body frame, and how far ahead of the first beam, roughly [gaps].
+
+    Apart from what is decided by it: a branch that the processor guesses wrong would wait for all of this.
+    """
+    xs, ys, ahead = np.empty(len(points)), np.empty(len(points)), np.empty(len(points))
+    cos, sin, first, gap = math.cos(pose.heading), math.sin(pose.heading), parameters.first, parameters.gap
+    for i in range(len(points)):
+        x, y = points[i]["x"] - pose.x, points[i]["y"] - pose.y
+        xs[i], ys[i] = cos * x + sin * y, cos * y - sin * x
+    for i in range(len(points)):
+        ahead[i] = roughly_ahead(xs[i], ys[i], first, gap)
+    return xs, ys, ahead
 
 
 @kernel

@@ -34,12 +34,11 @@ def obstacle_points(points, edge, parameters):
     """Return the `ObstaclePoints` of the points that bind and of the `Edge`, and how many there are."""
     places, count = empty_points(len(points) + len(edge.x), points), 0
     for i in range(len(points)):
-        point = points[i]
-        if point["live"] and point["binds"]:
-            places.x[count], places.y[count], places.std[count] = point["x"], point["y"], point["std"]
-            places.inset[count] = parameters.clearance + parameters.sigmas * point["pose_std"] + point["protrusion"]
-            places.point[count] = i
-            count += 1
+        point = points[i]  # each is written over the last that does not count: branches would be guessed wrong
+        places.x[count], places.y[count], places.std[count] = point["x"], point["y"], point["std"]
+        places.inset[count] = parameters.clearance + parameters.sigmas * point["pose_std"] + point["protrusion"]
+        places.point[count] = i
+        count += point["live"] & point["binds"]
     for i in range(len(edge.x)):
         places.x[count], places.y[count], places.std[count] = edge.x[i], edge.y[i], 0.0
         places.inset[count] = parameters.clearance + parameters.sigmas * edge.pose_std[i]
@@ -100,11 +99,11 @@ def free_path(places, count, q, target, parameters):
         inset = places.inset[i] + parameters.sigmas * places.std[i]
         along, squared = x * dx + y * dy, x * x + y * y
         across = squared - along * along
-        if squared <= inset * inset:  # already nearer: any approach ends at once
-            if along > 0.0:
+        if across <= inset * inset and along > 0.0:  # most places are not beside the line, half of them ahead
+            if squared <= inset * inset:  # already nearer: any approach ends at once
                 free = 0.0
-        elif along > 0.0 and across < inset * inset:
-            free = min(free, along - math.sqrt(inset * inset - across))
+            elif across < inset * inset:
+                free = min(free, along - math.sqrt(inset * inset - across))
     return q[0], q[1], q[0] + free * dx, q[1] + free * dy
 
 

@@ -45,7 +45,8 @@ def separate(seen, q, target, parameters, half_spaces):
     """
     G, h, active, _ = half_spaces
     places, count = obstacle_points(seen[0], seen[1], parameters)
-    window, path = empty_points(count, seen[0]), free_path(places, count, q, target, parameters)
+    window = empty_points(count, seen[0])
+    path = free_path(places, count, q, target, parameters)
     measure_from(path, places, count)
     before = G.copy(), active.copy(), np.zeros(len(h), np.bool_)
     taken = before[2]

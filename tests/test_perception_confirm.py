@@ -1,0 +1,62 @@
+"""Which points confirm a lone echo: looked for quickly, and the same as by the definition of one place."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pbrg_mj.perception.points.confirm import confirmed, recent_echoes
+from pbrg_mj.perception.points.memory import no_points
+from pbrg_mj.perception.track.world_frame import ScanPose
+from tests.seeing_points import estimator
+
+POSE = ScanPose(0.4, -0.7, 0.3, 1e-6, 1e-5, 0.0, 0.0, 1.0, 0.1)
+SCAN = 20
+
+
+def test_points_at_one_place_are_found_and_no_others():
+    made, draws, found = estimator()[0].parameters, np.random.default_rng(3), 0
+    for _ in range(300):
+        echo = (*draws.uniform(-1.5, 1.5, 2), draws.uniform(0.0, 0.02), draws.uniform(0.0, 0.02))
+        points = _points(draws, echo)
+        expected = [_at_one_place(point, echo, made) for point in points]
+        needed = int(draws.integers(1, 4))
+        recents = recent_echoes(points, SCAN, made.recent)
+        assert confirmed(points, recents, (echo, needed), POSE, made) == (sum(expected) >= needed)
+        enough = sum(expected) >= needed
+        assert points["binds"].tolist() == [at_place and enough for at_place in expected]
+        found += sum(expected)
+    assert 1000 < found < 20_000
+
+
+def test_a_slot_that_was_taken_since_confirms_nothing():
+    made, echo = estimator()[0].parameters, (1.4, -0.7, 0.005, 0.001)
+    points = no_points(1, 1)[0]
+    points[0]["x"], points[0]["y"], points[0]["live"], points[0]["scan"] = *echo[:2], True, SCAN - 1
+    recents = recent_echoes(points, SCAN, made.recent)
+    points[0]["scan"] = SCAN
+    assert not confirmed(points, recents, (echo, 1), POSE, made)
+
+
+def _points(draws: np.random.Generator, echo) -> np.ndarray:
+    """Points about the place of an echo, along and across its beam, some dead, some of other scans."""
+    points = no_points(1, 150)[0]
+    beam = np.array([echo[0] - POSE.x, echo[1] - POSE.y])
+    beam /= np.linalg.norm(beam)
+    along, across = draws.normal(0.0, 0.1, 150), draws.normal(0.0, 0.2, 150)
+    points["x"] = echo[0] + along * beam[0] - across * beam[1]
+    points["y"] = echo[1] + along * beam[1] + across * beam[0]
+    points["std"], points["pose_std"] = draws.uniform(0.0, 0.02, (2, 150))
+    points["scan"], points["live"] = draws.integers(SCAN - 8, SCAN + 1, 150), draws.uniform(size=150) < 0.8
+    return points
+
+
+def _at_one_place(point, echo, made) -> bool:
+    """Three standard deviations along the beam of ranges and across it of poses, and a gap to either side."""
+    away = np.array([echo[0] - POSE.x, echo[1] - POSE.y])
+    distance = np.linalg.norm(away)
+    ux, uy = away / distance
+    dx, dy = point["x"] - echo[0], point["y"] - echo[1]
+    poses = 3.0 * np.hypot(echo[3], point["pose_std"]) + 0.02
+    along = 3.0 * np.hypot(echo[2], point["std"]) + poses
+    near = abs(dx * ux + dy * uy) <= along and abs(dx * uy - dy * ux) <= made.gap * distance + poses
+    return bool(point["live"] and SCAN - made.recent <= point["scan"] < SCAN and near)

@@ -15,7 +15,11 @@ from pbrg_mj.governor.distributed.governor import DistributedGovernor
 from pbrg_mj.governor.distributed.rounds import run_rounds
 from pbrg_mj.governor.monitor.equilibrium import equilibrium
 from pbrg_mj.governor.monitor.passivity import flow_passivity, passivity
-from pbrg_mj.governor.monitor.passivity_blocks import flow_passivities_of_block, passivities_about_optima
+from pbrg_mj.governor.monitor.passivity_blocks import (
+    flow_passivities_of_block,
+    passivities_about_optima,
+    rounds_of_block,
+)
 from pbrg_mj.governor.monitor.passivity_monitor import passivity_monitor
 from pbrg_mj.governor.monitor.tick_block import TickBlock
 from pbrg_mj.governor.problem.ball import ball_rows
@@ -199,9 +203,9 @@ def test_blocks_of_two_rounds_are_two_rounds():
     states = [random_estimates(rng, static.rows) for static in problems]
     block = TickBlock.of(problems)
     want = [flow_passivity(one, flow, three_rounds(one, at, flow)) for one, at in zip(problems, states, strict=True)]
-    assert flow_passivities_of_block(block, flow, states) == want
+    assert flow_passivities_of_block(block, flow, rounds_of_block(block, flow, states)) == want
     states[3].z[2, 3] = np.inf
-    found = flow_passivities_of_block(block, flow, states)
+    found = flow_passivities_of_block(block, flow, rounds_of_block(block, flow, states))
     assert np.isnan(found.pop(3).primal_storage)
     assert found == want[:3] + want[4:]
 
@@ -213,10 +217,11 @@ def test_blocks_of_one_round_are_the_round_and_its_balance():
     block, want = TickBlock.of(problems), []
     for static, optimum, at in zip(problems, optima, states, strict=True):
         want.append(passivity(static, optimum, flow.alpha, at, change(static, at, flow)))
-    assert passivities_about_optima(block, optima, flow, states, 100.0) == want
+    rounds = rounds_of_block(block, flow, states)
+    assert passivities_about_optima(block, optima, flow, rounds, 100.0) == want
     reached = [np.abs(run_rounds(*one, flow, 1).z).max() for one in zip(problems, states, strict=True)]
-    assert passivities_about_optima(block, optima, flow, states, max(reached)) == want
-    beyond = passivities_about_optima(block, optima, flow, states, np.nextafter(max(reached), 0.0))
+    assert passivities_about_optima(block, optima, flow, rounds, max(reached)) == want
+    beyond = passivities_about_optima(block, optima, flow, rounds, np.nextafter(max(reached), 0.0))
     assert [np.isnan(one.primal_storage) for one in beyond] == [one == max(reached) for one in reached]
 
 

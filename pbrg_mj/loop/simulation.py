@@ -121,20 +121,30 @@ class Simulation:
 
     def _run_block(self, run_ticks: Iterator[ControlTick], ticks: int) -> tuple[list[CompletedTick], Exception | None]:
         """Let up to so many ticks pass; return them, none after the last one, and what ended them early."""
-        world, completed, until = self.loop.world, [], clock() + BLOCK_SECONDS
+        world, passed, samples, failure, until = self.loop.world, [], [], None, clock() + BLOCK_SECONDS
         try:
             for tick in islice(run_ticks, ticks):
                 began = clock()
-                truth = world.truth()
+                sample = world.sample_truth()
                 looked = clock()
                 world.advance(tick.command)
                 now = clock()
-                completed.append(CompletedTick(truth, tick, looked - began, now - looked))
+                samples.append(sample)
+                passed.append((tick, looked - began, now - looked))
                 if now > until:
                     break
         except Exception as error:
-            return completed, error
-        return completed, None
+            failure = error
+        if not passed:
+            return [], failure
+        began = clock()
+        truths = world.truths(samples)
+        each = (clock() - began) / len(passed)
+        completed = [
+            CompletedTick(truth, tick, sampling + each, advancing)
+            for truth, (tick, sampling, advancing) in zip(truths, passed, strict=True)
+        ]
+        return completed, failure
 
     def _run_ticks(self) -> Iterator[ControlTick]:
         """Yield every tick; the caller advances the world before it asks for the next."""

@@ -45,6 +45,18 @@ class Network:
         """Number of neighbours of each robot, (n,)."""
         return np.diff(self.first)
 
+    def times_degree(self, amount: int) -> np.ndarray:
+        """Return `amount` times each robot's neighbours, (n,) int64; for the same amount the same read-only array."""
+        found = self._times_degree.get(amount)
+        if found is None:
+            found = self._times_degree[amount] = self.degree * amount
+            found.flags.writeable = False
+        return found
+
+    @cached_property
+    def _times_degree(self) -> dict[int, np.ndarray]:
+        return {}
+
     @cached_property
     def hops(self) -> np.ndarray:
         """Number of links between any two robots, (n, n)."""

@@ -56,6 +56,7 @@ class ClarabelSolver:
         self._rows: Rows | None = None
         self._tightest = (np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64))
         self._places = np.empty(0, dtype=np.int64)  # of these rows among all rows of all robots
+        self._directional = False  # whether they have directions
         self._held: tuple[tuple[int, float, bool], tuple[float, float, float]] | None = None  # which solver, and its q
 
     def solve(self, problem: Problem) -> Optimum:
@@ -67,24 +68,26 @@ class ClarabelSolver:
         solving = clock() - built
         words = str(solution.status)
         found = _STATUS.get(words, "failed")
+        shape = problem.rows_shape
         if found != "solved":
-            nothing = np.full(problem.rows.d.shape, np.nan)
+            nothing = np.full(shape, np.nan)
             return Optimum(np.full(2, np.nan), found, np.nan, nothing, words, built - started, solving)
         (x, y), count = solution.x[:2], len(self._places)
         cost = problem.cost((x, y))
-        multipliers = np.zeros(problem.rows.d.size)
-        every = 3 if len(problem.rows.along) else 1
-        multipliers[self._places] = solution.z[: every * count : every]
-        multipliers = multipliers.reshape(problem.rows.d.shape)
+        multipliers = np.zeros(shape)
+        every = 3 if self._directional else 1
+        multipliers.reshape(-1)[self._places] = solution.z[: every * count : every]
         return Optimum(np.array([x, y]), found, cost, multipliers, words, built - started, solving)
 
     def _built(self, problem: Problem) -> clarabel.DefaultSolver:
         """Return the solver with the problem's data in it."""
-        same_rows, (r_x, r_y) = problem.rows is self._rows, problem.mean_reference
+        rows, (r_x, r_y) = problem.rows, problem.mean_reference
+        same_rows = rows is self._rows
         if not same_rows:
-            self._rows, self._tightest = problem.rows, tightest_rows(problem.rows)
-            self._places = np.ravel_multi_index(self._tightest, problem.rows.d.shape)
-        leaders, directional = problem.network.leaders, len(problem.rows.along) > 0
+            self._rows, self._tightest = rows, tightest_rows(rows)
+            self._places = np.ravel_multi_index(self._tightest, rows.d.shape)
+            self._directional = len(rows.along) > 0
+        leaders, directional = problem.network.leaders, self._directional
         b = cone_bounds(problem, self._tightest) if directional else small_bounds(problem, self._tightest)
         q = (-2.0 * leaders * r_x, -2.0 * leaders * r_y, 0.0)
         key = (len(self._tightest[0]), leaders, directional)

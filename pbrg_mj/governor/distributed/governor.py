@@ -102,10 +102,10 @@ class DistributedGovernor:
 
     def _lost(self, problem: Problem, links: LinkStates | None) -> np.ndarray:
         """Return how many neighbours each robot counts as lost, (n,)."""
-        n = problem.network.robots
+        network = problem.network
         if self.channel is None or links is None:
-            return np.zeros(n, dtype=np.int64)
-        return np.bincount(problem.network.receiver[links.lost_links(self.channel)], minlength=n)
+            return network.times_degree(0)
+        return np.bincount(network.receiver[links.lost_links(self.channel)], minlength=network.robots)
 
     def check(self, estimates: Estimates) -> tuple[bool, bool]:
         """Return whether the estimates are within bounds, and whether some multiplier is at its cap."""
@@ -119,7 +119,7 @@ def _message_bytes(problem: Problem) -> int:
 
 def _all_sent(problem: Problem, rounds: int) -> np.ndarray:
     """Return the bytes sent by each robot, (n,), where every message is sent."""
-    return problem.network.degree * (rounds * _message_bytes(problem))
+    return problem.network.times_degree(rounds * _message_bytes(problem))
 
 
 def _status(found: EstimateChecks, links: LinkStates | None) -> Status:

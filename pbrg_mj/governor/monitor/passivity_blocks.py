@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,8 +21,21 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.team.network import GraphArrays
 
 
+class BlockRounds(NamedTuple):
+    """z, zeta, lam, nu of T ticks with T as their first axis, and those a round later; both balances need them."""
+
+    now: tuple[np.ndarray, ...]
+    after: tuple[np.ndarray, ...]
+
+
+def rounds_of_block(block: TickBlock, flow: Flow, estimates: Sequence[Estimates]) -> BlockRounds:
+    """Return T states and the rounds that follow them when every message arrives within its round."""
+    now = tuple(map(stack_ticks, zip(*estimates, strict=True)))
+    return BlockRounds(now, _next_rounds(now, block, flow))
+
+
 def passivities_about_optima(
-    block: TickBlock, optima: Sequence[Optimum], flow: Flow, estimates: Sequence[Estimates], limit: float
+    block: TickBlock, optima: Sequence[Optimum], flow: Flow, rounds: BlockRounds, limit: float
 ) -> list[Passivity]:
     """Return `passivity` of T states and the rounds that follow them when every message arrives within its round.
 
@@ -29,19 +43,16 @@ def passivities_about_optima(
     """
     balances, gains, net = np.empty((len(optima), 4)), tuple(flow), block.network
     m, lam = stack_ticks([one.m for one in optima]), stack_ticks([one.multipliers for one in optima])
-    states = tuple(map(stack_ticks, zip(*estimates, strict=True)))
-    after = _next_rounds(states, block, flow)
+    rates = tuple(array.copy() for array in rounds.after)  # become rates
     about = (m, lam, net.leader, net.laplacian_pinv)
-    _balances_about_optima(states, after, block.arrays, gains, about, limit, balances)
+    _balances_about_optima(rounds.now, rates, block.arrays, gains, about, limit, balances)
     return Passivity.from_rows(balances)
 
 
-def flow_passivities_of_block(block: TickBlock, flow: Flow, estimates: Sequence[Estimates]) -> list[Passivity]:
+def flow_passivities_of_block(block: TickBlock, flow: Flow, rounds: BlockRounds) -> list[Passivity]:
     """Return `flow_passivity` of T states and the two rounds that follow each when messages arrive within theirs."""
-    balances, states = np.empty((len(estimates), 4)), tuple(map(stack_ticks, zip(*estimates, strict=True)))
-    first = _next_rounds(states, block, flow)
-    second = _next_rounds(first, block, flow)
-    _flow_balances((states, first, second), block.arrays, tuple(flow), balances)
+    balances, second = np.empty((len(rounds.now[0]), 4)), _next_rounds(rounds.after, block, flow)
+    _flow_balances((*rounds, second), block.arrays, tuple(flow), balances)
     return Passivity.from_rows(balances)
 
 

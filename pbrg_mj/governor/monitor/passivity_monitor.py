@@ -11,7 +11,12 @@ from pbrg_mj.governor.centralized.optimum import Optimum
 from pbrg_mj.governor.distributed.estimates import Estimates
 from pbrg_mj.governor.distributed.governor import DistributedGovernor, DistributedMemory
 from pbrg_mj.governor.monitor.passivity import Passivity, flow_passivity, passivity
-from pbrg_mj.governor.monitor.passivity_blocks import flow_passivities_of_block, passivities_about_optima
+from pbrg_mj.governor.monitor.passivity_blocks import (
+    BlockRounds,
+    flow_passivities_of_block,
+    passivities_about_optima,
+    rounds_of_block,
+)
 from pbrg_mj.governor.monitor.tick_block import TickBlock
 from pbrg_mj.governor.plug_in import PlugInGovernor
 from pbrg_mj.governor.problem.interface import Governor, Problem
@@ -37,11 +42,12 @@ def passivity_monitor(governor: Governor) -> PassivityMonitor:
     return PlugInPassivity(governor)
 
 
-@dataclass(frozen=True)
 class DistributedPassivity:
     """Balances over the rounds that would follow."""
 
-    governor: DistributedGovernor
+    def __init__(self, governor: DistributedGovernor):
+        self.governor = governor
+        self._last: tuple[TickBlock, BlockRounds] | None = None  # both balances are asked of one block after the other
 
     def about_optima(
         self, block: TickBlock, memories: Sequence[DistributedMemory], optima: Sequence[Optimum]
@@ -50,16 +56,21 @@ class DistributedPassivity:
         governor = self.governor
         if not _compiled_and_in_time(governor):
             return list(map(self._about_optimum, block.problems, memories, optima))
-        estimates = [memory.estimates for memory in memories]
-        balances = passivities_about_optima(block, optima, governor.flow, estimates, governor.diverged_beyond)
+        rounds = self._rounds(block, memories)
+        balances = passivities_about_optima(block, optima, governor.flow, rounds, governor.diverged_beyond)
         return _while_bounded(memories, balances)
 
     def of_velocity(self, block: TickBlock, memories: Sequence[DistributedMemory]) -> list[Passivity]:
         """Return at T ticks the balance of the flow's own velocity over the next two rounds."""
         if not _compiled_and_in_time(self.governor):
             return list(map(self._of_velocity, block.problems, memories))
-        balances = flow_passivities_of_block(block, self.governor.flow, [memory.estimates for memory in memories])
+        balances = flow_passivities_of_block(block, self.governor.flow, self._rounds(block, memories))
         return _while_bounded(memories, balances)
+
+    def _rounds(self, block: TickBlock, memories: Sequence[DistributedMemory]) -> BlockRounds:
+        if self._last is None or self._last[0] is not block:
+            self._last = block, rounds_of_block(block, self.governor.flow, [one.estimates for one in memories])
+        return self._last[1]
 
     def _about_optimum(self, problem: Problem, memory: DistributedMemory, optimum: Optimum) -> Passivity:
         if optimum.status != "solved" or memory.diverged:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
+from pbrg_mj.governor.problem.block_references import keep_near_references
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.kernel import kernel
@@ -29,16 +31,14 @@ class TickBlock:
         distinct: list[Rows] = []
         rows_at = np.empty(len(problems), dtype=np.int64)
         for tick, problem in enumerate(problems):
-            if not distinct or problem.rows is not distinct[-1]:
-                distinct.append(problem.rows)
+            rows = problem.rows
+            if not distinct or rows is not distinct[-1]:
+                distinct.append(rows)
             rows_at[tick] = len(distinct) - 1
+        p, xi = stack_ticks([problem.p for problem in problems]), stack_ticks([problem.xi for problem in problems])
         return cls(
             problems=problems,
-            state=(
-                stack_ticks([problem.p for problem in problems]),
-                stack_ticks([problem.xi for problem in problems]),
-                stack_ticks([problem.near_references for problem in problems]),
-            ),
+            state=(p, xi, keep_near_references(problems, p)),
             rows=Rows(*map(stack_ticks, zip(*distinct, strict=True))),
             rows_at=rows_at,
         )
@@ -48,7 +48,7 @@ class TickBlock:
         """The communication graph, the same in a whole run."""
         return self.problems[0].network
 
-    @property
+    @cached_property
     def arrays(self) -> tuple:
         """`BlockArrays` as a plain tuple."""
         return (*self.state, *self.rows, self.rows_at)

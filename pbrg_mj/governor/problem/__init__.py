@@ -6,4 +6,5 @@
 - `directional_ball`: the ball of the motion across each half-space alone
 - `near_reference`: how far away the operator's reference may pull
 - `interface`: `Problem`, `Solution`, and the protocols `Certificate` and `Governor`
+- `block_references`: the references and least costs of many ticks at once
 """

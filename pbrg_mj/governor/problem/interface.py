@@ -94,11 +94,15 @@ class Problem:
         x, y = (self.network.leader @ self.near_references / self.network.leaders).tolist()
         return x, y
 
+    @cached_property
+    def least_cost(self) -> float:
+        """Sum of the leaders' ||r_i - mean reference||^2 [m^2], what no m saves."""
+        return float(self.network.leader @ np.sum((self.near_references - self.mean_reference) ** 2, axis=1))
+
     def cost(self, m: Sequence[float] | np.ndarray) -> float:
         """Return sum_i delta_i ||r_i - m||^2 [m^2]."""
         x, y = self.mean_reference
-        apart = self.network.leader @ np.sum((self.near_references - self.mean_reference) ** 2, axis=1)
-        return self.network.leaders * ((m[0] - x) * (m[0] - x) + (m[1] - y) * (m[1] - y)) + float(apart)
+        return self.network.leaders * ((m[0] - x) * (m[0] - x) + (m[1] - y) * (m[1] - y)) + self.least_cost
 
     def row_values(self, m: np.ndarray) -> np.ndarray:
         """Return g (n, R) at one m (2,), with p and xi as they are; m is admissible where all are <= 0.

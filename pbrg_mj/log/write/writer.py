@@ -133,10 +133,12 @@ class LogWriter:
     def _add(self, record: TickRecord) -> int:
         """Write one record; return the reproducible bytes it took before compression."""
         time_ns = time_of(record)
-        messages = self._stream.serialize(record, time_ns)
-        for topic, data in messages:
+        reproducible = 0
+        for topic, data in self._stream.serialize(record, time_ns):
             self._channels[topic](data, log_time=time_ns)
-        return sum([len(data) for topic, data in messages if topic != channels.TIMING])
+            if topic != channels.TIMING:
+                reproducible += len(data)
+        return reproducible
 
     def _failed(self, writer: McapWriter, error: OSError) -> PbrgError:
         """Close what is left of the file; `__exit__` then has nothing more to do."""

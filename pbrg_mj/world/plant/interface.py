@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -38,6 +39,10 @@ class Truth(NamedTuple):
     robot_contact: np.ndarray  # (n,) bool: the robot touched another one since the previous tick
 
 
+TruthSample = tuple[float, Any]
+"""Time [s], and what a plant needs of its state then to tell the truth later."""
+
+
 class Plant(Protocol):
     """A plant. Time moves only in `advance`."""
 
@@ -52,6 +57,14 @@ class Plant(Protocol):
 
     def truth(self) -> Truth:
         """Return the ground truth now."""
+        ...
+
+    def sample_truth(self) -> TruthSample:
+        """Return what the truth of now is made of, which costs less between two ticks than to make it."""
+        ...
+
+    def truths(self, samples: Sequence[TruthSample]) -> list[Truth]:
+        """Return the truth at each of one sample or more of this plant, now or later."""
         ...
 
     def advance(self, command: np.ndarray) -> None:

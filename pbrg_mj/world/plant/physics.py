@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -20,9 +21,9 @@ from pbrg_mj.world.actuation.radio import RadioLink
 from pbrg_mj.world.actuation.speed_loop import speed_loop
 from pbrg_mj.world.physics_steps import steps_per_tick
 from pbrg_mj.world.plant.compose import compose, model_xml, start_pose
-from pbrg_mj.world.plant.interface import Observation, Truth
+from pbrg_mj.world.plant.interface import Observation, Truth, TruthSample
 from pbrg_mj.world.plant.mujoco_warnings import log_first_warning
-from pbrg_mj.world.plant.truth import body_poses, empty_truth, mujoco_arrays, truth_index, write_truth_of
+from pbrg_mj.world.plant.truth import TruthSampler, body_poses, mujoco_arrays, truth_index
 from pbrg_mj.world.scene.footprints import world_footprints
 from pbrg_mj.world.scene.model_index import index_model, motor_inputs
 from pbrg_mj.world.scene.obstacles import box_centre, moving_footprints
@@ -58,8 +59,8 @@ class MujocoPlant:
         self._surfaces = Surfaces(scenario)
         arrays = mujoco_arrays(partial(getattr, self.data), self.robot.omnidirectional)
         self._wheel_speed = arrays.speed
-        self._truth_from = tuple(arrays), tuple(truth_index(self._index))
-        self._walls = tuple(world_footprints(scenario.world))
+        walls, size = world_footprints(scenario.world), (self.robot.clearance, self.robot.body_radius)
+        self._truth_sampler = TruthSampler(arrays, truth_index(self._index), walls, size)
         self._moving_boxes = scenario.world.moving_boxes
         self._wheel_friction = WheelFriction(scenario, self.robot, self.model) if scenario.world.patches else None
         drive = scenario.drive
@@ -98,10 +99,16 @@ class MujocoPlant:
 
     def truth(self) -> Truth:
         """Return poses, wheel speeds, margins and contacts as they are."""
-        truth = tuple(empty_truth(len(self._index.body)))
-        obstacles = (self._walls, tuple(moving_footprints(self._moving_boxes, self.time)))
-        write_truth_of(*self._truth_from, obstacles, (self.robot.clearance, self.robot.body_radius), truth)
-        return Truth(*truth)
+        return self.truths([self.sample_truth()])[0]
+
+    def sample_truth(self) -> TruthSample:
+        """Return what the truth of now is made of."""
+        return self.time, self._truth_sampler.sample()
+
+    def truths(self, samples: Sequence[TruthSample]) -> list[Truth]:
+        """Return the truth at each of one sample or more."""
+        moving = [moving_footprints(self._moving_boxes, time) for time, _ in samples]
+        return self._truth_sampler.truths([arrays for _, arrays in samples], moving)
 
     def advance(self, command: np.ndarray) -> None:
         """Send `command` (n, 2) left, right [V], or [rad/s] with the speed loop, and let one tick pass.

@@ -23,6 +23,7 @@ from pbrg_mj.perception.scan.parameters import LineParameters
 from pbrg_mj.perception.scan.points import BLOCKED
 from pbrg_mj.perception.scan.team_mates import TeamMateModel, without_team_mates
 from pbrg_mj.perception.setup import PerceptionParameters, PerceptionSetup
+from pbrg_mj.perception.track.filtered_poses import equivalent_variances
 from pbrg_mj.perception.track.pose_history import PoseHistory, no_poses, poses_at_scan, with_poses
 from pbrg_mj.perception.track.records import TrackParameters, no_tracks
 from pbrg_mj.perception.track.update import update_tracks
@@ -70,7 +71,11 @@ def perceive(
         return memory.half_spaces, memory if history is memory.history else replace(memory, history=history)
     known = HalfSpaces.empty(setup.robots, setup.slots)
     tracks, anchors = np.empty(memory.tracks.shape, memory.tracks.dtype), np.empty_like(memory.anchors)
-    scans = (readings.ranges, *poses_at_scan(history, readings, model), time)
+    at, filtered = poses_at_scan(history, readings, model), readings.pose_filter
+    if filtered is not None:
+        covariances = filtered.at_exposure.covariance, filtered.now.covariance
+        at = at._replace(variances=equivalent_variances(*covariances, model))
+    scans = (readings.ranges, *at, time)
     written = (tracks, anchors, known.G, known.h, known.active, known.binds)
     perceive_scans(scans, setup.packed, (memory.tracks, memory.anchors), written)
     return known, PerceptionMemory(tracks, anchors, history, known)

@@ -28,5 +28,7 @@ Kernels name their arrays alike, of one robot:
     normal (gx, gy), n (nx, ny)       unit vectors in the world
     G (K, 2), h (K,), active (K,), nearest (K, 2)   half-spaces, and the place of each that is nearest to the path [m]
     echoes, beams, pose, parameters   `Echoes`, `SeenBeams`, `ScanPose`, `PointParameters`
+    measured (flows, count)           the `RangeFlow` of a scan, and how many entries it has
+    chosen (F,), others (F,), beside (flows, chosen)   numbers of some of its entries; the flows with these
     places, window                    `ObstaclePoints`, and a second one for those of one face
 """

@@ -99,7 +99,7 @@ def _predicted(track, time):
 def _track_of(tracks, place, beside, time):
     """Return the track of a face: of those near its place the one that explains most of the flows beside it.
 
-    `place` (x, y) [m]; `beside` (flows, chosen) as for `_explained`. One that explains less than half of them is
+    `place` (x, y) [m]; `beside` (flows, chosen) as for `not_explained`. One that explains less than half of them is
     another face's. Where none is left, a new one is begun.
     """
     best, most, found, free = JUMP * JUMP, (len(beside[1]) + 1) // 2, -1, 0

@@ -155,6 +155,22 @@ def test_an_outlier_beside_a_wall_is_not_of_the_wall(outlier: float):
     assert known.h[known.active].min() > 1.0
 
 
+def test_an_outlier_before_a_near_wall_waits_for_its_confirmation():
+    """It lies within 0.2 m of the wall's echoes beside it: joined to them, it flung a team back from its wall."""
+    made, given = estimator(sensor("robotarium"))
+    memory, wall = made.init(), Scene(((0.25, -6.0, 0.25, 6.0),))
+    for frame in range(12):
+        one = scan(given, wall, np.zeros((1, 3)), frame)
+        one.ranges[0, :3] = one.ranges[0, -2:] = 0.25
+        if frame >= 6:  # from now on something stands there
+            one.ranges[0, 0] = 0.1
+        _, memory = made.step_towards(one, frame * PERIOD, memory, None)
+        points = memory.points[0]
+        near = points["live"] & points["binds"] & (np.abs(points["y"]) < 0.01)
+        near &= (points["x"] > 0.0) & (points["x"] < 0.15)
+        assert near.any() == (frame >= 6 + made.parameters.confirmations)
+
+
 def test_what_beams_pass_is_gone_and_what_is_silent_stays():
     made, given = estimator()
     thing, behind = box(1.0, 0.0, 0.3), Scene(((3.0, -4.0, 3.0, 4.0),))

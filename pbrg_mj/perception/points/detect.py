@@ -120,9 +120,25 @@ def _run(echoes, ranges, k, joins, parameters):
     `joins` are the echoes before and after it, -1 for none.
     """
     before, after = joins
-    if before < 0 and after < 0:
+    if (before < 0 and after < 0) or (parameters.outliers and _stands_alone(echoes, ranges, k, joins, parameters)):
         return 1
     if before >= 0 and after >= 0:
         return parameters.confirmations + 1
     other, step = (before, -1) if before >= 0 else (after, 1)
     return 2 if _neighbour(echoes, ranges, other, step, parameters) < 0 else parameters.confirmations + 1
+
+
+@kernel
+def _stands_alone(echoes, ranges, k, joins, parameters):
+    """Tell whether echo k is ahead of all that it joins by more than a face at 60 deg explains.
+
+    `joins` are the beams of its neighbours, -1 for none. Then `LEAST_JOINING` alone joins them: an outlier before a
+    near wall is as likely as a thin thing there.
+    """
+    for other in joins:
+        if other >= 0:
+            lost = min((other - k) % len(ranges), (k - other) % len(ranges)) - 1
+            steep = ranges[k] * parameters.joining[lost] + 3.0 * math.sqrt(echoes.variance[k] + echoes.variance[other])
+            if ranges[other] - ranges[k] <= steep:
+                return False
+    return True

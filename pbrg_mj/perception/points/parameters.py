@@ -48,6 +48,7 @@ class PointParameters(NamedTuple):
     recent: int  # scans whose points are all kept
     lag: int  # scans between those whose difference is a speed
     reaction: float  # until a robot acts on what a scan shows, at the latest [s]
+    outliers: bool  # an echo may be anywhere along its beam
     confirmations: int  # echoes of recent scans that a lone one needs at its place
     memory: float  # how long a point out of sight is kept [s]
     closed_beyond: bool  # what no beam has shown to be free binds
@@ -86,6 +87,7 @@ def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
         recent=recent,
         lag=min(max(round(SPAN / pose.scan_period), 1), 6),
         reaction=pose.scan_period if exact else pose.scan_period + pose.frame_period + robot.time_constant + scan_time,
+        outliers=not exact and beams.outliers > 0.0,
         confirmations=1 if exact else confirmations(beams, recent),
         memory=scenario.estimator.memory,
         closed_beyond=scenario.estimator.unknown != "free",

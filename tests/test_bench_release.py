@@ -61,7 +61,7 @@ def test_the_manifest_is_that_of_the_files(folder, made, tmp_path, capsys):
     assert main(["bench", "--verify", str(folder)]) == 0
     said = capsys.readouterr().out
     assert f"as released in {folder / 'release.json'}: 9 files, SHA-256 {whole}\n" in said
-    assert said.endswith("every log replays, and the table is theirs\n")
+    assert said.endswith("every log replays, and the table agrees with the logs\n")
 
 
 def changed(folder):

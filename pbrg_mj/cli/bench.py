@@ -57,7 +57,7 @@ def _verify(folder: Path) -> int:
         emit(problem)
     if found.release:
         emit(f"as released in {found.release}")
-    emit(f"{worlds}; {'every log replays, and the table is theirs' if found.ok else 'not verified'}")
+    emit(f"{worlds}; {'every log replays, and the table agrees with the logs' if found.ok else 'not verified'}")
     return 0 if found.ok else 1
 
 

@@ -72,7 +72,7 @@ def ahead(known: HalfSpaces, pose: np.ndarray) -> float:
 
 
 def nearer(sensor: str, seed: int) -> np.ndarray:
-    """How much nearer half-spaces are by outliers (SCANS - SETTLED,) [m]; NaN where without them none is of the wall."""
+    """How much nearer outliers make half-spaces (SCANS - SETTLED,) [m]; NaN where without them none is of the wall."""
     random, given = np.random.default_rng([5, seed]), scenario(sensor, seed)
     made = PointEstimator(point_parameters(given, load_robot_model()), np.zeros(1, np.int64), np.zeros((1, 2)), SLOTS)
     scene, pose = room(random.uniform(0.5, 1.5)), np.array([0.0, 0.0, random.uniform(-np.pi, np.pi)])

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import gc
+
 import numpy as np
 import pytest
 
+import pbrg_mj as pbrg
 from pbrg_mj.analysis.metrics import samples as module
 from pbrg_mj.analysis.metrics.index_join import IndexJoin, MissingRowError
 from pbrg_mj.analysis.metrics.run_metrics import metrics
 from pbrg_mj.analysis.metrics.samples import Samples
 from pbrg_mj.analysis.metrics.settling import Settling
+from pbrg_mj.api.simulate import measure
 from pbrg_mj.log.read.run import TickSeries
 from tests.runs import run, scenario
 
@@ -42,22 +46,41 @@ def test_rows_find_their_partners_whatever_comes_first():
     partners = np.sort(rng.choice(index, 17, replace=False))
     found: list[int] = []
 
-    def take(first, second):
-        np.testing.assert_array_equal(first["index"], second["index"])
-        np.testing.assert_array_equal(first["value"], 2 * second["index"])
-        found.extend(first["index"].tolist())
+    def take(pairs):
+        for first, second in pairs:
+            np.testing.assert_array_equal(first["index"], second["index"])
+            np.testing.assert_array_equal(first["value"], 2 * second["index"])
+            found.extend(first["index"].tolist())
 
-    joined = IndexJoin(take, complete=True)
+    joined = IndexJoin(complete=True)
     firsts, seconds = np.array_split(index, 9), np.array_split(partners, 5)
     while firsts or seconds:
         if firsts and (not seconds or rng.random() < 0.5):
             block = firsts.pop(0)
-            joined.first({"index": block, "value": 2 * block}, int(block[-1]))
+            take(joined.first({"index": block, "value": 2 * block}, int(block[-1])))
         else:
-            joined.second({"index": seconds.pop(0)})
+            take(joined.second({"index": seconds.pop(0)}))
     assert found == partners.tolist()
     with pytest.raises(MissingRowError):
-        IndexJoin.second(joined, {"index": np.array([7])})
+        take(joined.second({"index": np.array([7])}))
+
+
+def test_a_run_measured_leaves_nothing_that_waits_for_the_collector(tmp_path):
+    """A study makes thousands of runs in one process, and Python looks for garbage in cycles rarely."""
+    small = pbrg.load("paper/simulation_near", duration=0.3)
+    measure(small)
+    pbrg.run(small, log=tmp_path / "first.mcap")
+    gc.collect()
+    gc.set_debug(gc.DEBUG_SAVEALL)
+    try:
+        measure(small)
+        pbrg.run(small, log=tmp_path / "second.mcap")
+        gc.collect()
+        found = {f"{type(one).__module__}.{type(one).__qualname__}" for one in gc.garbage}
+    finally:
+        gc.set_debug(0)
+        gc.garbage.clear()
+    assert not {name for name in found if name.startswith(("pbrg_mj.", "numpy.", "mujoco."))}
 
 
 @pytest.mark.parametrize("seed", range(12))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -16,27 +16,27 @@ class MissingRowError(LookupError):
 class IndexJoin:
     """Rows with the same `index`, from two tables that are given a block at a time, each in order.
 
-    `take` is given the columns of the rows of either table, as soon as both are there. Rows of the first table without
-    a partner are left out; for one of the second, MissingRowError is raised if `complete`, else it is left out too.
+    The columns of the rows of either table come as soon as both are there. Rows of the first table without a partner
+    are left out; for one of the second, MissingRowError is raised if `complete`, else it is left out too.
     """
 
-    def __init__(self, take: Callable[[Columns, Columns], None], *, complete: bool):
-        self._take, self._complete = take, complete
+    def __init__(self, *, complete: bool):
+        self._complete = complete
         self._first: Columns = {}
         self._second: Columns = {}
         self._reached = -1  # index of the last row of the first table
 
-    def first(self, columns: Columns, reached: int) -> None:
-        """Take rows of the first table, which has been read up to the index `reached`."""
+    def first(self, columns: Columns, reached: int) -> Iterator[tuple[Columns, Columns]]:
+        """Take rows of the first table, which has been read up to the index `reached`, and yield what came together."""
         self._first, self._reached = _behind(self._first, columns), max(self._reached, reached)
-        self._match()
+        return self._match()
 
-    def second(self, columns: Columns) -> None:
-        """Take rows of the second table."""
+    def second(self, columns: Columns) -> Iterator[tuple[Columns, Columns]]:
+        """Take rows of the second table, and yield what came together."""
         self._second = _behind(self._second, columns)
-        self._match()
+        return self._match()
 
-    def _match(self) -> None:
+    def _match(self) -> Iterator[tuple[Columns, Columns]]:
         if not self._second or not self._first:
             return
         due = self._second["index"] <= self._reached
@@ -48,7 +48,7 @@ class IndexJoin:
         if self._complete and not there.all():
             raise MissingRowError
         paired = {name: values[due][there] for name, values in self._second.items()}
-        self._take({name: values[places[there]] for name, values in self._first.items()}, paired)
+        yield {name: values[places[there]] for name, values in self._first.items()}, paired
         later = int(np.searchsorted(index, wanted[-1], side="right"))
         self._first = {name: values[later:] for name, values in self._first.items()}
         self._second = {name: values[~due] for name, values in self._second.items()}

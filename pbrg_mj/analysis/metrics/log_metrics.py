@@ -14,6 +14,7 @@ from pbrg_mj.analysis.metrics.per_tick import state_size
 from pbrg_mj.analysis.metrics.run_metrics import MetricTotals, RunMetrics, metrics_from_totals
 from pbrg_mj.log.read import run as reader
 from pbrg_mj.log.read.column_store import Columns
+from pbrg_mj.log.read.columns import Reduce
 from pbrg_mj.log.read.run import OptimumSeries, Run, TickSeries, TimingSeries
 from pbrg_mj.log.read.ticks import read_header
 from pbrg_mj.scenario.schema import Scenario, whole_number
@@ -46,7 +47,12 @@ class MetricsOfBlocks:
         every = _reference_every(scenario) if every is None else every
         self._totals = MetricTotals(scenario, every)
         self._reduced, self._end = OutcomeColumns(scenario), FinalColumns(scenario)
-        self.reduce = {"Tick": self._of_ticks, "Optimum": self._of_optima, "Timing": self._of_timings}
+
+    @property
+    def reduce(self) -> dict[str, Reduce]:
+        """What to do with each block of columns, by the message's name."""
+        # Not held: methods in an attribute would keep each other, and a study's runs would wait for Python's collector.
+        return {"Tick": self._of_ticks, "Optimum": self._of_optima, "Timing": self._of_timings}
 
     def metrics(self, run: Run) -> RunMetrics:
         """Return the metrics of a run, whose columns are those that came."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -31,7 +32,7 @@ class OptimumTotals:
         self._true = TrueOptimum(scenario)
         self._ticks = self._not_ok = 0
         self._statuses: dict[str, int] = {}
-        self._joined = IndexJoin(self._take, complete=True)
+        self._joined = IndexJoin(complete=True)
 
     def add_ticks(self, columns: Columns) -> None:
         """Take the next ticks, one or more."""
@@ -39,11 +40,11 @@ class OptimumTotals:
         self._not_ok += int(np.count_nonzero(columns["status"] != "ok"))
         self._spread.add(columns["consensus_spread"])
         chosen = columns["index"] % self._every == 0 if self._every else np.zeros(len(columns["index"]), dtype=bool)
-        self._joined.first({name: columns[name][chosen] for name in OF_TICKS}, int(columns["index"][-1]))
+        self._take(self._joined.first({name: columns[name][chosen] for name in OF_TICKS}, int(columns["index"][-1])))
 
     def add_optima(self, columns: Columns) -> None:
         """Take the next optima. Raises MissingRowError for one at a tick that was not looked at."""
-        self._joined.second({name: columns[name] for name in OF_OPTIMA})
+        self._take(self._joined.second({name: columns[name] for name in OF_OPTIMA}))
 
     def fields(self) -> dict[str, Any]:
         """Return the metrics by name."""
@@ -61,7 +62,11 @@ class OptimumTotals:
             "reference_failed_share": shares["failed"],
         }
 
-    def _take(self, ticks: Columns, optima: Columns) -> None:
+    def _take(self, pairs: Iterable[tuple[Columns, Columns]]) -> None:
+        for ticks, optima in pairs:
+            self._add(ticks, optima)
+
+    def _add(self, ticks: Columns, optima: Columns) -> None:
         for status in optima["status"].tolist():
             self._statuses[status] = self._statuses.get(status, 0) + 1
         solved = optima["status"] == "solved"
@@ -89,7 +94,7 @@ class WallClockTotals:
         self._with_optima = with_optima
         self._govern, self._build, self._solve = (Samples() for _ in range(3))
         self._spent = dict.fromkeys(STAGES, 0.0)
-        self._joined = IndexJoin(self._take, complete=False)
+        self._joined = IndexJoin(complete=False)
 
     def add_timings(self, columns: Columns) -> None:
         """Take the next timings."""
@@ -97,11 +102,11 @@ class WallClockTotals:
         for stage in STAGES:
             self._spent[stage] += float(np.nansum(columns[stage]))
         if self._with_optima and len(columns["index"]):
-            self._joined.first({name: columns[name] for name in OF_TIMINGS}, int(columns["index"][-1]))
+            self._take(self._joined.first({name: columns[name] for name in OF_TIMINGS}, int(columns["index"][-1])))
 
     def add_optima(self, columns: Columns) -> None:
         """Take the next optima."""
-        self._joined.second({"index": columns["index"]})
+        self._take(self._joined.second({"index": columns["index"]}))
 
     def fields(self, simulated: float) -> dict[str, Any]:
         """Return the metrics by name; `simulated` is the run's length [s]."""
@@ -113,9 +118,10 @@ class WallClockTotals:
             "real_time_factor": simulated / spent if spent else math.nan,
         }
 
-    def _take(self, timings: Columns, _optima: Columns) -> None:
-        self._build.add(timings["reference_build"])
-        self._solve.add(timings["reference_solve"])
+    def _take(self, pairs: Iterable[tuple[Columns, Columns]]) -> None:
+        for timings, _ in pairs:
+            self._build.add(timings["reference_build"])
+            self._solve.add(timings["reference_solve"])
 
 
 def _milliseconds(samples: Samples) -> WallClock:

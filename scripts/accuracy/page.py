@@ -42,8 +42,8 @@ is the schema's default sensor (5 mm).
 - *False walls*: tracks that count as walls and are not the wall, over 50 scans a seed of a wall at 2 m and four robots
   that move before it at up to 0.3 m/s, always all four within 1.8 m, apart and in view. A track is the wall's when its
   angle and offset are right within their covariance (one honest track in a million is not).
-- *Rows*: {of} times, four robots that nobody tells of rest abreast for 50 scans; how often they are taken
-  for a wall, spaced {near} and {wide}.
+- *Rows*: {of} times, four robots, unknown to the estimator, rest abreast for 50 scans; how often they are
+  taken for a wall, spaced {near} and {wide}.
 - *Low beams*: the same at 30 mm, where robots are a tub between two wheels and each robot's own wheels stop 42 deg to
   either side: a wall whose middle is 1 m away, at random on the blind sides or not; false walls before the same wall
   with the same four robots, each headed where it goes; close rows in line ahead, whose wheels' flats lie in one line.
@@ -69,7 +69,7 @@ What the figures say:
 - Low beams make no more false walls, and the flats of wheels in line pass for a wall less often than plates. They cost
   recall: a robot at rest with a blind side to the wall has few beams left on it, of the ring's 24 too few in many
   headings (recall {least:.1%} to {most:.1%} at 1 m), and what it sees at 60 deg beside that side may be too oblique to
-  be told from a row of robots. It sees the wall when it turns.
+  be distinguished from a row of robots. It sees the wall when it turns.
 - The covariance is a little too large for `ideal` by design (pooled {_pooled(ideal)}): even exact ranges are taken for
   uncertain by 1 mm, and walls in sight for drifting by 0.1 mm in a second.""")
 

@@ -21,7 +21,8 @@ Stable from one minor version to the next are the names in `__all__` with their 
 arrays (docs/export.md) and metrics (docs/metrics.md), and the keys of a scenario. Everything else, such as the modules
 below, may change at any time. docs/api.md shows how to use it.
 
-Importing this is quick: the simulator is loaded with the first name that needs it.
+Importing this is quick: the simulator is loaded with the first name that needs it. It lets the linear algebra of NumPy
+and SciPy run on one thread in this process, so that results do not depend on the machine's cores.
 """
 
 from __future__ import annotations
@@ -29,7 +30,11 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from pbrg_mj.blas_threads import use_one_thread
+
 __version__ = "0.1.0"
+
+use_one_thread()  # before anything here loads NumPy
 
 __all__ = [
     "Batch",

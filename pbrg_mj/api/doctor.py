@@ -16,6 +16,7 @@ REQUIRED = (
     "mujoco",
     "numpy",
     "scipy",
+    "threadpoolctl",
     "cvxpy",
     "clarabel",
     "mcap",

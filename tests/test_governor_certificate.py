@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+import pbrg_mj as pbrg
+from pbrg_mj.errors import InputError
 from pbrg_mj.governor.problem.ball import BallCertificate, ball_rows, input_rows
 from pbrg_mj.governor.problem.rows import rho, row_values
 from pbrg_mj.scenario.schema import Control
@@ -125,3 +127,10 @@ def test_the_certificate_stacks_half_spaces_and_inputs():
     np.testing.assert_array_equal(both.d[:, :15], alone.d)
     np.testing.assert_array_equal(both.a[:, 15:], inputs.a)
     assert both.active[:, 15:].all()
+
+
+@pytest.mark.parametrize("kind", ["certified", "rollout", "centralized"])
+def test_a_team_too_slow_for_a_prediction_is_the_scenario_s_fault(kind):
+    slow = {"governor.kind": kind, "governor.certificate": "predictive", "control.alpha_r": 1e-9}
+    with pytest.raises(InputError, match=r"control\.alpha_r: is 1e-09, with which the team does not settle"):
+        next(pbrg.simulate(pbrg.load("paper/simulation_near", slow)))

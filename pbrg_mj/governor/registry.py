@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -12,6 +13,7 @@ from pbrg_mj.governor.baselines import CentralizedGovernor, NoGovernor
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.centralized.optimum import CentralizedSolver
 from pbrg_mj.governor.certificate.by_name import CERTIFICATES, margin
+from pbrg_mj.governor.certificate.team_model import MOST_TICKS, UnsettledTeamError
 from pbrg_mj.governor.certified.advance_limits import speed_facets
 from pbrg_mj.governor.certified.from_scenario import certified
 from pbrg_mj.governor.distributed.from_scenario import flow, paper_flow
@@ -79,7 +81,8 @@ def governor(scenario: Scenario, given: Any = None) -> Governor:
     Raises InputError for an unknown name and wrong options, PlugInError when a plug-in cannot be built.
     """
     if given is None and scenario.governor.kind in GOVERNORS:
-        return GOVERNORS[scenario.governor.kind](scenario)
+        with _foreseen(scenario):
+            return GOVERNORS[scenario.governor.kind](scenario)
     if not plugins.is_centralized(scenario.governor.kind, given):
         return robots_of_scenario(scenario, given)
     name, built = plugins.build(plugins.GOVERNOR, scenario, given, network=network(scenario))
@@ -100,11 +103,22 @@ def robot_programs(scenario: Scenario) -> NetworkedGovernor:
     """
     kind = scenario.governor.kind
     if kind in PROGRAMS:
-        return PROGRAMS[kind](scenario)
+        with _foreseen(scenario):
+            return PROGRAMS[kind](scenario)
     if plugins.is_centralized(kind) or kind in GOVERNORS:
         allowed = f"allowed: {', '.join(PROGRAMS)}, or a robot program of an installed package"
         raise InputError(f"is {kind}, which robots do not run themselves; {allowed}", key="governor.kind")
     return robots_of_scenario(scenario).inner
+
+
+@contextmanager
+def _foreseen(scenario: Scenario) -> Iterator[None]:
+    """Turn a team that takes too long to settle for a certificate into an InputError."""
+    try:
+        yield
+    except UnsettledTeamError:
+        slow = f"is {scenario.control.alpha_r}, with which the team does not settle in the {MOST_TICKS} ticks that"
+        raise InputError(f"{slow} certificates foresee; allowed: a larger one", key="control.alpha_r") from None
 
 
 def velocity_filters(scenario: Scenario) -> tuple[VelocityFilter, ...]:
@@ -124,7 +138,8 @@ def certificate(scenario: Scenario, given: Any = None) -> Certificate | StateCer
     """Return the scenario's certificate; arguments and errors are those of `governor`."""
     graph = network(scenario)
     if given is None and scenario.governor.certificate in CERTIFICATES:
-        return CERTIFICATES[scenario.governor.certificate](scenario, graph)
+        with _foreseen(scenario):
+            return CERTIFICATES[scenario.governor.certificate](scenario, graph)
     name, built = plugins.build(plugins.CERTIFICATE, scenario, given, network=graph)
     return PlugInCertificate(built, name, scenario.timing.plug_in_limit)
 

@@ -48,7 +48,8 @@ def resource_warnings(scenario: Scenario) -> Iterator[str]:
 
 def run_bytes(scenario: Scenario) -> float:
     """Return about how much memory a run takes [bytes]."""
-    return BASE + TICKS_IN_MEMORY * _estimates(scenario) + 3 * (_rows(scenario) + _links(scenario)) + _world(scenario)
+    numbers = TICKS_IN_MEMORY * _estimates(scenario) + 3 * _rows(scenario) + 4 * _links(scenario)
+    return BASE + numbers + _world(scenario)
 
 
 def batch_bytes(scenario: Scenario, worlds: int) -> float:

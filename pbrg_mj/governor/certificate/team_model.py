@@ -25,6 +25,10 @@ MOST_GROWING = 2000  # ticks in which a stable team's error has begun to fall
 MOST_TICKS = 1 << 20  # of a prediction; a team that needs more hardly moves
 
 
+class UnsettledTeamError(ValueError):
+    """The sampled team does not come to rest, or not within the ticks that a certificate foresees."""
+
+
 @dataclass(frozen=True, eq=False)
 class TeamModel:
     """One coordinate of the team under constant m. Equal models have equal numbers."""
@@ -104,7 +108,7 @@ class TeamModel:
             if norm == math.inf:
                 break
             largest, power = max(largest, norm), power @ self.moving_part
-        raise ValueError("the sampled team does not settle")
+        raise UnsettledTeamError
 
     def settling_ticks(self, decay: float = DECAY) -> int:
         """Return the least number of ticks T with ||A^T||_2 <= decay on what moves.
@@ -115,7 +119,7 @@ class TeamModel:
         while (norm := _norm(self._power(doublings))) > decay:
             doublings += 1
             if 1 << doublings > MOST_TICKS or norm == math.inf:
-                raise ValueError("the sampled team does not settle")
+                raise UnsettledTeamError
         if doublings == 0:
             return 1
         ticks, power = 1 << doublings - 1, self._power(doublings - 1)  # too few; then the largest number that is

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pbrg_mj.governor.certificate.team_model import TeamModel
+from pbrg_mj.governor.certificate.team_model import TeamModel, UnsettledTeamError
 
 MOST_DOUBLINGS = 24  # of ticks in which a stable team's rows have become shorter than 1
 
@@ -63,4 +63,4 @@ def _ticks_to_shorten(model: TeamModel) -> int:
         if np.abs(power).sum(axis=1).max() <= 1.0:
             return ticks
         power, ticks = power @ power, 2 * ticks
-    raise ValueError("the sampled team does not settle")
+    raise UnsettledTeamError

@@ -28,6 +28,10 @@ MOST_TICKS = 1 << 20  # of a prediction; a team that needs more hardly moves
 class UnsettledTeamError(ValueError):
     """The sampled team does not come to rest, or not within the ticks that a certificate foresees."""
 
+    def __init__(self) -> None:
+        """Say so."""
+        super().__init__(f"the sampled team does not settle within {MOST_TICKS} ticks: no prediction of it ends")
+
 
 @dataclass(frozen=True, eq=False)
 class TeamModel:

@@ -156,8 +156,7 @@ def simulate(plan: RolloutPlan, graph: tuple, owner: int, rng: np.random.Generat
     for tick in range(ticks):
         cycle = run_cycle(plan, graph, (p, xi), held, half_spaces, response)
         response, degree = cycle.response, np.diff(graph[0])
-        bytes_sent += [(sent / degree).max() for sent in (*cycle.flood_bytes, *cycle.verdict_bytes)]
-        bytes_sent += [float((cycle.rollout_bytes / degree).max())] * (plan.steps * plan.order)
+        bytes_sent.append((cycle.bytes_sent / degree).max(axis=1))
         centre = cycle.summary.centre
         if cycle.verdicts is None:
             held = centre
@@ -172,7 +171,7 @@ def simulate(plan: RolloutPlan, graph: tuple, owner: int, rng: np.random.Generat
     gap = np.linalg.norm(p - best, axis=1).max()
     print(f"settled within {TOLERANCE} m of the best point in {TICK * (late + 1):.2f} s, {gap:.1e} m off at the end")
     print(f"worst crossing of the wall {worst:.1e} m (negative: never)")
-    print(f"bytes to a neighbour and round: mean {np.mean(bytes_sent):.1f}, most {max(bytes_sent):.0f}")
+    print(f"bytes to a neighbour and round: mean {np.mean(bytes_sent):.1f}, most {np.max(bytes_sent):.0f}")
 
 
 if __name__ == "__main__":

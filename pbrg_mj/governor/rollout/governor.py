@@ -47,7 +47,7 @@ class RolloutGovernor(NamedTuple):
         if index == 0 or cycle is None:
             state, half_spaces = (problem.p, problem.xi), _half_spaces(problem)
             cycle = run_cycle(self.plan, problem.network.arrays, state, memory.held, half_spaces, memory.response)
-        sent, memory = self._bytes(index, cycle), memory._replace(cycle=cycle)
+        memory = memory._replace(cycle=cycle)
         if index == self.plan.cycle_ticks - 1:
             memory = _decided(problem, memory, cycle, self.plan.reach)
         leads = (problem.network.leader > 0.0)[:, None]
@@ -57,19 +57,9 @@ class RolloutGovernor(NamedTuple):
             multipliers=np.zeros(problem.rows_shape),
             status=memory.status,
             rounds=self.rounds,
-            bytes_sent=sent,
+            bytes_sent=cycle.bytes_sent[index * self.rounds : (index + 1) * self.rounds].sum(axis=0),
         )
         return solution, memory._replace(tick=memory.tick + 1)
-
-    def _bytes(self, index: int, cycle: Cycle) -> np.ndarray:
-        """Return what every robot sends in a tick of the cycle, (n,)."""
-        plan = self.plan
-        first, last = index * self.rounds, min((index + 1) * self.rounds, plan.exchanges)
-        begins, ends = plan.diameter, plan.exchanges - plan.diameter  # of the rollout
-        rolled = max(0, min(last, ends) - max(first, begins))
-        flood = cycle.flood_bytes[first:last].sum(axis=0)
-        verdicts = cycle.verdict_bytes[max(first - ends, 0) : max(last - ends, 0)].sum(axis=0)
-        return flood + rolled * cycle.rollout_bytes + verdicts
 
 
 def _half_spaces(problem: Problem) -> dict[Key, HalfSpace]:

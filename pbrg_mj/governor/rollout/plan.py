@@ -2,8 +2,9 @@
 
 A cycle has C ticks. In its first one robots measure; then come rounds of messages:
 
-    D        flood: half-spaces, the box that holds all p, the largest xi, the m that is held
-    K p      the rollout: K steps of Q ticks, p rounds each, under the m that is held
+    D        flood: the box that holds all p, the largest xi, the m that is held
+    K p      the rollout: K steps of Q ticks, p rounds each, under the m that is held. With it the half-spaces go to all
+             robots, at most one in a message; in the last D rounds, a message takes all that its sender has not sent
     D        verdicts: the least advance of all robots along each half-space
 
 In its last tick the leaders move m. So the rollout begins C - 1 ticks before: these ask for nothing, ticks after do.
@@ -60,6 +61,7 @@ class RolloutPlan:
         cycle_ticks, steps, repeats = 1, 0, 1
         while True:
             steps = -(-(cycle_ticks - 1 + ahead) // len(weights))
+            steps = max(steps, -(-network.diameter // order))  # half-spaces take D rounds of the rollout
             exchanges = 2 * network.diameter + steps * order
             repeats = 1 if channel is None else _repeats(channel.loss.share, links * exchanges)
             needed = -(-exchanges * (latency + repeats) // rounds)
@@ -102,6 +104,14 @@ class RolloutPlan:
     def exchanges(self) -> int:
         """How often in a cycle every robot hears all its neighbours."""
         return 2 * self.diameter + self.steps * self.order
+
+    def sends_all_left(self, exchange: int) -> bool:
+        """Return whether a message of the rollout takes all half-spaces not yet sent, not one: in its last D exchanges.
+
+        That is enough: what a robot has not sent when they begin goes out at once, and what it has sent its neighbours
+        have. Of W half-spaces, none is left by then if there are D + W exchanges before.
+        """
+        return exchange >= self.exchanges - 2 * self.diameter
 
     @property
     def rounds_of_an_exchange(self) -> int:

@@ -19,14 +19,14 @@ from pbrg_mj.governor.problem.interface import Status
 from pbrg_mj.governor.rollout.messages import (
     HEADER,
     NUMBERS,
-    STATE,
+    SUMMARY,
     HalfSpace,
     Key,
     Verdict,
     own_half_spaces,
-    pack_flood,
+    pack_rollout,
     pack_verdicts,
-    unpack_flood,
+    unpack_rollout,
     unpack_verdicts,
 )
 from pbrg_mj.governor.rollout.plan import RolloutPlan
@@ -131,33 +131,35 @@ class RolloutProgram:
     def _content(self, exchange: int, memory: RolloutMemory) -> tuple[bytes, RolloutMemory]:
         plan = self.plan
         if exchange < plan.diameter:
-            keys = [
-                key
-                for key in sorted(memory.half_spaces)
-                if memory.half_spaces[key].binds_all and key not in memory.sent
-            ]
-            sent = memory.sent | frozenset(keys)
-            return pack_flood(memory.summary, memory.half_spaces, keys), replace(memory, sent=sent)
+            return SUMMARY.pack(*memory.summary), memory
         if exchange < plan.exchanges - plan.diameter:
-            return STATE.pack(*memory.v[-1]), memory
+            keys = sorted(key for key, one in memory.half_spaces.items() if one.binds_all and key not in memory.sent)
+            if not plan.sends_all_left(exchange):
+                keys = keys[:1]
+            sent = memory.sent | frozenset(keys)
+            return pack_rollout(memory.v[-1], memory.half_spaces, keys), replace(memory, sent=sent)
         news = [item for item in sorted(memory.verdicts.items()) if item not in memory.sent]
-        content = pack_verdicts(memory.verdicts, [key for key, _ in news])
+        content = pack_verdicts(memory.verdicts, memory.half_spaces, [key for key, _ in news])
         return content, replace(memory, sent=memory.sent | frozenset(news))
 
     def _concluded(self, exchange: int, memory: RolloutMemory) -> RolloutMemory:
         """Take in what all neighbours have sent in an exchange."""
         plan, received = self.plan, [memory.received[one] for one in memory.facts.neighbours]
         if exchange < plan.diameter:
-            summary, half_spaces = memory.summary, dict(memory.half_spaces)
+            summary = memory.summary
             for content in received:
-                numbers, others = unpack_flood(content)
-                summary, half_spaces = merged(summary, numbers), {**others, **half_spaces}
-            return replace(memory, summary=summary, half_spaces=half_spaces)
+                summary = merged(summary, np.array(SUMMARY.unpack(content)))
+            return replace(memory, summary=summary)
         if exchange < plan.exchanges - plan.diameter:
-            return self._with_change(memory, np.array([STATE.unpack(content) for content in received]).reshape(-1, 4))
+            unpacked = [unpack_rollout(content) for content in received]
+            half_spaces = dict(memory.half_spaces)
+            for _, others in unpacked:
+                half_spaces = {**others, **half_spaces}
+            changes = np.array([v for v, _ in unpacked]).reshape(-1, 4)
+            return self._with_change(replace(memory, half_spaces=half_spaces), changes)
         verdicts = dict(memory.verdicts)
         for content in received:
-            for key, other in unpack_verdicts(content).items():
+            for key, other in unpack_verdicts(content, memory.half_spaces).items():
                 known = verdicts.get(key, other)
                 verdicts[key] = known._replace(low=max(known.low, other.low), high=min(known.high, other.high))
         return replace(memory, verdicts=verdicts)

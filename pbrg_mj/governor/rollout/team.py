@@ -10,7 +10,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pbrg_mj.governor.rollout.messages import HALF_SPACE, HEADER, STATE, SUMMARY, VERDICT, HalfSpace, Key, Verdict
+from pbrg_mj.governor.rollout.messages import (
+    HALF_SPACE,
+    HEADER,
+    NORMAL,
+    STATE,
+    SUMMARY,
+    VERDICT,
+    HalfSpace,
+    Key,
+    Verdict,
+)
 from pbrg_mj.governor.rollout.plan import RolloutPlan
 from pbrg_mj.governor.rollout.prediction import write_change
 from pbrg_mj.governor.rollout.verdicts import HalfSpaceArrays, Rollout, Summary
@@ -24,9 +34,7 @@ class Cycle(NamedTuple):
     summary: Summary
     response: np.ndarray  # s (T + 1, n)
     verdicts: Mapping[Key, Verdict] | None  # agreed by all; None in the cycle that finds the step response
-    flood_bytes: np.ndarray  # (D, n) of each exchange
-    rollout_bytes: np.ndarray  # (n,) likewise
-    verdict_bytes: np.ndarray  # (D, n) likewise
+    bytes_sent: np.ndarray  # (exchanges, n)
 
 
 def run_cycle(
@@ -56,7 +64,8 @@ def run_cycle(
             found.append(rollout.states[:, :, 0].copy())
     if response is not None:
         rollout.finish()
-    low, high, verdict_bytes = _agreed(plan.diameter, graph, rollout.low, rollout.high)
+    flood_bytes = np.tile(degree * (HEADER.size + SUMMARY.size), (plan.diameter, 1))
+    low, high, verdict_bytes = _agreed(plan.diameter, graph, half_spaces, rollout.low, rollout.high)
     verdicts = {
         key: Verdict(bounds[key].Gx, bounds[key].Gy, float(down), float(up))
         for key, down, up in zip(sorted(bounds), low, high, strict=True)
@@ -66,35 +75,40 @@ def run_cycle(
         summary=summary,
         response=np.concatenate(found) if response is None else response,
         verdicts=None if response is None else verdicts,
-        flood_bytes=_flood_bytes(plan.diameter, graph, half_spaces),
-        rollout_bytes=degree * (HEADER.size + STATE.size),
-        verdict_bytes=verdict_bytes,
+        bytes_sent=np.concatenate([flood_bytes, _rollout_bytes(plan, graph, half_spaces), verdict_bytes]),
     )
 
 
-def _flood_bytes(diameter: int, graph: tuple[np.ndarray, ...], half_spaces: HalfSpaceArrays) -> np.ndarray:
+def _rollout_bytes(plan: RolloutPlan, graph: tuple[np.ndarray, ...], half_spaces: HalfSpaceArrays) -> np.ndarray:
+    """Return the bytes (K p, n) of the rollout's exchanges, in which half-spaces go to all robots in order of keys."""
     first, neighbours, _ = graph
-    degree, sent = np.diff(first), np.zeros((diameter, len(first) - 1), dtype=np.int64)
+    degree = np.diff(first)
+    sent = np.tile(degree * (HEADER.size + STATE.size), (plan.steps * plan.order, 1))
     known = (half_spaces.owner[:, None] == np.arange(len(degree))) & half_spaces.binds_all[:, None]
     forwarded = np.zeros_like(known)
-    for exchange in range(diameter):
+    for i, row in enumerate(sent):
         fresh = known & ~forwarded
-        sent[exchange] = degree * (HEADER.size + SUMMARY.size + HALF_SPACE.size * fresh.sum(axis=0))
+        if not fresh.any():
+            break
+        if not plan.sends_all_left(plan.diameter + i):
+            fresh &= np.cumsum(fresh, axis=0) == 1  # the first alone
+        row += degree * HALF_SPACE.size * fresh.sum(axis=0)
         forwarded |= fresh
         known |= np.logical_or.reduceat(fresh[:, neighbours], first[:-1], axis=1)
     return sent
 
 
 def _agreed(
-    diameter: int, graph: tuple[np.ndarray, ...], low: np.ndarray, high: np.ndarray
+    diameter: int, graph: tuple[np.ndarray, ...], half_spaces: HalfSpaceArrays, low: np.ndarray, high: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return what all robots allow, low and high (W,), and the bytes (D, n) by which they agree."""
     first, neighbours, _ = graph
     degree, sent = np.diff(first), np.zeros((diameter, len(first) - 1), dtype=np.int64)
+    sizes = np.where(half_spaces.binds_all, VERDICT.size, VERDICT.size + NORMAL.size)
     sent_low, sent_high = np.full_like(low, -np.inf), np.full_like(high, np.inf)
     for exchange in range(diameter):
         fresh = (low != sent_low) | (high != sent_high)
-        sent[exchange] = degree * (HEADER.size + VERDICT.size * fresh.sum(axis=0))
+        sent[exchange] = degree * (HEADER.size + sizes @ fresh)
         sent_low, sent_high = low, high
         low = np.maximum(low, np.maximum.reduceat(low[:, neighbours], first[:-1], axis=1))
         high = np.minimum(high, np.minimum.reduceat(high[:, neighbours], first[:-1], axis=1))

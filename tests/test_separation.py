@@ -357,10 +357,51 @@ def test_a_retreat_takes_what_another_robot_leaves_of_it() -> None:
     """A robot behind it, as near as is allowed, does not move: of the retreat nothing is left, aside is."""
     rng = np.random.default_rng(305)
     keeper, G = filter_of(rng, 2), np.array([1.0, 0.0])
-    for behind, left in ((0.3, 0.0), (0.4, 0.1)):
+    for behind, left in ((0.3, 0.0), (0.35, 0.1)):
         q = np.array([[0.0, 0.0], [-behind, 0.0]])
         driven = keeper.filtered(coming_at(keeper, q, G, keeper.margin, 0.2), q, np.zeros((2, 2)), np.zeros((2, 2)))
         assert driven[0, 0] == pytest.approx(-left, abs=1e-4)
         aside = keeper.filtered(coming_at(keeper, q, G, keeper.margin, 0.2), q, np.zeros((2, 2)), np.eye(2)[::-1])
         assert aside[0, 0] == pytest.approx(-left, abs=1e-4)
         assert aside[0, 1] > 0.5
+
+
+def test_who_is_pushed_back_has_the_right_of_way() -> None:
+    """It goes towards another robot at gamma times what is left of their distance; the other, or at rest, at half."""
+    rng = np.random.default_rng(307)
+    keeper, ahead = filter_of(rng, 2), np.array([1.0, 0.0])
+    q, u = np.array([[0.0, 0.0], [-0.4, 0.0]]), np.array([[-0.5, 0.0], [0.5, 0.0]])
+    for closing, rate in ((0.3, 1.0), (0.0, 0.5)):
+        driven = keeper.filtered(coming_at(keeper, q, ahead, keeper.margin, closing), q, np.zeros((2, 2)), u)
+        np.testing.assert_allclose(driven[:, 0], [-rate * keeper.gain * 0.1, 0.5 * keeper.gain * 0.1], atol=1e-9)
+
+
+def test_two_that_are_pushed_at_each_other_keep_their_distance() -> None:
+    """In the ideal plant, with 2 gamma tick = 1: each takes all of gamma, and half-spaces come from either side."""
+    rng = np.random.default_rng(308)
+    keeper = filter_of(rng, 2)
+    keeper = replace(keeper, tick=0.5 / keeper.gain)
+    q, G = np.array([[0.4, 0.0], [-0.4, 0.0]]), np.array([[[1.0, 0.0]], [[-1.0, 0.0]]])
+    for _ in range(3):
+        problem = coming_at(keeper, q, G[0, 0], 0.0, 0.5)
+        spaces = problem.half_spaces
+        assert spaces is not None
+        h = np.einsum("ikx,ix->ik", G, q)
+        problem = replace(
+            problem,
+            half_spaces=replace(
+                spaces, G=G, h=h, active=np.ones((2, 1), dtype=bool), binds=np.eye(2, dtype=bool)[:, None]
+            ),
+        )
+        q = q + keeper.tick * keeper.filtered(problem, q, np.zeros((2, 2)), np.zeros((2, 2)))
+        assert closest(q) >= keeper.distance - 1e-12
+    assert closest(q) < keeper.distance + 1e-3
+
+
+@pytest.mark.slow
+def test_in_physics_a_robot_that_a_box_pushes_at_its_team_mates_gets_out_of_its_way() -> None:
+    scenario = pbrg.load("families/moving_boxes", {"set_up": "recommended"}, duration=6.0, seed=61013).settings
+    simulation = Simulation.build(scenario)
+    for _ in simulation.control_ticks():
+        truth = simulation.loop.world.truth()
+        assert not truth.moving_contact.any() and not truth.robot_contact.any()

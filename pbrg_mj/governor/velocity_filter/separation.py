@@ -16,13 +16,14 @@ A half-space whose h falls at the rate c, the closing speed of what it keeps off
     G.w_j <= gamma (h - G.q_j) - c,
 
 so that h - G.q_j falls by the rate gamma at most (a control barrier function that depends on time). Where that is a
-retreat that other rows do not leave, the largest share of all retreats that they leave takes its place.
+retreat, j has the right of way: its rows of other robots have gamma in place of gamma / 2. Where other rows still do
+not leave it, the largest share of all retreats that they leave takes its place.
 
 In physics w is scaled down where robots turn, so that it meets these rows while they do: turning.py.
 
-Both robots of a pair take half, so ||q_i - q_j|| stays above d if it was, and below d it never falls; nobody crosses a
-half-space. Both are exact with w held for a tick and gamma tick <= 1 (docs/distances.md). Half-planes between pairs of
-robots: Wang, Ames and Egerstedt, IEEE T-RO 33(3), 2017.
+A pair takes at most 2 gamma, so ||q_i - q_j|| stays above d if it was, and below d it never falls; nobody crosses a
+half-space. Both are exact with w held for a tick and 2 gamma tick <= 1 (docs/distances.md). Half-planes between pairs
+of robots: Wang, Ames and Egerstedt, IEEE T-RO 33(3), 2017.
 """
 
 from __future__ import annotations
@@ -136,9 +137,11 @@ def write_driven(half_spaces, state, wheels, numbers, driven):
         x, y = u[j, 0] - gain * displacement[j, 0], u[j, 1] - gain * displacement[j, 1]
         scale = _scale(x, y, heading[j], facets)
         wx, wy = scale * x, scale * y
-        speed = math.inf if _pushed(half_spaces, q, j, margin, gain) else math.sqrt(wx * wx + wy * wy)
+        pushed = _pushed(half_spaces, q, j, margin, gain)
+        speed = math.inf if pushed else math.sqrt(wx * wx + wy * wy)
         retreats[:] = 0.0
-        robots = _robots_in_the_way(q, j, (distance, gain, speed), normals, offsets)
+        rate = gain if pushed else 0.5 * gain
+        robots = _robots_in_the_way(q, j, (distance, rate, speed), normals, offsets)
         written = normals, offsets, retreats
         rows = _half_spaces_in_the_way(half_spaces, moved, j, (margin, gain, tick, speed), written, robots)
         found, x, y = _nearest_velocity(wx, wy, normals[:rows], offsets[:rows], retreats[:rows])
@@ -198,12 +201,12 @@ def _pushed(half_spaces, q, j, margin, gain):
 @kernel
 def _robots_in_the_way(q, j, numbers, normals, offsets):
     """Write the rows of robots so near that a velocity of this speed may violate them; return how many."""
-    distance, gain, speed = numbers
+    distance, rate, speed = numbers
     rows = 0
     for i in range(len(q)):
         x, y = q[i, 0] - q[j, 0], q[i, 1] - q[j, 1]
         apart = math.sqrt(x * x + y * y)
-        room = 0.5 * gain * max(apart - distance, 0.0)
+        room = rate * max(apart - distance, 0.0)
         if i != j and room < speed and apart > 0.0:
             normals[rows, 0], normals[rows, 1], offsets[rows] = x / apart, y / apart, room
             rows += 1

@@ -2,9 +2,9 @@
 
 python scripts/building_family.py --building LOG BEGIN END [--building LOG BEGIN END ...] [--note TEXT ...] -o FILE.yaml
 
-LOG is as for `walls_from_scans.py`; BEGIN and END [m] say which stretch of the robot's way is taken. All scans of a log
+LOG is as for `walls_from_scans.py`; BEGIN and END [m] say which part of the robot's way is taken. All scans of a log
 vote on a grid: a cell is occupied where many of the beams that came there ended there, so that what moved is left out.
-Echoes in such cells, scan after scan along the stretch, become outlines where none is known yet. What was within a
+Echoes in such cells, scan after scan along that part, become outlines where none is known yet. What was within a
 robot's breadth of the way is left out. Notes go into the file's head: whose logs they are.
 """
 
@@ -136,11 +136,11 @@ def building(file: Path, begin: float, end: float) -> tuple[np.ndarray, list[np.
         raise ValueError(f"{file} has no front scans")
     place = np.array([pose[:2] for _, pose in every])
     driven = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(place, axis=0).T))])
-    stretch = np.flatnonzero((driven >= begin) & (driven <= end))
-    if len(stretch) < 2:
+    part = np.flatnonzero((driven >= begin) & (driven <= end))
+    if len(part) < 2:
         raise ValueError(f"{file}: the robot drove {driven[-1]:.2f} m; no two scans from {begin:g} to {end:g} m")
-    way = simplified(place[stretch], WAY_TOLERANCE)
-    found = outlines(apart([every[k] for k in stretch], *APART), Grid(apart(every, *VOTE_APART)), way)
+    way = simplified(place[part], WAY_TOLERANCE)
+    found = outlines(apart([every[k] for k in part], *APART), Grid(apart(every, *VOTE_APART)), way)
     short = [np.hypot(*np.ptp(corners, axis=0)) < LEAST_LENGTH for corners in found]
     walls = [corners for corners, post in zip(found, short, strict=True) if not post]
     posts = [corners.mean(axis=0) for corners, post in zip(found, short, strict=True) if post]

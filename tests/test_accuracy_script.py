@@ -1,4 +1,4 @@
-"""The scenes and the judge behind the figures of docs/perception.md."""
+"""The scenes and the evaluation behind the figures of docs/perception.md."""
 
 from pathlib import Path
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pbrg_mj.governor.problem.block_references import keep_costs, keep_near_references
+from pbrg_mj.governor.problem.block_references import cache_near_references, cache_reference_costs
 from pbrg_mj.governor.problem.interface import Problem
 from tests.problems import graph, problem
 
@@ -25,8 +25,8 @@ def problems_of(rng: np.random.Generator, n: int, reach: float, moving: bool) ->
 @pytest.mark.parametrize("moving", [False, True])
 def test_blocks_keep_the_bits_of_each_problem(n: int, reach: float, moving: bool) -> None:
     together, alone = (problems_of(np.random.default_rng(61), n, reach, moving) for _ in range(2))
-    near = keep_near_references(together, np.array([one.p for one in together]))
-    keep_costs(together)
+    near = cache_near_references(together, np.array([one.p for one in together]))
+    cache_reference_costs(together)
     for block, one, own in zip(together, alone, near, strict=True):
         np.testing.assert_array_equal(own, one.near_references)
         np.testing.assert_array_equal(block.near_references, one.near_references)

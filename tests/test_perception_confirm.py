@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pbrg_mj.perception.points.confirm import confirmed, recent_echoes
+from pbrg_mj.perception.points.confirm import confirm_echo, recent_echoes
 from pbrg_mj.perception.points.memory import no_points
 from pbrg_mj.perception.track.world_frame import ScanPose
 from tests.seeing_points import estimator
@@ -21,7 +21,7 @@ def test_points_at_one_place_are_found_and_no_others():
         expected = [_at_one_place(point, echo, made) for point in points]
         needed = int(draws.integers(1, 4))
         recents = recent_echoes(points, SCAN, made.recent)
-        assert confirmed(points, recents, (echo, needed), POSE, made) == (sum(expected) >= needed)
+        assert confirm_echo(points, recents, (echo, needed), POSE, made) == (sum(expected) >= needed)
         enough = sum(expected) >= needed
         assert points["binds"].tolist() == [at_place and enough for at_place in expected]
         found += sum(expected)
@@ -34,7 +34,7 @@ def test_a_slot_that_was_taken_since_confirms_nothing():
     points[0]["x"], points[0]["y"], points[0]["live"], points[0]["scan"] = *echo[:2], True, SCAN - 1
     recents = recent_echoes(points, SCAN, made.recent)
     points[0]["scan"] = SCAN
-    assert not confirmed(points, recents, (echo, 1), POSE, made)
+    assert not confirm_echo(points, recents, (echo, 1), POSE, made)
 
 
 def _points(draws: np.random.Generator, echo) -> np.ndarray:

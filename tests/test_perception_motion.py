@@ -11,7 +11,7 @@ from pbrg_mj.perception.points.beams import SeenBeams
 from pbrg_mj.perception.points.detect import add_scan
 from pbrg_mj.perception.points.estimator import PointEstimator
 from pbrg_mj.perception.points.memory import no_points
-from pbrg_mj.perception.points.range_flow import LEFT, PAST_ECHO, PAST_POSE, RIGHT, free_ends, range_flow, remember
+from pbrg_mj.perception.points.range_flow import LEFT, PAST_ECHO, PAST_POSE, RIGHT, free_ends, range_flow, store_scan
 from pbrg_mj.perception.track.world_frame import ScanPose
 from pbrg_mj.sensing.readings import Readings
 from tests.perceiving import box, together
@@ -159,7 +159,7 @@ def test_the_flow_of_free_ends_is_the_speed_along_the_face():
             echoes = add_scan(no_points(1, beams)[0], 1, scan, pose, team, made)
             ends = free_ends(echoes, scan.ranges, made)
             flows, count = range_flow((echoes, scan.ranges), ends, (past, place[0]), pose, made)
-            remember(past, place, (echoes, scan), ends, pose)
+            store_scan(past, place, (echoes, scan), ends, pose)
         along = np.abs(flows.ny[:count]) > 0.7
         errors += list(flows.speed[:count][along] - flows.ny[:count][along] * speed)
         told += list(flows.variance[:count][along])
@@ -182,7 +182,7 @@ def test_a_box_that_slides_along_its_face_is_not_told_to_stand(preset: str):
         echoes = add_scan(no_points(1, beams)[0], 1, read, pose, team, numbers)
         ends = free_ends(echoes, ranges, numbers)
         flows, count = range_flow((echoes, ranges), ends, (past, past_pose[0]), pose, numbers)
-        remember(past, past_pose, (echoes, read), ends, pose)
+        store_scan(past, past_pose, (echoes, read), ends, pose)
         if frame % 2:
             x, across, ny = flows.x[:count], flows.y[:count], flows.ny[:count]
             on_face = (np.abs(x - 0.4) < 0.05) & (np.abs(across) < 0.1) & (np.abs(ny) < 0.8)

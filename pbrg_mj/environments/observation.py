@@ -23,7 +23,7 @@ class Layout:
     heading      cosine and sine of the body's
     xi           its integral state of eq. 2 [m]
     neighbours   p_k - p_j and xi_k - xi_j of every neighbour k, ascending [m]; 0 where it has fewer than others
-    half_spaces  of its own: the unit normal G, the room h - G.q_j [m], and 1; 0 where there is none
+    half_spaces  of its own: the unit normal G, the slack h - G.q_j [m], and 1; 0 where there is none
     scan         or its beams' ranges, shares of the largest range: 1 where nothing came back
     """
 
@@ -77,8 +77,8 @@ class Layout:
 
 
 def _half_spaces(sight: SensedTick) -> np.ndarray:
-    """Return normals, rooms and flags (n, H, 4) of the robots' own half-spaces."""
+    """Return normals, slacks and flags (n, H, 4) of the robots' own half-spaces."""
     spaces = sight.half_spaces
-    room = spaces.h - np.einsum("ikx,ix->ik", spaces.G, sight.pose.hand_world)
-    known = np.concatenate([spaces.G, room[..., None], np.ones((*room.shape, 1))], axis=2)
+    slack = spaces.h - np.einsum("ikx,ix->ik", spaces.G, sight.pose.hand_world)
+    known = np.concatenate([spaces.G, slack[..., None], np.ones((*slack.shape, 1))], axis=2)
     return np.where(spaces.active[..., None], known, 0.0)

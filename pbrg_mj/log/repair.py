@@ -99,7 +99,7 @@ class _Copy:
     schemas: dict[int, Schema] = field(default_factory=dict)  # by number in the old log
     channels: dict[int, _Channel] = field(default_factory=dict)  # likewise
     reached: int = -1  # time of the last tick kept [ns]
-    room: int | None = None  # ticks that the scenario still has room for; known from the first chunk with ticks on
+    ticks_left: int | None = None  # ticks that may still come by the scenario; known from the first chunk with ticks on
 
     def copy_records(self, file: BinaryIO, size: int) -> None:
         """Copy all that is whole, to the file's end or to where its records can no longer be separated."""
@@ -168,11 +168,11 @@ class _Copy:
         """Return the ticks' indices. Before the first one, all that is embedded must be there and go together."""
         if not found:
             return []
-        if self.room is None:
-            self.room = requested_ticks(self.embedded.header("; ".join(self.found.damage) or None).scenario)
-        if len(found) > self.room:
+        if self.ticks_left is None:
+            self.ticks_left = requested_ticks(self.embedded.header("; ".join(self.found.damage) or None).scenario)
+        if len(found) > self.ticks_left:
             raise DamageError("a chunk has ticks beyond the scenario's end")
-        self.room -= len(found)
+        self.ticks_left -= len(found)
         return [_tick_index(data) for data in found]
 
     def _declare(self, records: Iterable[Schema | Channel]) -> None:

@@ -15,7 +15,7 @@ from pbrg_mj.governor.centralized.optimum import CentralizedSolver, Optimum
 from pbrg_mj.governor.monitor.diagnostics import Diagnostics, diagnose
 from pbrg_mj.governor.monitor.passivity import Passivity
 from pbrg_mj.governor.monitor.tick_block import TickBlock, stack_ticks
-from pbrg_mj.governor.problem.block_references import keep_costs
+from pbrg_mj.governor.problem.block_references import cache_reference_costs
 from pbrg_mj.kernel import clock
 from pbrg_mj.loop.record import TickRecord, Timings
 from pbrg_mj.loop.tick_data import ControlTick
@@ -116,7 +116,7 @@ def _optima(monitor: Monitor, ticks: Sequence[ControlTick]) -> list[tuple[Optimu
     if not (solver and due):
         return [(None, 0.0)] * len(ticks)
     began = clock()
-    keep_costs([tick.problem for tick in due])
+    cache_reference_costs([tick.problem for tick in due])
     each, found = (clock() - began) / len(due), {}
     for tick in due:
         began = clock()

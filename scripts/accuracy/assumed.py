@@ -8,12 +8,13 @@ half-spaces let the hand point, straight ahead, nearer to their wall than the cl
 
 from __future__ import annotations
 
-import argparse
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from rooms import Drive, convex_room, way
 from scanning_robot import CLEARANCE, HAND, SENSORS
+from table import print_table
 
 from pbrg_mj.scenario.schema import Beams, Camera, Scenario
 
@@ -71,32 +72,17 @@ def evaluate(sensor: str, case: str, seed: int) -> tuple[float, list[float]]:
     return square, too_far
 
 
-def row_of(sensor: str, case: str, seeds: int) -> str:
-    results = [evaluate(sensor, case, seed) for seed in range(seeds)]
-    squares = np.array([square for square, _ in results])
-    too_far = np.concatenate([far for _, far in results])
-    worst = max(1000 * too_far.max(), 0.0)
-    cells = (
-        sensor,
-        case,
-        f"{np.nanmean(squares):.1f}",
-        f"{np.mean(too_far > 0):.1%}",
-        str(len(too_far)),
-        f"{worst:.0f}",
-    )
-    return f"| {' | '.join(cells)} |"
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=60)
-    parser.add_argument("--sensors", nargs="+", choices=SENSORS, default=["generic", "robotarium"])
-    args = parser.parse_args()
-    print(f"| sensor | truly | NEES | too near | half-spaces | worst [mm] |\n|{'---|' * 6}")
-    for sensor in args.sensors:
-        for case in CASES:
-            print(row_of(sensor, case, args.seeds), flush=True)
+def rows_of(sensor: str, seeds: int) -> Iterator[list[str]]:
+    """A row for each of CASES."""
+    for case in CASES:
+        results = [evaluate(sensor, case, seed) for seed in range(seeds)]
+        squares = np.array([square for square, _ in results])
+        too_far = np.concatenate([far for _, far in results])
+        worst = max(1000 * too_far.max(), 0.0)
+        share = f"{np.mean(too_far > 0):.1%}"
+        yield [sensor, case, f"{np.nanmean(squares):.1f}", share, str(len(too_far)), f"{worst:.0f}"]
 
 
 if __name__ == "__main__":
-    main()
+    columns = ["sensor", "truly", "NEES", "too near", "half-spaces", "worst [mm]"]
+    print_table(__doc__, columns, rows_of, 60, ["generic", "robotarium"])

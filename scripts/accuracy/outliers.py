@@ -9,12 +9,13 @@ Compared is how far straight ahead to the wall the half-spaces let its hand poin
 
 from __future__ import annotations
 
-import argparse
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 from raycast import Scene, cast
 from scanning_robot import HAND
+from table import print_table
 
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.perception.points.estimator import PointEstimator
@@ -67,8 +68,8 @@ def ahead(known: HalfSpaces, pose: np.ndarray) -> float:
     """How far straight ahead the half-spaces let the hand point go [m]; infinite where none ends it."""
     hand = pose[:2] + HAND * np.array([np.cos(pose[2]), np.sin(pose[2])])
     towards = known.active[0] & (known.G[0, :, 0] > 1e-6)
-    room_left = (known.h[0] - known.G[0] @ hand)[towards] / known.G[0, towards, 0]
-    return float(room_left.min(initial=np.inf))
+    left = (known.h[0] - known.G[0] @ hand)[towards] / known.G[0, towards, 0]
+    return float(left.min(initial=np.inf))
 
 
 def nearer(sensor: str, seed: int) -> np.ndarray:
@@ -96,25 +97,15 @@ def resampled(hits: np.ndarray) -> str:
     return f"{1000 * np.nanmean(hits):.0f} [{low:.0f}, {high:.0f}]"
 
 
-def row_of(sensor: str, seeds: int) -> str:
-    """One row of the table."""
+def rows_of(sensor: str, seeds: int) -> Iterator[list[str]]:
+    """The one row of a sensor."""
     found = np.array([nearer(sensor, seed) for seed in range(seeds)])
     none = np.isnan(found)
     rates = [resampled(np.where(none, np.nan, found > by)) for by in NEARER]
     farther = resampled(np.where(none, np.nan, found < -0.01))
-    return f"| {' | '.join([sensor, str(int(np.sum(~none))), *rates, f'{np.nanmax(found):.2f}', farther])} |"
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=400)
-    parser.add_argument("--sensors", nargs="+", choices=SENSORS, default=SENSORS)
-    args = parser.parse_args()
-    by = " | ".join(f"nearer by {100 * by:.0f} cm" for by in NEARER)
-    print(f"| sensor | scans | {by} | most [m] | farther by 1 cm |\n|{'---|' * 7}")
-    for sensor in args.sensors:
-        print(row_of(sensor, args.seeds), flush=True)
+    yield [sensor, str(int(np.sum(~none))), *rates, f"{np.nanmax(found):.2f}", farther]
 
 
 if __name__ == "__main__":
-    main()
+    by = [f"nearer by {100 * by:.0f} cm" for by in NEARER]
+    print_table(__doc__, ["sensor", "scans", *by, "most [m]", "farther by 1 cm"], rows_of, 400, SENSORS, SENSORS)

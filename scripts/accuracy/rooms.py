@@ -9,11 +9,12 @@ error.
 
 from __future__ import annotations
 
-import argparse
+from collections.abc import Iterator
 
 import numpy as np
 from raycast import Scene, cast, wheels
 from scanning_robot import CLEARANCE, HAND, SENSORS, scenario
+from table import print_table
 from walls import band
 
 from pbrg_mj.perception.perceive import initial, perceive
@@ -174,29 +175,20 @@ def drive(given: Scenario, room: str, scans: tuple[int, ...]) -> np.ndarray:
     return rows
 
 
-def row_of(sensor: str, room: str, seeds: int) -> str:
-    """One row of the table: the mean of the normalised errors squared after each of SCANS, and its band."""
-    rows = np.array([drive(scenario(sensor, seed), room, SCANS) for seed in range(seeds)])
-    cells, (low, high) = [sensor, room], band(seeds)
-    for k in range(len(SCANS)):
-        some = rows[np.isfinite(rows[:, k, 2]), k]
-        angle, offset = np.sqrt(np.mean(some[:, :2] ** 2, axis=0))
-        cells += [f"{some[:, 2].mean():.2f}", f"{np.median(some[:, 2]):.2f}"]
-        cells += [f"{np.rad2deg(angle):.2f} deg, {1000 * offset:.1f} mm"] if SCANS[k] == SCANS[-1] else []
-    return f"| {' | '.join([*cells, f'{low:.2f} to {high:.2f}'])} |"
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=100)
-    parser.add_argument("--sensors", nargs="+", choices=SENSORS, default=SENSORS)
-    args = parser.parse_args()
-    after = " | ".join(f"NEES after {scans} scans | median" for scans in SCANS)
-    print(f"| sensor | room | {after} | RMS then | band of the mean |\n|{'---|' * (2 * len(SCANS) + 4)}")
-    for sensor in args.sensors:
-        for room in ROOMS:
-            print(row_of(sensor, room, args.seeds), flush=True)
+def rows_of(sensor: str, seeds: int) -> Iterator[list[str]]:
+    """A row for each kind of room: the mean of the normalised errors squared after each of SCANS, and its band."""
+    low, high = band(seeds)
+    for room in ROOMS:
+        rows = np.array([drive(scenario(sensor, seed), room, SCANS) for seed in range(seeds)])
+        cells = [sensor, room]
+        for k in range(len(SCANS)):
+            some = rows[np.isfinite(rows[:, k, 2]), k]
+            angle, offset = np.sqrt(np.mean(some[:, :2] ** 2, axis=0))
+            cells += [f"{some[:, 2].mean():.2f}", f"{np.median(some[:, 2]):.2f}"]
+            cells += [f"{np.rad2deg(angle):.2f} deg, {1000 * offset:.1f} mm"] if SCANS[k] == SCANS[-1] else []
+        yield [*cells, f"{low:.2f} to {high:.2f}"]
 
 
 if __name__ == "__main__":
-    main()
+    after = [name for scans in SCANS for name in (f"NEES after {scans} scans", "median")]
+    print_table(__doc__, ["sensor", "room", *after, "RMS then", "band of the mean"], rows_of, 100, SENSORS, SENSORS)

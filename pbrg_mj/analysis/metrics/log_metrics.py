@@ -113,7 +113,8 @@ class FinalColumns:
 
     def run(self, run: Run) -> Run:
         """Return the run with these alone."""
-        return replace(run, ticks=TickSeries.of(joined(self._last.blocks)), optima=OptimumSeries.of(self._optimum))
+        ticks = TickSeries.of(concatenate_columns(self._last.blocks))
+        return replace(run, ticks=ticks, optima=OptimumSeries.of(self._optimum))
 
 
 class OutcomeColumns:
@@ -136,8 +137,8 @@ class OutcomeColumns:
         for name, row in first_violation_rows(_part(self._scenario, reduced)):
             self._kept.setdefault(name, _rows(reduced, row, row + 1))
         before = [self._last.blocks[-1]] if self._last.blocks else []
-        r = joined([*({"reference": one["reference"][-1:]} for one in before), {"reference": reduced["reference"]}])
-        changes = np.flatnonzero(np.any(np.diff(r["reference"], axis=0) != 0, axis=1)) + 1 - len(before)
+        r = np.concatenate([*(one["reference"][-1:] for one in before), reduced["reference"]])
+        changes = np.flatnonzero(np.any(np.diff(r, axis=0) != 0, axis=1)) + 1 - len(before)
         if len(changes):
             row = int(changes[-1])
             self._kept["before"] = _rows(reduced, row - 1, row) if row else _rows(before[0], -1, None)
@@ -146,7 +147,7 @@ class OutcomeColumns:
 
     def run(self, run: Run) -> Run:
         """Return the run with these ticks alone."""
-        columns = joined([*self._kept.values(), *self._last.blocks])
+        columns = concatenate_columns([*self._kept.values(), *self._last.blocks])
         rows = np.unique(columns["index"], return_index=True)[1]
         columns = {name: values[rows] for name, values in columns.items()}
         reduced = {state_size.__name__: columns.pop(state_size.__name__)}
@@ -171,7 +172,7 @@ def _part(scenario: Scenario, reduced: Columns) -> Run:
     )
 
 
-def joined(blocks: list[Columns]) -> Columns:
+def concatenate_columns(blocks: list[Columns]) -> Columns:
     """Return columns one behind the other."""
     return {name: np.concatenate([one[name] for one in blocks]) for name in blocks[0]}
 

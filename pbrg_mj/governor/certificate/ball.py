@@ -1,7 +1,7 @@
 """The paper's ball (eq. 13) as rows at a state, one for each half-space: what the certified layer verifies.
 
 `problem.ball` has the same rows with one for every robot that a half-space binds. They share rho and G, so the one
-with the least room implies the others. `growth` is gamma Gamma: with gamma rho + G.m <= c the paper's row of the
+with the least slack implies the others. `growth` is gamma Gamma: with gamma rho + G.m <= c the paper's row of the
 sampled team (`team/sampled.py`) and Gamma = sup_t ||A^t||, gamma Gamma rho + G.m <= c makes the paper's row hold at
 every later tick while m is held.
 """

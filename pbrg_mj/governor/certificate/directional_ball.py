@@ -79,30 +79,30 @@ def _write_advances(half_spaces, state, team, allowed):
             lowest, highest = -np.inf, np.inf
             for j in range(n):
                 if binds[i, k, j]:
-                    room = h[i, k] - (Gx * formation[j, 0] + Gy * formation[j, 1]) - margin - y
-                    down, up = interval(n, total, square, gamma, room)
+                    slack = h[i, k] - (Gx * formation[j, 0] + Gy * formation[j, 1]) - margin - y
+                    down, up = interval(n, total, square, gamma, slack)
                     lowest, highest = max(lowest, down), min(highest, up)
             low[i, k], high[i, k] = lowest, highest
 
 
 @kernel
-def interval(n, total, square, gamma, room):
-    """Return the least and the largest z with gamma sqrt(square - 2 total z + n z^2) + z <= room.
+def interval(n, total, square, gamma, slack):
+    """Return the least and the largest z with gamma sqrt(square - 2 total z + n z^2) + z <= slack.
 
     Without such a z, return the z of the least violation v as (z + v, z - v): low above high.
     """
     a = gamma * gamma
-    first, half, last = a * n - 1.0, room - a * total, a * square - room * room
+    first, half, last = a * n - 1.0, slack - a * total, a * square - slack * slack
     if first > LINEAR_TOLERANCE:
         root = half * half - first * last
-        # The squares also hold where z >= room; the interval lies on one side of it.
-        if root >= 0.0 and -half / first <= room:
+        # The squares also hold where z >= slack; the interval lies on one side of it.
+        if root >= 0.0 and -half / first <= slack:
             reach = np.sqrt(root) / first
             return -half / first - reach, -half / first + reach
     elif half > 0.0:  # one robot, gamma = 1
-        return -np.inf, min(-last / (2.0 * half), room)
+        return -np.inf, min(-last / (2.0 * half), slack)
     # The left side is least where its slope is 0, at z = mean - sqrt(rest / (n (gamma^2 n - 1))).
     rest = max(square - total * total / n, 0.0)
     z = total / n - np.sqrt(rest / (n * max(first, LINEAR_TOLERANCE)))
-    violation = max(gamma * np.sqrt(max(square - 2.0 * total * z + n * z * z, 0.0)) + z - room, 0.0)
+    violation = max(gamma * np.sqrt(max(square - 2.0 * total * z + n * z * z, 0.0)) + z - slack, 0.0)
     return z + violation, z - violation

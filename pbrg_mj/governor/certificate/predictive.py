@@ -90,14 +90,14 @@ def write_advances(half_spaces, state, rows, team, allowed):
             square = 0.0
             for row in range(2 * n):
                 square += (Gx * error[row, 0] + Gy * error[row, 1]) ** 2
-            norm, room = np.sqrt(square), h[i, k] - margin - (Gx * m[0] + Gy * m[1])
+            norm, slack = np.sqrt(square), h[i, k] - margin - (Gx * m[0] + Gy * m[1])
             lowest, highest = -np.inf, np.inf
             for j in range(n):
                 if binds[i, k, j]:
                     if not known[j]:
                         write_times_error(rows[0], j, error, moved[j])
                         known[j] = True
-                    c = room - (Gx * formation[j, 0] + Gy * formation[j, 1])
+                    c = slack - (Gx * formation[j, 0] + Gy * formation[j, 1])
                     down, up = _interval_of_robot((Gx, Gy, c, norm), j, moved, rows, rest)
                     lowest, highest = max(lowest, down), min(highest, up)
             low[i, k], high[i, k] = lowest, highest

@@ -64,28 +64,28 @@ def _largest_kappa(rows, spread, held, candidate):
     b, c = n * (x * vx + y * vy), n * (vx * vx + vy * vy)
     kappa = 1.0
     for r in range(len(d)):
-        room = d[r] - (C[r, 0] * held[0] + C[r, 1] * held[1])
-        if room < a[r] * radius - ROUNDING:
+        slack = d[r] - (C[r, 0] * held[0] + C[r, 1] * held[1])
+        if slack < a[r] * radius - ROUNDING:
             return 0.0, False
         rise = C[r, 0] * vx + C[r, 1] * vy
-        kappa = min(kappa, kappa_of_row(a[r], room, rise, radius, b, c))
+        kappa = min(kappa, kappa_of_row(a[r], slack, rise, radius, b, c))
     return kappa, True
 
 
 @kernel
-def kappa_of_row(a, room, rise, radius, b, c):
-    """Return the largest k in [0, 1] with a sqrt(radius^2 + 2 b k + c k^2) <= room - rise k; it holds at k = 0."""
+def kappa_of_row(a, slack, rise, radius, b, c):
+    """Return the largest k in [0, 1] with a sqrt(radius^2 + 2 b k + c k^2) <= slack - rise k; it holds at k = 0."""
     if a == 0.0 or c == 0.0:
-        return min(1.0, max(room, 0.0) / rise) if rise > 0.0 else 1.0
-    if a * math.sqrt(max(radius * radius + 2.0 * b + c, 0.0)) <= room - rise:
+        return min(1.0, max(slack, 0.0) / rise) if rise > 0.0 else 1.0
+    if a * math.sqrt(max(radius * radius + 2.0 * b + c, 0.0)) <= slack - rise:
         return 1.0  # the rows are convex
-    first, half = a * a * c - rise * rise, a * a * b + room * rise
-    last = min(a * a * radius * radius - room * room, 0.0)
+    first, half = a * a * c - rise * rise, a * a * b + slack * rise
+    last = min(a * a * radius * radius - slack * slack, 0.0)
     if first > LINEAR_TOLERANCE * c:
         root = math.sqrt(max(half * half - first * last, 0.0))
         found = -last / (half + root) if half > 0.0 else (root - half) / first
     else:
         found = -last / (2.0 * half) if half > 0.0 else 1.0
     if rise > 0.0:
-        found = min(found, room / rise)  # the squares also hold beyond
+        found = min(found, slack / rise)  # the squares also hold beyond
     return min(max(found, 0.0), 1.0)

@@ -104,8 +104,8 @@ def speed_kappa(rows, error, heading, advance):
             for f in range(len(facets)):
                 rise = facets[f, 0] * more_ahead + facets[f, 1] * more_across
                 if rise > 0.0:
-                    room = 1.0 - (facets[f, 0] * ahead + facets[f, 1] * across)
-                    kappa = min(kappa, max(room, 0.0) / rise)
+                    slack = 1.0 - (facets[f, 0] * ahead + facets[f, 1] * across)
+                    kappa = min(kappa, max(slack, 0.0) / rise)
     return kappa
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pbrg_mj.governor.problem.block_references import keep_near_references
+from pbrg_mj.governor.problem.block_references import cache_near_references
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.kernel import kernel
@@ -38,7 +38,7 @@ class TickBlock:
         p, xi = stack_ticks([problem.p for problem in problems]), stack_ticks([problem.xi for problem in problems])
         return cls(
             problems=problems,
-            state=(p, xi, keep_near_references(problems, p)),
+            state=(p, xi, cache_near_references(problems, p)),
             rows=Rows(*map(stack_ticks, zip(*distinct, strict=True))),
             rows_at=rows_at,
         )

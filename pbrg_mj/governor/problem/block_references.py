@@ -1,6 +1,6 @@
 """The references r_i of many ticks at once, and what of the cost follows from them alone.
 
-Each is what the property of `Problem` of its name gives, to the bit, and is kept in the problems as if it had been
+Each is what the property of `Problem` of its name gives, to the bit, and the problems keep it as if it had been
 asked for there. Tick by tick, calls of NumPy on five robots' numbers take four times as long.
 """
 
@@ -14,8 +14,8 @@ from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.governor.problem.near_reference import near_references
 
 
-def keep_near_references(problems: Sequence[Problem], p: np.ndarray) -> np.ndarray:
-    """Return r_i of T ticks, (T, n, 2) [m], whose p (T, n, 2) are those of the problems."""
+def cache_near_references(problems: Sequence[Problem], p: np.ndarray) -> np.ndarray:
+    """Cache r_i of T ticks in the problems and return it, (T, n, 2) [m]; p (T, n, 2) are those of the problems."""
     reference, reach = problems[0].reference, problems[0].reference_range
     if any(one.reference is not reference or one.reference_range != reach for one in problems):
         near = np.array([one.near_references for one in problems])
@@ -26,8 +26,8 @@ def keep_near_references(problems: Sequence[Problem], p: np.ndarray) -> np.ndarr
     return near
 
 
-def keep_costs(problems: Sequence[Problem]) -> None:
-    """Work out `mean_reference` and `least_cost` of T ticks of one run."""
+def cache_reference_costs(problems: Sequence[Problem]) -> None:
+    """Cache `mean_reference` and `least_cost` of T ticks of one run in the problems."""
     network = problems[0].network
     near = np.concatenate([one.near_references for one in problems]).reshape(-1, network.robots, 2)
     mean = np.matmul(network.leader, near) / network.leaders

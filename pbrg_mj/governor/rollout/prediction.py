@@ -62,12 +62,12 @@ def narrow_intervals(states, tick, half_spaces, team, rows, intervals):
         for j in range(len(robots)):
             if not (binds_all[w] or owner[w] == robots[j]):
                 continue
-            room = h[w] - margin - (Gx * formation[j, 0] + Gy * formation[j, 1])
+            slack = h[w] - margin - (Gx * formation[j, 0] + Gy * formation[j, 1])
             down, up = low[w, j], high[w, j]
             for r in range(states.shape[0]):
                 t = tick + r
                 if t > hold:
-                    rest = room - (Gx * states[r, j, 0] + Gy * states[r, j, 1]) - bound[t, j] * norm[w]
+                    rest = slack - (Gx * states[r, j, 0] + Gy * states[r, j, 1]) - bound[t, j] * norm[w]
                     step, spread = s[t - hold, j], bound[t - hold, j]
                     down, up = narrowed(down, up, rest, step, step + spread, step - spread)
             low[w, j], high[w, j] = down, up
@@ -88,7 +88,7 @@ def narrow_by_terminal_bounds(held, half_spaces, team, bounds, intervals):
         Gx, Gy = G[w, 0], G[w, 1]
         for j in range(len(robots)):
             if binds_all[w] or owner[w] == robots[j]:
-                room = h[w] - margin - (Gx * formation[j, 0] + Gy * formation[j, 1])
-                rest = room - (Gx * held[0] + Gy * held[1]) - from_start[j] * norm[w]
+                slack = h[w] - margin - (Gx * formation[j, 0] + Gy * formation[j, 1])
+                rest = slack - (Gx * held[0] + Gy * held[1]) - from_start[j] * norm[w]
                 spread = from_hold[j]
                 low[w, j], high[w, j] = narrowed(low[w, j], high[w, j], rest, 1.0, 1.0 + spread, 1.0 - spread)

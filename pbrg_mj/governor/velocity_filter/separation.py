@@ -8,9 +8,9 @@ So p and xi move by eq. 9 whatever w is: V falls, and what was predicted of the 
 velocity to u_j - gamma (q_j - s_j), scaled to what the wheels can do, with
 
     n_ij.w_j <= gamma / 2 (||q_i - q_j|| - d)_+    for every other robot i, n_ij from j to i,
-    G.w_j <= max(0, gamma (h - G.q_j), room)       for every half-space that binds j,
+    G.w_j <= max(0, gamma (h - G.q_j), catch_up)   for every half-space that binds j,
 
-room = G.(s_j + tick u_j - q_j) / tick if s_j + tick u_j is behind the half-space, else 0. w_j = 0 meets all of them.
+catch_up = G.(s_j + tick u_j - q_j) / tick if s_j + tick u_j is behind the half-space, else 0. w_j = 0 meets all rows.
 A half-space whose h falls at the rate c, the closing speed of what it keeps off, asks instead for
 
     G.w_j <= gamma (h - G.q_j) - c,
@@ -206,9 +206,9 @@ def _robots_in_the_way(q, j, numbers, normals, offsets):
     for i in range(len(q)):
         x, y = q[i, 0] - q[j, 0], q[i, 1] - q[j, 1]
         apart = math.sqrt(x * x + y * y)
-        room = rate * max(apart - distance, 0.0)
-        if i != j and room < speed and apart > 0.0:
-            normals[rows, 0], normals[rows, 1], offsets[rows] = x / apart, y / apart, room
+        bound = rate * max(apart - distance, 0.0)
+        if i != j and bound < speed and apart > 0.0:
+            normals[rows, 0], normals[rows, 1], offsets[rows] = x / apart, y / apart, bound
             rows += 1
     return rows
 
@@ -231,12 +231,12 @@ def _half_spaces_in_the_way(half_spaces, state, j, numbers, written, rows):
             Gx, Gy = G[i, k, 0], G[i, k, 1]
             behind = h[i, k] - margin - (Gx * q[j, 0] + Gy * q[j, 1])
             ahead = Gx * (tick * u[j, 0] - displacement[j, 0]) + Gy * (tick * u[j, 1] - displacement[j, 1])
-            room = max(0.0, gain * behind, ahead / tick if ahead <= behind else 0.0)
+            bound = max(0.0, gain * behind, ahead / tick if ahead <= behind else 0.0)
             retreat = 0.0
             if closing[i, k] > 0.0:
                 required = gain * behind - closing[i, k]
-                room, retreat = max(0.0, required), max(0.0, -required)
-            if room < speed or retreat > 0.0:
-                normals[rows, 0], normals[rows, 1], offsets[rows], retreats[rows] = Gx, Gy, room, retreat
+                bound, retreat = max(0.0, required), max(0.0, -required)
+            if bound < speed or retreat > 0.0:
+                normals[rows, 0], normals[rows, 1], offsets[rows], retreats[rows] = Gx, Gy, bound, retreat
                 rows += 1
     return rows

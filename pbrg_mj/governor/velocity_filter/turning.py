@@ -4,7 +4,7 @@ What was asked for at one heading is driven at another. With the hand point l ah
 robot at omega = w_y / l, w_y its part across the heading, and behind a lag tau the hand point moves at R(theta) w with
 theta = tau omega. So of w the largest share s is driven that meets the rows of separation.py all the way there:
 
-    n.(R(a) s w) <= room    for a from 0 to s theta.
+    n.(R(a) s w) <= bound    for a from 0 to s theta.
 
 The left side grows with s where it is positive, so that the largest share is found by bisection. The certificate does
 not cover the turn: what it predicts are points that move at u and have no heading. So turns count for all robots,
@@ -29,7 +29,7 @@ def turning_share(x, y, theta, min_speed, normals, offsets):
     """Return the largest share, at most 1, of the velocity (x, y) [m/s] that meets the rows while it turns.
 
     `theta` [rad] is by what the whole velocity turns the robot while it lags; `normals` (k, 2) and `offsets` (k,) [m/s]
-    are n and room. A share at `min_speed` [m/s] or below need not meet them.
+    are n and the bound. A share at `min_speed` [m/s] or below need not meet them.
     """
     speed, largest = math.sqrt(x * x + y * y), 1.0
     if theta == 0.0 or speed <= min_speed:

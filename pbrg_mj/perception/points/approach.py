@@ -16,8 +16,15 @@ import math
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.points.motion import BESIDE, explained, flows_beside, not_explained, speed_along, track_at
-from pbrg_mj.perception.points.range_flow import free_ends, range_flow, remember
+from pbrg_mj.perception.points.motion import (
+    BESIDE,
+    count_flows_in_gate,
+    flows_beside,
+    flows_outside_gate,
+    speed_along,
+    track_at,
+)
+from pbrg_mj.perception.points.range_flow import free_ends, range_flow, store_scan
 
 FACES = 4  # of a half-space that are looked at
 AGREEING = 3  # flows that make a face of what is left: both ends of what is round seem to move
@@ -30,7 +37,7 @@ def move_half_spaces(seen, motion, pose, parameters, half_spaces, closing):
 
     `closing` (K,) [m/s] becomes how fast it comes along the normal from then on, 0 for what rests. `seen` are a scan's
     echoes and its beams; `motion` past (lag, beams) of PAST_ECHO, past_poses (lag,) of PAST_POSE and tracks (T,);
-    `half_spaces` those of `separate`: G (K, 2), h (K,), active (K,), near (K, 2). The scan is remembered.
+    `half_spaces` those of `separate`: G (K, 2), h (K,), active (K,), near (K, 2). The scan is stored in `past`.
     """
     (echoes, beams), (past, past_poses, tracks), (G, h, active, near) = seen, motion, half_spaces
     oldest = 0
@@ -47,7 +54,7 @@ def move_half_spaces(seen, motion, pose, parameters, half_spaces, closing):
             half_space = (G[k, 0], G[k, 1]), h[k] + parameters.clearance, (near[k, 0], near[k, 1])
             closing[k], lead = _approach(echoes, tracks, half_space, (flows, count), pose.time, parameters.reaction)
             h[k] -= lead
-    remember(past[oldest], past_poses[oldest : oldest + 1], seen, ends, pose)
+    store_scan(past[oldest], past_poses[oldest : oldest + 1], seen, ends, pose)
 
 
 @kernel
@@ -65,12 +72,13 @@ def _approach(echoes, tracks, half_space, measured, time, reaction):
         beside, rest = flows_beside(flows, left, place, normal), left
         if face == 0 or len(beside) >= AGREEING:
             track = track_at(tracks, place, (flows, beside), time)
-            if face == 0 or explained(track, (flows, beside), time) >= max(AGREEING, (len(beside) + 1) // 2):
+            needed = max(AGREEING, (len(beside) + 1) // 2)
+            if face == 0 or count_flows_in_gate(track, (flows, beside), time) >= needed:
                 speed, behind = speed_along(track, normal), normal[0] * place[0] + normal[1] * place[1] - first
                 closing = max(closing, speed - 0.25 * max(behind, 0.0) / reaction)
                 lead = max(lead, reaction * speed - max(behind, 0.0))
             if len(beside) > 0:  # else the track tells of nothing
-                rest = not_explained(track, (flows, left), time)
+                rest = flows_outside_gate(track, (flows, left), time)
         left = rest if len(rest) < len(left) else _without(left, beside)
         if len(left) < AGREEING:
             break

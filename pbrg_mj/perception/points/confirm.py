@@ -40,8 +40,8 @@ def recent_echoes(points, scan, recent):
 
 
 @kernel
-def confirmed(points, recents, asked, pose, parameters):
-    """Tell whether as many of the recent echoes as are needed lie at the same place; then these bind, too.
+def confirm_echo(points, recents, asked, pose, parameters):
+    """Confirm an echo if as many recent ones as are needed lie at its place: then these bind, too; tell whether.
 
     `asked` are the echo (x, y, std, pose_std) [m], the last two its range's standard deviation and its pose's, and how
     many are needed. The same place is within three standard deviations, along the beam of the ranges and across it of

@@ -9,7 +9,7 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.beams import next_beam
-from pbrg_mj.perception.points.confirm import confirmed, recent_echoes
+from pbrg_mj.perception.points.confirm import confirm_echo, recent_echoes
 from pbrg_mj.perception.points.corner_bound import MOST_LOST, corner_bound, share_corner_bounds
 from pbrg_mj.perception.points.memory import free_slot
 from pbrg_mj.perception.points.parameters import LEAST_JOINING
@@ -51,7 +51,7 @@ def add_scan(points, scan, beams, pose, team, parameters):
         joins = _neighbour(echoes, ranges, k, -1, parameters), _neighbour(echoes, ranges, k, 1, parameters)
         echo = echoes.x[k], echoes.y[k], std, echoes.pose_std[k]
         needed = parameters.confirmations + 1 - _run(echoes, ranges, k, joins, parameters)
-        echoes.binds[k] = needed <= 0 or confirmed(points, recents, (echo, needed), pose, parameters)
+        echoes.binds[k] = needed <= 0 or confirm_echo(points, recents, (echo, needed), pose, parameters)
         place = free_slot(points, place + 1)
         point = points[place]
         point["x"], point["y"], point["std"], point["pose_std"] = echoes.x[k], echoes.y[k], std, echoes.pose_std[k]

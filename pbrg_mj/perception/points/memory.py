@@ -34,13 +34,13 @@ NEAR = 0.02  # [m] beams that pass a point no farther than this from it tell whe
 HIDDEN = 2  # scans' worth of points that are remembered besides the recent scans'
 
 
-def no_points(robots: int, room: int) -> np.ndarray:
-    """Return the empty memory (robots, room) of POINT."""
-    return np.zeros((robots, room), dtype=POINT)
+def no_points(robots: int, capacity: int) -> np.ndarray:
+    """Return the empty memory (robots, capacity) of POINT."""
+    return np.zeros((robots, capacity), dtype=POINT)
 
 
 def capacity_after(used: int, beams: int, recent: int) -> int:
-    """Return the room that one more scan needs where the first `used` places are in use."""
+    """Return the capacity that one more scan needs where the first `used` places are in use."""
     return min(used + beams, (recent + HIDDEN) * beams)
 
 

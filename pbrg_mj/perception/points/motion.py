@@ -99,8 +99,8 @@ def _predicted(track, time):
 def _track_of(tracks, place, beside, time):
     """Return the track of a face: of those near its place the one that explains most of the flows beside it.
 
-    `place` (x, y) [m]; `beside` (flows, chosen) as for `not_explained`. One that explains less than half of them is
-    another face's. Where none is left, a new one is begun.
+    `place` (x, y) [m]; `beside` (flows, chosen) as for `flows_outside_gate`. One that explains less than half of them
+    is another face's. Where none is left, a new one is begun.
     """
     best, most, found, free = JUMP * JUMP, (len(beside[1]) + 1) // 2, -1, 0
     for i in range(len(tracks)):
@@ -112,7 +112,7 @@ def _track_of(tracks, place, beside, time):
             dx, dy = track["x"] + ahead * track["vx"] - place[0], track["y"] + ahead * track["vy"] - place[1]
             squared = dx * dx + dy * dy
             if squared < JUMP * JUMP:
-                count = explained(track, beside, time)
+                count = count_flows_in_gate(track, beside, time)
                 if count > most or (count == most and squared < best):
                     best, most, found = squared, count, i
         if not track["live"] or (tracks[free]["live"] and track["time"] < tracks[free]["time"]):
@@ -127,14 +127,14 @@ def _track_of(tracks, place, beside, time):
 
 
 @kernel
-def explained(track, beside, time):
-    """Return how many flows may be of what moves as a track does."""
-    return len(beside[1]) - len(not_explained(track, beside, time))
+def count_flows_in_gate(track, beside, time):
+    """Return how many flows are in a track's gate: may be of what moves as it does."""
+    return len(beside[1]) - len(flows_outside_gate(track, beside, time))
 
 
 @kernel
-def not_explained(track, beside, time):
-    """Return which of the flows chosen are not of what moves as a track does.
+def flows_outside_gate(track, beside, time):
+    """Return which of the flows chosen are outside a track's gate: not of what moves as it does.
 
     `beside` are the flows and those chosen of them, (size,).
     """

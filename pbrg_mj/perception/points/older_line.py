@@ -14,7 +14,7 @@ OFF_LINE = 1.0  # squared deviations that echoes between may be off it: noise hi
 
 
 @kernel
-def joined(past, a, b, parameters):
+def may_share_face(past, a, b, parameters):
     """Tell whether two echoes of an older scan may be of one face.
 
     By the farther range, unlike in `detect`: more lines tell of rest, and gates drop those from thing to thing.
@@ -38,9 +38,9 @@ def long_line(past, a, b, parameters):
         if x * x + y * y >= STEADY**2 * (past[first]["variance"] + past[last]["variance"]):
             break
         before, after = next_beam(first, -1, parameters), next_beam(last, 1, parameters)
-        if before < 0 or before == last or not joined(past, before, first, parameters):
+        if before < 0 or before == last or not may_share_face(past, before, first, parameters):
             before = first
-        if after < 0 or after == before or not joined(past, last, after, parameters):
+        if after < 0 or after == before or not may_share_face(past, last, after, parameters):
             after = last
         off = max(_off(past, before, after, a), _off(past, before, after, b))
         noise = past[before]["variance"] + past[after]["variance"]

@@ -18,7 +18,7 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.beams import beams_beside, next_beam
-from pbrg_mj.perception.points.older_line import joined, long_line
+from pbrg_mj.perception.points.older_line import long_line, may_share_face
 
 PAST_ECHO = np.dtype(
     [
@@ -109,7 +109,7 @@ def _along_normal(echo, before, elapsed, parameters):
     nothing = False, (0.0, 0.0), 0.0, 0.0
     dx, dy = ex - past_pose["x"], ey - past_pose["y"]
     a, b = beams_beside(dx, dy, past_pose["heading"], directions, parameters)
-    if b < 0 or not joined(past, a, b, parameters):
+    if b < 0 or not may_share_face(past, a, b, parameters):
         return nothing
     off_line = max(past[a]["off_line"], past[b]["off_line"])
     a, b, bent = long_line(past, a, b, parameters)
@@ -217,7 +217,7 @@ def _directions(past, parameters):
 
 
 @kernel
-def remember(past, past_pose, seen, ends, pose):
+def store_scan(past, past_pose, seen, ends, pose):
     """Write a scan over the oldest one, past (beams,) of PAST_ECHO and past_pose (1,) of PAST_POSE.
 
     `seen` are its Echoes and SeenBeams, `ends` (beams,) those of `free_ends`.

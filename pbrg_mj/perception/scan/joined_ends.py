@@ -86,8 +86,8 @@ def _correct(points, params, fit, found, after, odds):
     paa, pac, pcc = covariance(total, mean, spread)
     turn, shift = paa * s - pac, pac * s - pcc  # P (s, -1)'
     off = at[i, RESIDUAL] / kept  # from the line without it
-    room, deviation = _room(points, params, fit, after), off * math.sqrt(w * kept)
-    p = _probability(deviation, room * math.sqrt(w * kept), odds)
+    offset, deviation = _offset_after(points, params, fit, after), off * math.sqrt(w * kept)
+    p = _probability(deviation, offset * math.sqrt(w * kept), odds)
     size = p * w / kept * (1.0 + (1.0 - p) * w * kept * off * off)
     fit[2] += size * turn * turn
     fit[3] += size * turn * shift
@@ -96,19 +96,19 @@ def _correct(points, params, fit, found, after, odds):
 
 
 @kernel
-def _probability(deviation, room, odds):
-    """Return how likely a point is foreign: its deviation and its room, both in standard deviations.
+def _probability(deviation, offset, odds):
+    """Return how likely a point is foreign: its deviation and its offset, both in standard deviations.
 
-    A foreign one is spread evenly over the room, and its own noise reaches beyond.
+    A foreign one is spread evenly over the offset, and its own noise reaches beyond.
     """
-    beside = deviation if room > 0.0 else -deviation
-    density = 0.5 * math.erfc(-beside * math.sqrt(0.5)) / abs(room)
+    beside = deviation if offset > 0.0 else -deviation
+    density = 0.5 * math.erfc(-beside * math.sqrt(0.5)) / abs(offset)
     odds *= density * SQRT_2PI * math.exp(min(0.5 * deviation * deviation, 50.0))
     return odds / (1.0 + odds)
 
 
 @kernel
-def _room(points, params, fit, after):
+def _offset_after(points, params, fit, after):
     """Return the offset of the point after the last [m], no nearer than its noise reaches: it is not on the line."""
     nx, ny, c = math.cos(fit[0]), math.sin(fit[0]), fit[1]
     off = nx * points[after, X] + ny * points[after, Y] - c

@@ -139,12 +139,12 @@ def _first_waypoints(scenario: Scenario) -> Iterator[Obstacle]:
 def _in_robots(obstacle: Obstacle, places: Sequence[Vector], radius: float) -> Iterator[Diagnostic]:
     distances = obstacle.distances(np.array(places))
     for robot in np.flatnonzero((distances < radius) | (distances == 0)).tolist():
-        room = _room(obstacle, radius, float(distances[robot]))
-        message = f"{obstacle.meets} robot {robot + 1} at its start; allowed: {room}"
+        allowed = _allowed_distance(obstacle, radius, float(distances[robot]))
+        message = f"{obstacle.meets} robot {robot + 1} at its start; allowed: {allowed}"
         yield Diagnostic(obstacle.path, message)
 
 
-def _room(obstacle: Obstacle, radius: float, distance: float) -> str:
+def _allowed_distance(obstacle: Obstacle, radius: float, distance: float) -> str:
     if not radius:
         return f"hand points off the {_kind(obstacle, plural=True)}"
     return f"{radius:g} m or more between {_kind(obstacle)} and body's centre, not {distance:.3g} m"
@@ -185,7 +185,10 @@ def _put_down(scenario: Scenario, still: Sequence[Obstacle], places: Sequence[Ve
         distances = obstacle.distances(centres)
         for k in np.flatnonzero(distances < radius).tolist():
             yield _robot_onto(
-                scenario, k, f"{_kind(obstacle)} {obstacle.path[2]}", _room(obstacle, radius, float(distances[k]))
+                scenario,
+                k,
+                f"{_kind(obstacle)} {obstacle.path[2]}",
+                _allowed_distance(obstacle, radius, float(distances[k])),
             )
     for k, kidnapping in enumerate(kidnappings):
         distances = np.hypot(*(starts - centres[k]).T)
@@ -199,9 +202,9 @@ def _put_down(scenario: Scenario, still: Sequence[Obstacle], places: Sequence[Ve
                 )
 
 
-def _robot_onto(scenario: Scenario, k: int, what: str, room: str) -> Diagnostic:
+def _robot_onto(scenario: Scenario, k: int, what: str, allowed: str) -> Diagnostic:
     robot = scenario.disturbances.kidnappings[k].robot
-    return Diagnostic(("disturbances", "kidnappings", k, "to"), f"puts robot {robot} onto {what}; allowed: {room}")
+    return Diagnostic(("disturbances", "kidnappings", k, "to"), f"puts robot {robot} onto {what}; allowed: {allowed}")
 
 
 def _waypoints(path: KeyPath, box: MovingBox) -> Iterator[Diagnostic]:

@@ -60,7 +60,7 @@ class Scene {
 
   span() { return 2 * (this.width + this.height) / this.scale + Math.abs(this.left) + Math.abs(this.top); }
 
-  // A stretch of the line with normal (gx, gy) through (x, y), to `reach` metres on each side.
+  // A segment of the line with normal (gx, gy) through (x, y), to `reach` metres on each side.
   along(gx, gy, x, y, reach) {
     return `M${this.point(x + gy * reach, y - gx * reach)}L${this.point(x - gy * reach, y + gx * reach)}`;
   }

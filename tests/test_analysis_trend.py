@@ -85,11 +85,11 @@ def test_a_circle_is_a_circle_wherever_the_target_is(seed, period, target):
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_swinging_to_and_fro_is_circling_or_if_small_standing(seed):
+def test_oscillation_is_circling_or_if_small_standing(seed):
     phase = np.random.default_rng(seed).uniform(0, 2 * np.pi)
-    swing = np.sin(2 * np.pi * TIME / 5.0 + phase)
-    assert of(1.0 + 0.2 * swing + noise(seed)).direction == "circling"
-    assert of(1.0 + 0.02 * swing + noise(seed)).direction == "standing"
+    oscillation = np.sin(2 * np.pi * TIME / 5.0 + phase)
+    assert of(1.0 + 0.2 * oscillation + noise(seed)).direction == "circling"
+    assert of(1.0 + 0.02 * oscillation + noise(seed)).direction == "standing"
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -15,7 +15,7 @@ from pbrg_mj.world.scene.robot import load_robot_model
 ROBOT = load_robot_model()
 
 
-def swing(speed: float, delay: float) -> float:
+def growth_of_heading(speed: float, delay: float) -> float:
     """Return the growth of beta from the middle to the end: Euler steps of the loop with its delay and lag."""
     step = 2e-4
     late, beta, rate = [0.1] * round(delay / step), [0.1], 0.0
@@ -29,10 +29,10 @@ def swing(speed: float, delay: float) -> float:
 
 
 @pytest.mark.parametrize("delay", [0.03, 0.1, 0.2])
-def test_beyond_the_margin_the_heading_swings_up_and_below_it_does_not(delay: float) -> None:
+def test_beyond_the_margin_the_heading_diverges_and_below_it_does_not(delay: float) -> None:
     limit = GAIN_MARGIN * steerable_speed(ROBOT, delay)
-    assert swing(0.97 * limit, delay) < 1.0
-    assert swing(1.03 * limit, delay) > 1.0
+    assert growth_of_heading(0.97 * limit, delay) < 1.0
+    assert growth_of_heading(1.03 * limit, delay) > 1.0
 
 
 def test_without_lag_it_is_the_closed_form_of_a_pure_delay() -> None:

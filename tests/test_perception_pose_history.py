@@ -38,8 +38,8 @@ def circle(speed: float, turn: float) -> Way:
     return pose
 
 
-def swing(rng: np.random.Generator) -> Way:
-    """A robot that drives to and fro and swings at 0.5 to 2 Hz by up to 25 deg, from anywhere in a swing."""
+def oscillation(rng: np.random.Generator) -> Way:
+    """A robot that drives to and fro and oscillates at 0.5 to 2 Hz by up to 25 deg, from any phase."""
     rates, phases = 2.0 * math.pi * rng.uniform(0.5, 2.0, 2), rng.uniform(0.0, 2.0 * math.pi, 2)
     angle, reach = math.radians(rng.uniform(0.0, 25.0)), rng.uniform(0.0, 0.03)
 
@@ -108,13 +108,13 @@ def test_an_acceleration_takes_the_shortest_span_and_counts_in_full() -> None:
 
 @pytest.mark.parametrize("camera", [{"rate_hz": 30.0}, {"rate_hz": 30.0, "delay": 0.05}, {"rate_hz": 12.0}])
 @pytest.mark.parametrize("preset", sorted(PRESETS))
-def test_swinging_robots_know_how_well_they_know_their_poses(preset: str, camera: dict) -> None:
+def test_oscillating_robots_know_how_well_they_know_their_poses(preset: str, camera: dict) -> None:
     """No mean is above the band of honest ones (99.9 %); those of robots that are too careful may be below it."""
     given = scenario(sensors={"beams": {"preset": preset}, "camera": camera})
     heading, place = [], []
     for run in range(RUNS):
         rng = np.random.default_rng([run, 23])
-        at, true = at_last_scan(given, swing(rng), int(rng.integers(12, 20)), rng)
+        at, true = at_last_scan(given, oscillation(rng), int(rng.integers(12, 20)), rng)
         one, two = squares(at, true)
         heading.append(one)
         place.append(two)

@@ -90,7 +90,7 @@ def test_team_mates_all_around_bind_nobody(preset: str, count: int, speed: float
         assert seen[-1][2].scans == count and len(seen) == count
 
 
-def test_team_mates_around_a_robot_that_swings_bind_nobody_between_frames() -> None:
+def test_team_mates_around_a_robot_that_oscillates_bind_nobody_between_frames() -> None:
     """Eight scans a second lie up to 25 ms after frames; at 1.5 Hz and 25 deg the heading is 2 deg off if held."""
     beams = {"preset": "lidar", "robots": [1]}
     for seed in range(4):

@@ -70,7 +70,7 @@ def test_a_wheel_does_not_creep_below_breakaway(lifted, share):
 
 
 def test_a_voltage_that_rises_slowly_is_held_where_a_step_overshoots(lifted):
-    """A step swings the bristles beyond where they come to rest; a wheel that then turns at 0.3 rad/s slips."""
+    """A step makes the bristles overshoot; a wheel that then turns at 0.3 rad/s slips."""
     data = mujoco.MjData(lifted)
     for share in np.linspace(0, 0.95, 500):
         data.ctrl[:] = share * BREAKAWAY

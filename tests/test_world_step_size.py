@@ -68,7 +68,7 @@ def test_the_motors_time_constant_is_that_of_the_closed_form(on_floor, voltage, 
 
 
 def driven_angle(step: float) -> float:
-    """Return the angle [rad] that a left wheel turns in 8 s on the floor under a voltage that swings."""
+    """Return the angle [rad] that a left wheel turns in 8 s on the floor under a voltage that oscillates."""
     world = MujocoPlant(scenario(timing={"physics_step": step}))
     left = world.model.joint("robot0/wheel_left").qposadr[0]
     for tick in range(800):

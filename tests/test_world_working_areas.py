@@ -128,7 +128,7 @@ def test_patches_at_another_place_change_nothing():
 def test_drive_friction_scales_what_a_motor_needs_to_start_and_loses_in_motion(scale):
     voltage = scale * ROBOT.voltage * ROBOT.static_torque / ROBOT.stall_torque
     world = MujocoPlant(scenario(drive={"friction": scale}))
-    for volts in np.linspace(0, 0.9 * voltage, 100):  # a step would overshoot: bristles swing
+    for volts in np.linspace(0, 0.9 * voltage, 100):  # a step would make the bristles overshoot
         world.advance(np.full((1, 2), volts))
     assert moved(world, (0.9 * voltage, 0.9 * voltage), 3.0) < 1e-5
     assert moved(world, (1.05 * voltage, 1.05 * voltage), 3.0) > 1e-2

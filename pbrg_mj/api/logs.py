@@ -13,10 +13,10 @@ from pbrg_mj.analysis.metrics.run_metrics import RunMetrics
 from pbrg_mj.analysis.output_file import by_suffix, check_place
 from pbrg_mj.analysis.reduced_run import open_reduced
 from pbrg_mj.analysis.replay_summary import ReplaySummary, replay_summary
-from pbrg_mj.analysis.report.page import SUFFIXES, write_page
+from pbrg_mj.analysis.report.page import check_page, write_page
 from pbrg_mj.analysis.report.report_run import ReportRun, report_log
-from pbrg_mj.api.run import LOG, Run
-from pbrg_mj.log.read import run as reader
+from pbrg_mj.api.recorded import open_recorded, warn_of_damage
+from pbrg_mj.api.run import Run
 
 
 def open(log: str | Path) -> Run:  # noqa: A001 - pbrg.open
@@ -24,9 +24,7 @@ def open(log: str | Path) -> Run:  # noqa: A001 - pbrg.open
 
     Raises InputError when there is no such file, or it is no log of this package.
     """
-    recorded = reader.open_run(log)
-    _warn(recorded.damage, log)
-    return Run(recorded)
+    return Run(open_recorded(log))
 
 
 def as_run(run: Run | str | Path) -> Run:
@@ -37,7 +35,7 @@ def as_run(run: Run | str | Path) -> Run:
 def metrics_of(log: str | Path) -> RunMetrics:
     """Return the metrics of a log, which is never held as a whole; damage is warned of, as by `open`."""
     found = log_metrics(log)
-    _warn(found.damage, log)
+    warn_of_damage(found.damage, log)
     return found
 
 
@@ -56,22 +54,21 @@ def plot_log(log: str | Path, path: str | Path, panels: str) -> None:
     check_panels(wanted)
     margins = (certificate_rows, least_sensed_margin) if "margin" in wanted else ()
     run, _ = open_reduced(log, (multiplier_sums, *margins))
-    _warn(run.damage, log)
+    warn_of_damage(run.damage, log)
     plot(run, Path(path), wanted)
 
 
 def replay_log(log: str | Path) -> ReplaySummary:
     """Step through a log, of which only what that needs is held. Raises InputError."""
     run, end = open_reduced(log, (state_size,))
-    _warn(run.damage, log)
+    warn_of_damage(run.damage, log)
     return replay_summary(run, end)
 
 
 def report(runs: Sequence[Run | str | Path], path: str | Path) -> Path:
     """Write one self-contained page (.html) of runs, or logs, side by side; return its path. Raises InputError."""
     path = Path(path)
-    by_suffix(path, SUFFIXES)  # before the logs are read, which takes longer
-    check_place(path)
+    check_page(path)  # before the logs are read, which takes longer
     # A log at a time: only what the page shows is kept.
     write_page([_on_page(run, len(runs)) for run in runs], path)
     return path
@@ -81,10 +78,5 @@ def _on_page(run: Run | str | Path, runs: int) -> ReportRun:
     if isinstance(run, Run):
         return run.as_report_run(runs)
     shown = report_log(run, runs)
-    _warn(shown.numbers.damage, run)
+    warn_of_damage(shown.numbers.damage, run)
     return shown
-
-
-def _warn(damage: str | None, log: str | Path) -> None:
-    if damage:
-        LOG.warning("%s: %s", log, damage)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -21,6 +20,7 @@ from pbrg_mj.analysis.metrics.run_metrics import RunMetrics, metrics
 from pbrg_mj.analysis.metrics.table import short_summary
 from pbrg_mj.analysis.output_file import by_suffix, write_atomically
 from pbrg_mj.analysis.replay_summary import ReplaySummary, replay_summary
+from pbrg_mj.analysis.report.page import check_page, write_page
 from pbrg_mj.analysis.report.report_run import ReportRun, report_run
 from pbrg_mj.analysis.series import series
 from pbrg_mj.api.arrays import Arrays
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
 
 FAILED = {"violated", "diverged"}
 IN_MEMORY = "in memory"
-LOG = logging.getLogger("pbrg_mj")
 
 
 class Run:
@@ -150,9 +149,10 @@ class Run:
 
     def report(self, path: str | Path) -> Path:
         """Write one self-contained page (.html) and return its path. Raises InputError."""
-        from pbrg_mj.api.logs import report
-
-        return report([self], path)
+        path = Path(path)
+        check_page(path)
+        write_page([self.as_report_run(1)], path)
+        return path
 
     def as_report_run(self, runs: int) -> ReportRun:
         """Return what a page of so many runs shows of this one."""

@@ -17,7 +17,8 @@ from pbrg_mj.api.interrupt import Interrupted, interruptible
 from pbrg_mj.api.logs import metrics_of
 from pbrg_mj.api.logs import open as open_log
 from pbrg_mj.api.profile import Profile
-from pbrg_mj.api.run import IN_MEMORY, LOG, Run
+from pbrg_mj.api.recorded import LOG
+from pbrg_mj.api.run import IN_MEMORY, Run
 from pbrg_mj.api.scenario import Scenario, as_scenario
 from pbrg_mj.errors import InputError
 from pbrg_mj.governor.centralized.optimum import CentralizedSolver

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from pbrg_mj.api.logs import as_run
-from pbrg_mj.api.run import Run
+from pbrg_mj.api.recorded import open_recorded
 from pbrg_mj.errors import InputError
 from pbrg_mj.video.encode import FORMATS, STILL
 from pbrg_mj.video.render import ViewSettings, check_output, render_movie, render_still
 from pbrg_mj.video.settings import Clip, frame_times, shown_layers
+
+if TYPE_CHECKING:
+    from pbrg_mj.api.run import Run
+    from pbrg_mj.log.read.run import Run as Recorded
 
 
 def render(
@@ -43,12 +48,12 @@ def render(
     if suffix == STILL:
         if any(value is not None for value in (fps, start, end)) or speed != 1.0:
             raise InputError("a still has one time: give at, not fps, speed, start or end")
-        with as_run(run).file() as recorded:
+        with _file(run) as recorded:
             render_still(recorded, path, view, at)
         return path
     if at is not None:
         raise InputError("at is for stills (.png); a video has start and end")
-    with as_run(run).file() as recorded:
+    with _file(run) as recorded:
         clip = Clip(FORMATS[suffix].fps if fps is None else fps, speed, start, end)
         frames, done = len(frame_times(recorded.ticks.time, clip, FORMATS[suffix].fastest)), 0
 
@@ -60,3 +65,13 @@ def render(
         progress(0, frames)
         render_movie(recorded, path, view, clip, each)
     return path
+
+
+@contextmanager
+def _file(run: Run | str | Path) -> Iterator[Recorded]:
+    """Give a run, or a log, as recorded, with its log in a file for as long as the context lasts."""
+    if isinstance(run, str | Path):
+        yield open_recorded(run)
+    else:
+        with run.file() as recorded:
+            yield recorded

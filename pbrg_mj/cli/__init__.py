@@ -12,6 +12,6 @@ replay, repair    a log again, or what is whole in it
 doctor        this machine
 arguments, study    what several commands take
 failures      how a command that fails ends
-answers       stdout for answers alone
+stdout        standard output for results alone
 console, progress, real_time    the terminal, and the clock of those who look on
 """

@@ -39,7 +39,7 @@ def motor_section(found: dict) -> str:
 {table_rows(rows)}
 The closed form of the speed is the balance stall torque (V / Vn - w / w0) = Coulomb torque. Creep is the mean over 2 s,
 beginning 1 s (wheel) or 2 s (robot) after the voltage. Breakaway is where a ramp of 20 s turns the wheels. A step of
-voltage swings the bristles beyond where they come to rest. On the floor it turns the wheels from \
+voltage makes the bristles overshoot where they come to rest. On the floor it turns the wheels from \
 {_percent(found, "floor, friction 1")} of breakaway on, in the air from {_percent(found, "air")}; on the floor from \
 {_percent(found, "floor, friction 0.5")} with `drive.friction` 0.5 and {_percent(found, "floor, friction 2")} with 2.
 

@@ -60,7 +60,7 @@ def wheel_creep() -> float:
 
 
 def breakaway_of_steps() -> dict[str, float]:
-    """Return the least share of breakaway at which a step of voltage turns a wheel: it swings the bristles beyond."""
+    """Return the least share of breakaway at which a step of voltage turns a wheel: the bristles overshoot."""
     found = {"air": _least_share(lambda share: _turns_in_the_air(share * ROBOT.static_torque))}
     for scale in (0.5, 1.0, 2.0):
         found[f"floor, friction {scale:g}"] = _least_share(partial(_turns_on_the_floor, scale))

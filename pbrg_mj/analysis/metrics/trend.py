@@ -1,7 +1,7 @@
 """Where a team is going: the trend of its distance to a target over the last seconds.
 
 The window is split into thirds. Distances have a trend when no distance in the last third reaches one in the first, so
-that what swings about, or hunts, has none, and when the median fell from the middle third to the last, so that what has
+that what oscillates, or hunts, has none, and when the median fell from the middle third to the last, so that what has
 stopped has none. How long an approach would take is extrapolated from the thirds' means d1, d2, d3, which of an
 exponential approach d = limit + A exp(-t / tau) are an exponential too: with q = (d2 - d3) / (d1 - d2),
 

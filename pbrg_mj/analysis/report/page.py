@@ -13,7 +13,7 @@ from html import escape
 from importlib.resources import files
 from pathlib import Path
 
-from pbrg_mj.analysis.output_file import by_suffix, write_atomically
+from pbrg_mj.analysis.output_file import by_suffix, check_place, write_atomically
 from pbrg_mj.analysis.report import tables
 from pbrg_mj.analysis.report.encode import embedded
 from pbrg_mj.analysis.report.report_run import ReportRun
@@ -21,6 +21,12 @@ from pbrg_mj.text import plain
 
 SUFFIXES = {".html": "", ".htm": ""}
 SCRIPTS = ("elements", "figures", "data", "axes", "scene", "chart", "clock", "start")  # in the order they are needed
+
+
+def check_page(path: Path) -> None:
+    """Raise InputError if no page can be written to `path`: a wrong suffix or place."""
+    by_suffix(path, SUFFIXES)
+    check_place(path)
 
 
 def write_page(report_runs: Sequence[ReportRun], path: Path) -> None:

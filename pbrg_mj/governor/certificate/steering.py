@@ -5,7 +5,7 @@ commands and motors of time constant tau this is, for small beta, a loop of gain
 
     k exp(-s T) / (s (1 + s tau)),
 
-which swings by itself from k = w sqrt(1 + (w tau)^2) on, w T + atan(w tau) = pi / 2. Faster robots zigzag.
+which oscillates by itself from k = w sqrt(1 + (w tau)^2) on, w T + atan(w tau) = pi / 2. Faster robots zigzag.
 """
 
 from __future__ import annotations

@@ -66,7 +66,7 @@ class SeparationFilter:
 
     @classmethod
     def of(cls, scenario: Scenario, margin: float, facets: np.ndarray) -> SeparationFilter:
-        """Return the filter of a scenario that has one. Behind all that lags, an approach at its gain does not swing.
+        """Return the filter of a scenario that has one. Behind all that lags, no approach at its gain oscillates.
 
         A distance x above d that falls by gamma x behind a lag tau, tau x'' + x' + gamma x = 0, is critically damped
         at gamma = 1 / (4 tau).

@@ -6,7 +6,7 @@ those before do not explain. What is nearer than the clearance from its edge, ot
 
 A face at the distance D behind the first one, along the normal, and at the speed c reaches the first one's place after
 D / c. Until a robot reacts, after T, h falls by the largest of c T - D. From then on the robot gives way at the largest
-of c - D / (4 T): at that rate distances behind a lag T fall without swinging.
+of c - D / (4 T): at that rate distances behind a lag T fall without oscillating.
 """
 
 from __future__ import annotations

@@ -16,9 +16,9 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.scenario.schema import Scenario
 
 LONGEST = 0.5  # [s] speeds are not taken over longer gaps
-SPANS = 5  # frames back to which speeds are taken: 0.17 s at 30 Hz, half a swing of 3 Hz
+SPANS = 5  # frames back to which speeds are taken: 0.17 s at 30 Hz, half a period of 3 Hz
 LAST = 4  # frames that tell of accelerations now
-SWING = 1.0  # [s] over which accelerations are taken: robots that swing do so faster
+LONGEST_PERIOD = 1.0  # [s] over which accelerations are taken: robots that oscillate do so faster
 FRESH = 1e-6  # [s] a pose this old is as old as the scan
 NEVER_OLD = 1e9  # [s] a filter predicts poses itself: they are those of the scan
 
@@ -91,7 +91,7 @@ def _frames(scenario: Scenario, frame_period: float, scan_period: float) -> int:
     delay = scenario.assumed_sensors.camera.delay
     if fused or (abs(ratio - round(ratio)) < FRESH and not faults and not delay):
         return lasting
-    return max(lasting, SPANS + math.ceil(delay / period) + 1 + max(LAST, math.ceil(SWING / period)))
+    return max(lasting, SPANS + math.ceil(delay / period) + 1 + max(LAST, math.ceil(LONGEST_PERIOD / period)))
 
 
 @kernel

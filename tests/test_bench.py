@@ -7,6 +7,7 @@ import math
 import re
 import shutil
 from html import escape
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -242,6 +243,18 @@ def test_bundled_suites_can_be_read_and_say_how_governors_were_tuned(name):
         assert {task.labels["group"] for task in suite.tasks} == {"held_out", "train"}
         assert "centralized" in suite.centralized and "paper" not in suite.centralized
     assert len(suite.tasks) <= 40
+
+
+@pytest.mark.parametrize("name", bundled_suites())
+def test_bundled_suites_tell_the_sweep_and_the_budget_of_every_tuning(name):
+    """And the page that a tuning names has it in a table, by the governor's name in the suite."""
+    docs = Path(__file__).parents[1] / "docs"
+    for governor, tuning in read_suite(name, quick=False).tunings.items():
+        if governor == "none":
+            continue
+        told = re.fullmatch(r"(.+) in (\d+) trials?, docs/([\w.-]+\.md); .+", tuning)
+        assert told, f"{governor}: {tuning}"
+        assert f"| {governor} | {told[2]} |" in (docs / told[3]).read_text(), governor
 
 
 TWO = """\

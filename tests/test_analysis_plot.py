@@ -258,6 +258,33 @@ def test_the_plan_shows_what_stands_and_moves_near_the_team_and_not_what_is_far(
     assert bottom < -0.75
 
 
+def test_a_moving_box_is_drawn_where_it_came_nearest_to_a_robot():
+    from pbrg_mj.analysis.figures.trajectories import trajectories
+
+    made = among_things()
+    axes = drawn(trajectories, made)
+    (box,) = [patch for patch in axes.patches if patch.get_label() == "moving box where nearest"]
+    low, high = box.get_xy().min(axis=0), box.get_xy().max(axis=0)
+    middles = [np.array([1.25 * min(t, 2.0), -0.6]) for t in made.ticks.time]
+    away = [
+        np.linalg.norm(np.maximum(np.abs(q - middle) - 0.15, 0.0), axis=1).min()
+        for q, middle in zip(made.ticks.hand_true, middles, strict=True)
+    ]
+    np.testing.assert_allclose((low + high) / 2, middles[int(np.argmin(away))], atol=1e-9)
+    np.testing.assert_allclose(high - low, 0.3)
+    assert "moving box where nearest" in [text.get_text() for text in axes.get_legend().get_texts()]
+
+
+def test_what_is_not_finite_is_near_no_moving_box():
+    from pbrg_mj.analysis.metrics.obstacles import where_nearest
+
+    (box,) = among_things().scenario.world.moving_boxes
+    time = np.array([0.0, 1.0, 2.0])
+    points = np.array([[[np.nan, 0.0]], [[1.3, -0.6]], [[np.nan, np.nan]]])
+    np.testing.assert_allclose(where_nearest(box, time, points), [1.25, -0.6])
+    assert np.isfinite(where_nearest(box, time, np.full((3, 1, 2), np.nan))).all()
+
+
 def test_the_line_that_hand_points_keep_from_has_one_name_in_the_legend():
     from pbrg_mj.analysis.figures.trajectories import trajectories
 

@@ -7,9 +7,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pbrg_mj.analysis.figures.style import MARKERS, finite, legend_above, robot_style
-from pbrg_mj.analysis.metrics.obstacles import area_of_interest, footprints, moving_footprints, outlines
+from pbrg_mj.analysis.metrics.obstacles import (
+    area_of_interest,
+    footprints,
+    moving_footprints,
+    outlines,
+    where_nearest,
+)
 from pbrg_mj.analysis.metrics.outcome import final_target
 from pbrg_mj.log.read.run import Run
+from pbrg_mj.scenario.schema import BoxWaypoint
+from pbrg_mj.world.scene.footprints import footprints_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,6 +44,7 @@ def trajectories(axes: Axes, run: Run) -> None:
     _points(axes, run)
     _frame(axes, run)
     _floor(axes, run)
+    _moving(axes, run, q)
     for corners in outlines(footprints(run.scenario)):
         axes.fill(*corners.T, facecolor="0.8", edgecolor="0.4", linewidth=0.6)
     lines, style = final_target(run).rows, {"color": "black", "linewidth": 0.9, "linestyle": (0, (8, 2))}
@@ -60,14 +69,24 @@ def _frame(axes: Axes, run: Run) -> None:
 
 
 def _floor(axes: Axes, run: Run) -> None:
-    """Draw working areas under everything else, and dashed where moving boxes stop."""
-    world = run.scenario.world
-    for patch in world.patches:
+    """Draw working areas under everything else."""
+    for patch in run.scenario.world.patches:
         (x0, y0), (x1, y1) = patch.start, patch.end
         axes.fill([x0, x1, x1, x0], [y0, y0, y1, y1], facecolor="#F2E6D0", edgecolor="none", zorder=0)
+
+
+def _moving(axes: Axes, run: Run, q: np.ndarray) -> None:
+    """Draw boxes that move: filled where they came nearest to a robot, dashed where they stop, their ways dotted."""
+    boxes = run.scenario.world.moving_boxes
+    for k, box in enumerate(boxes):
+        near = where_nearest(box, run.ticks.time, q)
+        there = box.at(BoxWaypoint(time=0.0, center=(float(near[0]), float(near[1]))))
+        (corners,) = outlines(footprints_of([there.as_wall()]))
+        name = None if k else "moving box where nearest"
+        axes.fill(*corners.T, facecolor="0.9", edgecolor="0.4", linewidth=0.6, linestyle=":", label=name)
     for corners in outlines(moving_footprints(run.scenario)):
         axes.fill(*corners.T, fill=False, edgecolor="0.4", linewidth=0.6, linestyle="--")
-    for box in world.moving_boxes:
+    for box in boxes:
         way = np.array([waypoint.center for waypoint in box.waypoints])
         axes.plot(*way.T, color="0.4", linewidth=0.6, linestyle=":")
 

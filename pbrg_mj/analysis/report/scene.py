@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from pbrg_mj.analysis.metrics.obstacles import footprints, outlines
+from pbrg_mj.analysis.metrics.obstacles import driven, footprints, outlines
 from pbrg_mj.analysis.metrics.outcome import final_target
 from pbrg_mj.log.read.run import Run
-from pbrg_mj.scenario.schema import MovingBox
 from pbrg_mj.world.scene.footprints import footprints_of
 
 LEAST_SPAN = 1.0  # of the scene shown [m]
@@ -39,7 +38,7 @@ def moving(run: Run, time: np.ndarray) -> tuple[list[tuple[float, float]], np.nd
     The log does not hold them: their motion follows from the scenario's waypoints.
     """
     boxes = run.scenario.world.moving_boxes if run.scenario.plant == "physics" else ()
-    centres = [_driven(box, time) for box in boxes]
+    centres = [driven(box, time) for box in boxes]
     return [box.size for box in boxes], np.stack(centres, axis=1) if centres else np.zeros((len(time), 0, 2))
 
 
@@ -78,11 +77,6 @@ def _edges(run: Run, time: np.ndarray) -> np.ndarray:
     sizes, centres = moving(run, time)
     half = np.array(sizes).reshape(-1, 2) / 2
     return np.concatenate([centres - half, centres + half]).reshape(-1, 2)
-
-
-def _driven(box: MovingBox, time: np.ndarray) -> np.ndarray:
-    when, where = [stop.time for stop in box.waypoints], np.array([stop.center for stop in box.waypoints])
-    return np.column_stack([np.interp(time, when, where[:, axis]) for axis in (0, 1)])
 
 
 def _rectangle(start: tuple[float, float], end: tuple[float, float]) -> list[list[float]]:

@@ -48,6 +48,18 @@ def test_rest_speed_is_the_border_between_stuck_and_closing_in():
     assert found.reason == "at 2.1 mm/s, there at 452.4 s at this speed"
 
 
+@pytest.mark.parametrize(
+    ("limit", "expected"),
+    [(0.3, "extrapolated to level off 0.3 m short"), (0.0, "extrapolated to arrive at 29.96 s")],
+)
+def test_an_exponential_approach_is_told_to_be_extrapolated(limit, expected):
+    t, tau = 0.5 * np.arange(STEPS), 5.0
+    offset = np.column_stack([-limit - 20.0 * np.exp(-t / tau), 0 * t])
+    reason = outcome(run(ticks=hands(scenario(), offset))).reason
+    assert reason is not None
+    assert reason.split(" mm/s, ")[1] == expected
+
+
 def test_who_arrives_just_before_the_end_is_told_to_be_there():
     x = np.full(STEPS, 0.04)
     x[:14] = 0.04 + 0.2 * (13 - np.arange(14))
@@ -140,7 +152,7 @@ def test_a_moving_team_without_target_is_measured_from_r_and_says_why():
     found = outcome(run(plan, ticks={"hand_true": away}))
     assert found.word == "receding"
     assert found.reason is not None
-    assert found.reason.startswith("at 1e+02 mm/s, 2 m short; the formation at r meets an obstacle")
+    assert found.reason.startswith("at 100 mm/s, 2 m short; the formation at r meets an obstacle")
 
 
 @pytest.mark.parametrize(("off", "told"), [(0.0499, ", at the governed m; "), (0.0501, "; ")])

@@ -9,7 +9,7 @@ from pbrg_mj.studies.bench.statistics import Difference, Quartiles
 from pbrg_mj.studies.bench.suite import Suite
 from pbrg_mj.studies.bench.table import CERTIFICATES, BenchRun, Row
 from pbrg_mj.studies.runner import LOGS
-from pbrg_mj.text import counted
+from pbrg_mj.text import counted, significant
 
 NONE = "-"
 SETTLING = "settling_time_including_violated_s"  # without governor robots touch each other, and settle all the same
@@ -20,16 +20,25 @@ def _rate(rate: Rate | None) -> str:
     return f"{100 * rate.share:.0f} % [{100 * rate.low:.0f}, {100 * rate.high:.0f}]" if rate else NONE
 
 
+def spread_text(one: Quartiles) -> str:
+    """Return median and quartiles in words."""
+    median, low, high = (significant(value, 3) for value in (one.median, one.low, one.high))
+    return f"{median} [{low}, {high}]"
+
+
 def _number(value: float | None) -> str:
-    return NONE if value is None else f"{value:.3g}"
+    return NONE if value is None else significant(value, 3)
 
 
 def _spread(one: Quartiles | None) -> str:
-    return f"{one.median:.3g} [{one.low:.3g}, {one.high:.3g}]" if one else NONE
+    return spread_text(one) if one else NONE
 
 
 def _difference(one: Difference | None) -> str:
-    return f"{one.mean:+.3g} [{one.low:+.3g}, {one.high:+.3g}]" if one else NONE
+    if one is None:
+        return NONE
+    mean, low, high = (significant(value, 3, "+") for value in (one.mean, one.low, one.high))
+    return f"{mean} [{low}, {high}]"
 
 
 def _least(row: Row) -> str:
@@ -40,7 +49,7 @@ def _least(row: Row) -> str:
 def _settling(row: Row) -> str:
     ratios = Quartiles.of(row.ratios(SETTLING))
     settled = f"{len(row.values(SETTLING))} of {len(row.ok)}"
-    return f"{ratios.median:.3g} ({settled})" if ratios else f"{NONE} ({settled})"
+    return f"{significant(ratios.median, 3)} ({settled})" if ratios else f"{NONE} ({settled})"
 
 
 def _bytes(row: Row) -> str:

@@ -1,0 +1,35 @@
+"""Numbers for people."""
+
+import math
+
+import pytest
+
+from pbrg_mj.text import significant
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "text"),
+    [
+        (263.4, 2, "260"),
+        (6019.8, 3, "6020"),
+        (99.96, 3, "100"),
+        (999.9, 3, "1000"),
+        (-0.02941, 3, "-0.0294"),
+        (0.0, 2, "0"),
+        (1e-5, 2, "1e-05"),
+        (1.24e15, 2, "1.2e+15"),
+        (math.inf, 2, "inf"),
+        (math.nan, 2, "nan"),
+    ],
+)
+def test_large_numbers_have_no_exponent(value: float, digits: int, text: str) -> None:
+    assert significant(value, digits) == text
+
+
+def test_the_sign_is_shown_where_asked_for() -> None:
+    assert [significant(one, 2, "+") for one in (1234.0, 0.5, 0.0, -1234.0)] == ["+1200", "+0.5", "+0", "-1200"]
+
+
+@pytest.mark.parametrize("value", [1.0, 12.5, 137.0, 2.5e3, 7.77e9])
+def test_the_number_is_that_of_the_exponent_form(value: float) -> None:
+    assert float(significant(value, 3)) == float(f"{value:.3g}")

@@ -97,3 +97,48 @@ def test_it_is_handed_in_as_a_folder_and_verified_where_the_plug_in_is_installed
     assert (
         "governors.scalar: governor.kind: no governor is called 'scalar'; allowed: " in said and said.count("\n") == 1
     )
+
+
+CHEAT = """
+import pbrg_mj as pbrg
+
+BOARD = {}  # what the leader writes here reaches its team-mates without a message
+
+
+class Program:
+    def start(self, facts, own):
+        return own.p
+
+    def begin(self, own, memory):
+        if own.reference is not None:
+            BOARD["reference"] = own.reference
+        return memory
+
+    def send(self, memory):
+        return {}, memory
+
+    def receive(self, inbox, memory):
+        return memory + 0.01 * (BOARD.get("reference", memory) - memory)
+
+    def finish(self, memory):
+        return pbrg.RobotAnswer(memory, "ok"), memory
+
+
+def build(facts):
+    return Program()
+"""
+
+
+def test_programs_that_share_a_variable_of_their_module_take_no_part(installed, tmp_path, monkeypatch, capsys):
+    site, suite = tmp_path / "site", tmp_path / "suite.yaml"
+    info = site / "cheat-1.0.dist-info"
+    info.mkdir(parents=True)
+    (site / "cheat.py").write_text(CHEAT)
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: cheat\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text("[pbrg_mj.robot_programs]\nshared = cheat:build\n")
+    monkeypatch.syspath_prepend(str(site))
+    suite.write_text(SUITE.replace("governor.kind: mine", "governor.kind: shared"))
+    assert main(["bench", str(suite), "-o", str(tmp_path / "out")]) == 1
+    said = capsys.readouterr().err
+    assert "governor 'consensus' of the suite: shared breaks the protocol: " in said and said.count("\n") == 1
+    assert not (tmp_path / "out").exists()

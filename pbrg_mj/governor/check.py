@@ -82,6 +82,19 @@ def check_governor(
     Raises InputError for options that do not fit the governor's own model, PlugInError whose text is the report when a
     check fails or the governor cannot be built.
     """
+    report = governor_report(build, scenario, options)
+    if not report.passed:
+        raise PlugInError(str(report))
+    return report
+
+
+def governor_report(
+    build: Callable[..., Any] | Governor | RobotProgram, scenario: Scenario, options: Mapping[str, Any] | None = None
+) -> GovernorReport:
+    """Return the report of `check_governor`, also where a check fails.
+
+    Raises InputError for options that do not fit, PlugInError when the governor cannot be built.
+    """
     made, program = _maker(build, scenario, options or {})
     name = made().name  # what keeps it from being built is no check
     whats = ROBOT_PROGRAM_CHECKS if program else GOVERNOR_CHECKS
@@ -93,10 +106,7 @@ def check_governor(
                 failures["alone"] += reactions_without_messages(title, made, problems)
         except PlugInError as error:
             failures["answers"].append(f"{title}: {error}")
-    report = GovernorReport(name, tuple(GovernorCheck(whats[key], tuple(found)) for key, found in failures.items()))
-    if not report.passed:
-        raise PlugInError(str(report))
-    return report
+    return GovernorReport(name, tuple(GovernorCheck(whats[key], tuple(found)) for key, found in failures.items()))
 
 
 def _maker(build: Any, scenario: Scenario, options: Mapping[str, Any]) -> tuple[Callable[[], PlugInGovernor], bool]:

@@ -12,8 +12,10 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from pbrg_mj.analysis.output_file import write_text_atomically
-from pbrg_mj.errors import InputError
-from pbrg_mj.plugins import is_centralized
+from pbrg_mj.errors import InputError, PlugInError
+from pbrg_mj.governor.check import governor_report
+from pbrg_mj.plugins import ROBOT_PROGRAM, find, installed, is_centralized
+from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.scenario.schema.base import Section
 from pbrg_mj.studies.document import StudyFile, plain, read_study
 from pbrg_mj.studies.sweep_plan import Entries, Seed, Values, always_set, check_settings, seed_list, sources
@@ -166,7 +168,8 @@ def _check_seeds(file: StudyFile[SuiteKeys], seeds: Mapping[str, Sequence[int]],
 def _governor_kinds(file: StudyFile[SuiteKeys], scenarios: Sequence[Source], seed: int) -> dict[str, str]:
     """Return each governor's `governor.kind`; try each with each network, and each scenario with the first of both.
 
-    What a scenario does not take of another governor shows as a run that fails. Raises InputError.
+    What a scenario does not take of another governor shows as a run that fails. Raises InputError, PlugInError for a
+    robot program that breaks the protocol.
     """
     keys, kinds = file.keys, dict[str, str]()
     entries: Entries = {("set", key): {key: one} for key, one in always_set(keys).items()}
@@ -174,9 +177,20 @@ def _governor_kinds(file: StudyFile[SuiteKeys], scenarios: Sequence[Source], see
         for network, settings in keys.networks.items():
             chosen: Entries = {("networks", network): settings, ("governors", governor): entry.settings}
             for source in scenarios if not kinds else scenarios[:1]:
-                found = check_settings(file, source, seed, entries | chosen)
-                kinds[governor] = found.settings.governor.kind
+                found = check_settings(file, source, seed, entries | chosen).settings
+                if governor not in kinds and found.governor.kind in installed(ROBOT_PROGRAM):
+                    _check_program(governor, found)
+                kinds[governor] = found.governor.kind
     return kinds
+
+
+def _check_program(governor: str, scenario: Scenario) -> None:
+    """Raise PlugInError where an installed robot program breaks the protocol, such as by what its robots share."""
+    kind, options = scenario.governor.kind, scenario.governor.options
+    report = governor_report(find(ROBOT_PROGRAM, kind), scenario, options)
+    failures = [failure for check in report.checks for failure in check.failures]
+    if failures:
+        raise PlugInError(f"governor {governor!r} of the suite: {kind} breaks the protocol: {failures[0]}")
 
 
 def _check(file: StudyFile[SuiteKeys]) -> None:

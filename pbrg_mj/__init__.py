@@ -30,11 +30,11 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from pbrg_mj.blas_threads import use_one_thread
+from pbrg_mj.blas_threads import limit_blas_threads
 
 __version__ = "0.1.0"
 
-use_one_thread()  # before anything here loads NumPy
+limit_blas_threads()  # before anything here loads NumPy
 
 __all__ = [
     "Batch",

@@ -13,7 +13,7 @@ import sys
 VARIABLES = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 
-def use_one_thread() -> None:
+def limit_blas_threads() -> None:
     """Let every BLAS of this process and its children work on one thread: those that come, and those that are there."""
     os.environ.update(dict.fromkeys(VARIABLES, "1"))
     if "numpy" in sys.modules:

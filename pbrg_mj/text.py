@@ -8,7 +8,7 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
-def significant(value: float, digits: int, sign: str = "") -> str:
+def format_significant(value: float, digits: int, sign: str = "") -> str:
     """Return `value` to so many significant digits, with an exponent only below 1e-4 and from 1e15 on: 6020, -0.0294.
 
     `sign` is that of a format: `+` shows the sign of numbers above 0 as well.

@@ -276,13 +276,13 @@ def test_a_moving_box_is_drawn_where_it_came_nearest_to_a_robot():
 
 
 def test_what_is_not_finite_is_near_no_moving_box():
-    from pbrg_mj.analysis.metrics.obstacles import where_nearest
+    from pbrg_mj.analysis.metrics.obstacles import closest_approach
 
     (box,) = among_things().scenario.world.moving_boxes
     time = np.array([0.0, 1.0, 2.0])
     points = np.array([[[np.nan, 0.0]], [[1.3, -0.6]], [[np.nan, np.nan]]])
-    np.testing.assert_allclose(where_nearest(box, time, points), [1.25, -0.6])
-    assert np.isfinite(where_nearest(box, time, np.full((3, 1, 2), np.nan))).all()
+    np.testing.assert_allclose(closest_approach(box, time, points), [1.25, -0.6])
+    assert np.isfinite(closest_approach(box, time, np.full((3, 1, 2), np.nan))).all()
 
 
 def test_the_line_that_hand_points_keep_from_has_one_name_in_the_legend():

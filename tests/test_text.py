@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from pbrg_mj.text import significant
+from pbrg_mj.text import format_significant
 
 
 @pytest.mark.parametrize(
@@ -23,13 +23,13 @@ from pbrg_mj.text import significant
     ],
 )
 def test_large_numbers_have_no_exponent(value: float, digits: int, text: str) -> None:
-    assert significant(value, digits) == text
+    assert format_significant(value, digits) == text
 
 
 def test_the_sign_is_shown_where_asked_for() -> None:
-    assert [significant(one, 2, "+") for one in (1234.0, 0.5, 0.0, -1234.0)] == ["+1200", "+0.5", "+0", "-1200"]
+    assert [format_significant(one, 2, "+") for one in (1234.0, 0.5, 0.0, -1234.0)] == ["+1200", "+0.5", "+0", "-1200"]
 
 
 @pytest.mark.parametrize("value", [1.0, 12.5, 137.0, 2.5e3, 7.77e9])
 def test_the_number_is_that_of_the_exponent_form(value: float) -> None:
-    assert float(significant(value, 3)) == float(f"{value:.3g}")
+    assert float(format_significant(value, 3)) == float(f"{value:.3g}")

@@ -5,7 +5,7 @@ seeds         `1-8,20`
 files         names of files, checked before anything slow
 simulate      Scenario, governor -> Run, tick by tick or to the end; live server
 batch         many seeds side by side
-recorded      a log read as a whole, or a warning of its damage
+log_reading   a log read as a whole, or a warning of its damage
 run           Run: arrays, numbers, figures, page, export
 logs          a log -> Run, or its numbers, figures, page, export at once
 arrays        arrays by name

@@ -15,7 +15,7 @@ from pbrg_mj.analysis.reduced_run import open_reduced
 from pbrg_mj.analysis.replay_summary import ReplaySummary, replay_summary
 from pbrg_mj.analysis.report.page import check_page, write_page
 from pbrg_mj.analysis.report.report_run import ReportRun, report_log
-from pbrg_mj.api.recorded import open_recorded, warn_of_damage
+from pbrg_mj.api.log_reading import read_log, warn_if_damaged
 from pbrg_mj.api.run import Run
 
 
@@ -24,7 +24,7 @@ def open(log: str | Path) -> Run:  # noqa: A001 - pbrg.open
 
     Raises InputError when there is no such file, or it is no log of this package.
     """
-    return Run(open_recorded(log))
+    return Run(read_log(log))
 
 
 def as_run(run: Run | str | Path) -> Run:
@@ -35,7 +35,7 @@ def as_run(run: Run | str | Path) -> Run:
 def metrics_of(log: str | Path) -> RunMetrics:
     """Return the metrics of a log, which is never held as a whole; damage is warned of, as by `open`."""
     found = log_metrics(log)
-    warn_of_damage(found.damage, log)
+    warn_if_damaged(found.damage, log)
     return found
 
 
@@ -54,14 +54,14 @@ def plot_log(log: str | Path, path: str | Path, panels: str) -> None:
     check_panels(wanted)
     margins = (certificate_rows, least_sensed_margin) if "margin" in wanted else ()
     run, _ = open_reduced(log, (multiplier_sums, *margins))
-    warn_of_damage(run.damage, log)
+    warn_if_damaged(run.damage, log)
     plot(run, Path(path), wanted)
 
 
 def replay_log(log: str | Path) -> ReplaySummary:
     """Step through a log, of which only what that needs is held. Raises InputError."""
     run, end = open_reduced(log, (state_size,))
-    warn_of_damage(run.damage, log)
+    warn_if_damaged(run.damage, log)
     return replay_summary(run, end)
 
 
@@ -78,5 +78,5 @@ def _on_page(run: Run | str | Path, runs: int) -> ReportRun:
     if isinstance(run, Run):
         return run.as_report_run(runs)
     shown = report_log(run, runs)
-    warn_of_damage(shown.numbers.damage, run)
+    warn_if_damaged(shown.numbers.damage, run)
     return shown

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from pbrg_mj.analysis.output_file import by_suffix, write_atomically
-from pbrg_mj.api.recorded import LOG
+from pbrg_mj.api.log_reading import LOG
 from pbrg_mj.api.run import Run
 from pbrg_mj.errors import InputError
 from pbrg_mj.governor.centralized.optimum import CentralizedSolver

@@ -14,10 +14,10 @@ from pbrg_mj.analysis.metrics.run_metrics import RunMetrics
 from pbrg_mj.api.files import log_path
 from pbrg_mj.api.garbage_collection import collecting_rarely
 from pbrg_mj.api.interrupt import Interrupted, interruptible
+from pbrg_mj.api.log_reading import LOG
 from pbrg_mj.api.logs import metrics_of
 from pbrg_mj.api.logs import open as open_log
 from pbrg_mj.api.profile import Profile
-from pbrg_mj.api.recorded import LOG
 from pbrg_mj.api.run import IN_MEMORY, Run
 from pbrg_mj.api.scenario import Scenario, as_scenario
 from pbrg_mj.errors import InputError

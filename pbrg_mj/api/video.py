@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pbrg_mj.api.recorded import open_recorded
+from pbrg_mj.api.log_reading import read_log
 from pbrg_mj.errors import InputError
 from pbrg_mj.video.encode import FORMATS, STILL
 from pbrg_mj.video.render import ViewSettings, check_output, render_movie, render_still
@@ -71,7 +71,7 @@ def render(
 def _file(run: Run | str | Path) -> Iterator[Recorded]:
     """Give a run, or a log, as recorded, with its log in a file for as long as the context lasts."""
     if isinstance(run, str | Path):
-        yield open_recorded(run)
+        yield read_log(run)
     else:
         with run.file() as recorded:
             yield recorded

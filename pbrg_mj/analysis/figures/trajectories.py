@@ -9,10 +9,10 @@ import numpy as np
 from pbrg_mj.analysis.figures.style import MARKERS, finite, legend_above, robot_style
 from pbrg_mj.analysis.metrics.obstacles import (
     area_of_interest,
+    closest_approach,
     footprints,
     moving_footprints,
     outlines,
-    where_nearest,
 )
 from pbrg_mj.analysis.metrics.outcome import final_target
 from pbrg_mj.log.read.run import Run
@@ -79,7 +79,7 @@ def _moving(axes: Axes, run: Run, q: np.ndarray) -> None:
     """Draw boxes that move: filled where they came nearest to a robot, dashed where they stop, their ways dotted."""
     boxes = run.scenario.world.moving_boxes
     for k, box in enumerate(boxes):
-        near = where_nearest(box, run.ticks.time, q)
+        near = closest_approach(box, run.ticks.time, q)
         there = box.at(BoxWaypoint(time=0.0, center=(float(near[0]), float(near[1]))))
         (corners,) = outlines(footprints_of([there.as_wall()]))
         name = None if k else "moving box where nearest"

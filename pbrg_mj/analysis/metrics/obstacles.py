@@ -9,6 +9,7 @@ import numpy as np
 
 from pbrg_mj.scenario.schema import MovingBox, Scenario
 from pbrg_mj.world.scene.footprints import Footprints, edges, footprints_of, signed_distance, world_footprints
+from pbrg_mj.world.scene.obstacles import box_centre
 
 ROUND = 2 * np.pi * np.arange(48) / 48  # directions of the corners that a drawn column has
 
@@ -52,18 +53,12 @@ def moving_footprints(scenario: Scenario) -> Footprints:
     return footprints_of([box.at(at).as_wall() for box in scenario.world.moving_boxes for at in box.waypoints])
 
 
-def driven(box: MovingBox, time: np.ndarray) -> np.ndarray:
-    """Return where the middle of a moving box's footprint (t, 2) [m] is at times (t,) [s]."""
-    when, where = [stop.time for stop in box.waypoints], np.array([stop.center for stop in box.waypoints])
-    return np.column_stack([np.interp(time, when, where[:, axis]) for axis in (0, 1)])
-
-
-def where_nearest(box: MovingBox, time: np.ndarray, points: np.ndarray) -> np.ndarray:
+def closest_approach(box: MovingBox, time: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Return the middle (2,) [m] of a moving box when one of points (t, k, 2) [m] at times (t,) [s] is nearest to it.
 
     Points that are not finite are near nothing; the first of equal times counts.
     """
-    way = driven(box, time)
+    way = box_centre(box, time)
     beyond = np.abs(points - way[:, None]) - np.array(box.size) / 2
     away = np.linalg.norm(np.maximum(beyond, 0.0), axis=-1) + np.minimum(beyond.max(axis=-1), 0.0)
     return way[np.where(np.isfinite(away), away, np.inf).min(axis=1).argmin()]

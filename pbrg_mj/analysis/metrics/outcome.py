@@ -17,7 +17,7 @@ from pbrg_mj.analysis.metrics.per_tick import per_tick, state_size
 from pbrg_mj.analysis.metrics.settling import CLOCK_ROUNDING, formation_errors
 from pbrg_mj.analysis.metrics.trend import Direction, Trend, trend
 from pbrg_mj.log.read.run import Run
-from pbrg_mj.text import significant
+from pbrg_mj.text import format_significant
 
 Violation = Kind | Literal["half-space"]
 Word = Literal[
@@ -159,18 +159,18 @@ def last_change(run: Run) -> int:
 
 def _trend_text(word: Word, found: Trend, distance: float) -> str:
     """Return the numbers that belong to a word."""
-    short = f"{significant(distance, 2)} m short"
+    short = f"{format_significant(distance, 2)} m short"
     if word in ("stuck", "stalled"):
-        hunting = f", hunting within {significant(1e3 * found.extent, 2)} mm" if found.extent > HUNTING else ""
+        hunting = f", hunting within {format_significant(1e3 * found.extent, 2)} mm" if found.extent > HUNTING else ""
         return f"{short}{hunting if word == 'stuck' else ''}"
     if word == "circling":
-        return f"{short}, within {significant(found.extent, 2)} m"
-    speed = f"at {significant(1e3 * abs(found.rate), 2)} mm/s"
+        return f"{short}, within {format_significant(found.extent, 2)} m"
+    speed = f"at {format_significant(1e3 * abs(found.rate), 2)} mm/s"
     if word == "receding":
         return f"{speed}, {short}"
     if np.isinf(found.arrival):
-        return f"{speed}, extrapolated to level off {significant(found.limit, 2)} m short"
-    arrival = f"{significant(found.arrival, 4)} s"
+        return f"{speed}, extrapolated to level off {format_significant(found.limit, 2)} m short"
+    arrival = f"{format_significant(found.arrival, 4)} s"
     if np.isnan(found.limit):
         return f"{speed}, there at {arrival} at this speed"
     return f"{speed}, extrapolated to arrive at {arrival}"

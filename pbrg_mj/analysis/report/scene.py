@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from pbrg_mj.analysis.metrics.obstacles import driven, footprints, outlines
+from pbrg_mj.analysis.metrics.obstacles import footprints, outlines
 from pbrg_mj.analysis.metrics.outcome import final_target
 from pbrg_mj.log.read.run import Run
 from pbrg_mj.world.scene.footprints import footprints_of
+from pbrg_mj.world.scene.obstacles import box_centre
 
 LEAST_SPAN = 1.0  # of the scene shown [m]
 MARGIN = 0.12  # around what happened, as a share of its span
@@ -38,7 +39,7 @@ def moving(run: Run, time: np.ndarray) -> tuple[list[tuple[float, float]], np.nd
     The log does not hold them: their motion follows from the scenario's waypoints.
     """
     boxes = run.scenario.world.moving_boxes if run.scenario.plant == "physics" else ()
-    centres = [driven(box, time) for box in boxes]
+    centres = [box_centre(box, time) for box in boxes]
     return [box.size for box in boxes], np.stack(centres, axis=1) if centres else np.zeros((len(time), 0, 2))
 
 

@@ -12,7 +12,7 @@ from pbrg_mj.api.logs import open as open_log
 from pbrg_mj.studies.bench.pictures import picture
 from pbrg_mj.studies.bench.suite import Suite
 from pbrg_mj.studies.bench.table import BenchRun, Row
-from pbrg_mj.studies.bench.text import COLUMNS, NAMES, NONE, cells, spread_text
+from pbrg_mj.studies.bench.text import COLUMNS, NAMES, cells, quartiles_text
 from pbrg_mj.studies.runner import LOGS
 from pbrg_mj.text import counted
 
@@ -69,7 +69,7 @@ def _timings(rows: Sequence[Row]) -> str:
     lines = []
     for row in rows:
         one = row.compute_us()
-        text = spread_text(one) if one else NONE
+        text = quartiles_text(one)
         where = f"<td>{escape(NAMES[row.group])}</td><td>{escape(row.network)}</td>"
         lines.append(f"<tr><td>{escape(cells(row)[0])}</td>{where}<td>{text}</td></tr>")
     head = "<tr><th>governor</th><th>seeds</th><th>network</th><th>compute a robot and tick [us]</th></tr>"

@@ -9,7 +9,7 @@ from pbrg_mj.studies.bench.statistics import Difference, Quartiles
 from pbrg_mj.studies.bench.suite import Suite
 from pbrg_mj.studies.bench.table import CERTIFICATES, BenchRun, Row
 from pbrg_mj.studies.runner import LOGS
-from pbrg_mj.text import counted, significant
+from pbrg_mj.text import counted, format_significant
 
 NONE = "-"
 SETTLING = "settling_time_including_violated_s"  # without governor robots touch each other, and settle all the same
@@ -20,24 +20,22 @@ def _rate(rate: Rate | None) -> str:
     return f"{100 * rate.share:.0f} % [{100 * rate.low:.0f}, {100 * rate.high:.0f}]" if rate else NONE
 
 
-def spread_text(one: Quartiles) -> str:
-    """Return median and quartiles in words."""
-    median, low, high = (significant(value, 3) for value in (one.median, one.low, one.high))
+def quartiles_text(one: Quartiles | None) -> str:
+    """Return median and quartiles in words, `NONE` where there are none."""
+    if one is None:
+        return NONE
+    median, low, high = (format_significant(value, 3) for value in (one.median, one.low, one.high))
     return f"{median} [{low}, {high}]"
 
 
 def _number(value: float | None) -> str:
-    return NONE if value is None else significant(value, 3)
-
-
-def _spread(one: Quartiles | None) -> str:
-    return spread_text(one) if one else NONE
+    return NONE if value is None else format_significant(value, 3)
 
 
 def _difference(one: Difference | None) -> str:
     if one is None:
         return NONE
-    mean, low, high = (significant(value, 3, "+") for value in (one.mean, one.low, one.high))
+    mean, low, high = (format_significant(value, 3, "+") for value in (one.mean, one.low, one.high))
     return f"{mean} [{low}, {high}]"
 
 
@@ -49,7 +47,7 @@ def _least(row: Row) -> str:
 def _settling(row: Row) -> str:
     ratios = Quartiles.of(row.ratios(SETTLING))
     settled = f"{len(row.values(SETTLING))} of {len(row.ok)}"
-    return f"{significant(ratios.median, 3)} ({settled})" if ratios else f"{NONE} ({settled})"
+    return f"{format_significant(ratios.median, 3)} ({settled})" if ratios else f"{NONE} ({settled})"
 
 
 def _bytes(row: Row) -> str:
@@ -74,10 +72,10 @@ COLUMNS: dict[str, Callable[[Row], str]] = {
     "contacts [95 %]": lambda row: _rate(row.rate(lambda one: one.touched)),
     "crossings [95 %]": lambda row: _rate(row.rate(lambda one: one.crossed)),
     "least margin [m]": _least,
-    "gap to the optimum [m]": lambda row: _spread(row.quartiles("optimality_gap_m.mean")),
+    "gap to the optimum [m]": lambda row: quartiles_text(row.quartiles("optimality_gap_m.mean")),
     "its geometric mean [m]": lambda row: _number(row.gap),
     "gap against none [m]": lambda row: _difference(row.difference("optimality_gap_m.mean")),
-    "distance left [m]": lambda row: _spread(row.quartiles("terminal_gap_m")),
+    "distance left [m]": lambda row: quartiles_text(row.quartiles("terminal_gap_m")),
     "settling / none (settled)": _settling,
     "violated: ball / directional / predictive [%]": _shares,
     "infeasible [s]": lambda row: _number(row.infeasible),

@@ -36,10 +36,10 @@ def add_obstacles(spec: mujoco.MjSpec, surroundings: World) -> None:
         _add_moving_box(spec, f"moving_box{k}", box)
 
 
-def box_centre(box: MovingBox, time: float) -> np.ndarray:
-    """Return where the middle of a moving box's footprint (2,) [m] is at `time` [s]."""
+def box_centre(box: MovingBox, time: float | np.ndarray) -> np.ndarray:
+    """Return where the middle of a moving box's footprint (2,) [m] is at `time` [s]; (t, 2) at times (t,)."""
     times = [stop.time for stop in box.waypoints]
-    return np.array([np.interp(time, times, [stop.center[axis] for stop in box.waypoints]) for axis in range(2)])
+    return np.array([np.interp(time, times, [stop.center[axis] for stop in box.waypoints]) for axis in range(2)]).T
 
 
 def moving_footprints(boxes: Sequence[MovingBox], time: float) -> Footprints:

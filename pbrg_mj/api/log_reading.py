@@ -10,14 +10,14 @@ from pbrg_mj.log.read import run as reader
 LOG = logging.getLogger("pbrg_mj")
 
 
-def open_recorded(log: str | Path) -> reader.Run:
+def read_log(log: str | Path) -> reader.Run:
     """Read a log (.mcap), of a damaged one its leading whole part, and warn of the damage. Raises InputError."""
     recorded = reader.open_run(log)
-    warn_of_damage(recorded.damage, log)
+    warn_if_damaged(recorded.damage, log)
     return recorded
 
 
-def warn_of_damage(damage: str | None, log: str | Path) -> None:
+def warn_if_damaged(damage: str | None, log: str | Path) -> None:
     """Warn of a log that ends early, unless `damage` is None."""
     if damage:
         LOG.warning("%s: %s", log, damage)

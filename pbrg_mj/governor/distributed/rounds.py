@@ -150,13 +150,15 @@ def _consensus(old, new, received, step):
     first, which, seen_z, seen_zeta = received.first, received.which, received.z, received.zeta
     n, width = z.shape
     for i in range(n):
-        if first[i + 1] - first[i] == 2:  # as on a ring: both sums at once, every number is read and written once
+        if first[i + 1] - first[i] == 2:  # as on a ring: both sums at once, nothing that was written is read again
             k, j = which[first[i]], which[first[i] + 1]
+            for c in range(width):  # two loops, for one that writes two arrays waits longer for memory
+                lead = (z[i, c] - seen_z[k, c]) + (z[i, c] - seen_z[j, c])
+                new_zeta[i, c] = zeta[i, c] - step * lead
             for c in range(width):
                 lead = (z[i, c] - seen_z[k, c]) + (z[i, c] - seen_z[j, c])
                 lead_zeta = (zeta[i, c] - seen_zeta[k, c]) + (zeta[i, c] - seen_zeta[j, c])
                 new_z[i, c] = z[i, c] - step * (lead - lead_zeta)
-                new_zeta[i, c] = zeta[i, c] - step * lead
             continue
         for c in range(width):
             new_z[i, c] = new_zeta[i, c] = 0.0

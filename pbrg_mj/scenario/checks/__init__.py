@@ -11,5 +11,6 @@ sampling          eq. 2, sampled once a tick, is stable on the graph
 separation        formations keep the distance that robots are to keep
 certificate       which governors and certificates go together
 plug_ins          parts of other packages: installed, with options that fit
+presets           a name of earlier versions
 distances         of points from what stands on the floor
 """

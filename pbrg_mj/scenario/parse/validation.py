@@ -13,6 +13,7 @@ from pbrg_mj.scenario.checks.certificate import guard
 from pbrg_mj.scenario.checks.check import check
 from pbrg_mj.scenario.checks.physics import stable_step
 from pbrg_mj.scenario.checks.plug_ins import plug_ins
+from pbrg_mj.scenario.checks.presets import earlier_preset
 from pbrg_mj.scenario.diagnostics import Diagnostic, KeyPath, dotted_key, yaml_text
 from pbrg_mj.scenario.parse.document import Document
 from pbrg_mj.scenario.schema import Scenario, Section
@@ -24,13 +25,14 @@ Known = TypeVar("Known", bound=Section)
 def build(document: Document, file: str, to_run: bool = True) -> Scenario:
     """Return the scenario that a document holds.
 
-    Parts of other packages must be installed and their options fit, and physics step and guard must suit today's model,
-    unless `to_run` is false: of an earlier run it is enough that they did. Raises InputError with file, line and key of
+    Parts of other packages must be installed and their options fit, and physics step, guard and preset must be today's,
+    unless `to_run` is false: of an earlier run it is enough that they were then. Raises InputError with file, line and key of
     the first thing that is wrong.
     """
     scenario = read_section(Scenario, document.data, document, file)
-    now = (*plug_ins(scenario), *stable_step(scenario), *guard(scenario)) if to_run else ()
-    diagnostics = [*check(scenario), *now]
+    diagnostics = [*check(scenario)]
+    if to_run:
+        diagnostics += [*plug_ins(scenario), *stable_step(scenario), *guard(scenario), *earlier_preset(document.data)]
     if diagnostics:
         raise first_error(diagnostics, document, file)
     return scenario

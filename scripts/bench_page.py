@@ -5,7 +5,7 @@
     python scripts/bench_page.py quick
 
 The page, docs/data/standard.html, is `index.html` without links to logs, which stay where they were made: the command
-beside each makes it again.
+beside each makes it again, and docs/data/standard.release.json, the manifest, tells whether it says the same.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from worlds.data import ROOT, version
 from pbrg_mj.log.read.ticks import read_header
 from pbrg_mj.log.write.provenance import code_digest
 from pbrg_mj.studies.bench.bench import FILES, PAGE, RUNS, TABLE
+from pbrg_mj.studies.bench.release import MANIFEST, release_bench
 from pbrg_mj.studies.bench.suite import Suite, read_suite
 from pbrg_mj.studies.bench.table import bench_runs, table
 from pbrg_mj.studies.bench.text import as_text
@@ -47,6 +48,9 @@ def main() -> int:
     if not quick:
         page = (given.folder / PAGE).read_text("utf-8")
         (DOCS / "data" / "standard.html").write_text(re.sub(rf'<a href="{LOGS}/[^"]*">(.*?)</a>', r"\1", page), "utf-8")
+        manifest = release_bench(given.folder).path
+        (DOCS / "data" / f"standard.{MANIFEST}").write_bytes(manifest.read_bytes())
+        manifest.unlink()  # the folder stays as `pbrg bench` left it
     return 0
 
 

@@ -9,10 +9,12 @@ import shutil
 from dataclasses import replace
 
 import pytest
+from mcap.reader import make_reader
 
 import pbrg_mj as pbrg
 from pbrg_mj.cli.main import main
 from pbrg_mj.errors import InputError
+from pbrg_mj.log.read.digest import message_digest
 from pbrg_mj.studies.bench import release
 
 SUITE = """\
@@ -160,3 +162,66 @@ def test_folders_go_alone(folder, capsys):
     assert main(["bench", "standard", "--release", str(folder)]) == 2
     assert main(["bench", "--release", str(folder), "--verify", str(folder)]) == 2
     assert capsys.readouterr().err.count("takes a folder alone") == 2
+
+
+def test_logs_made_elsewhere_are_held_to_the_released_messages(released, made, tmp_path, capsys):
+    """Whole logs differ where the machine's name does; what they say must not."""
+    manifest = released / "release.json"
+    other = shutil.copytree(made, tmp_path / "other")
+    assert main(["bench", "--verify", str(other), "--against", str(manifest)]) == 0
+    assert f"every log has the messages of those released in {manifest}\n" in capsys.readouterr().out
+    shutil.copy(other / LOG.replace("-2", "-1"), other / LOG)
+    (other / LOG.replace("-2", "-1")).rename(other / "logs" / "more.mcap")
+    assert main(["bench", "--verify", str(other), "--against", str(manifest)]) == 1
+    said = capsys.readouterr().out
+    assert f"{LOG}: has other messages than the released log\n" in said
+    assert f"{LOG.replace('-2', '-1')}: released, and not here\n" in said
+    assert "logs/more.mcap: is not among the released logs\n" in said and "every log has" not in said
+
+
+def test_the_messages_digest_is_that_of_an_independent_reader(made):
+    """mcap's own reader, which knows nothing of ours, finds the same bytes in the same order."""
+    digest, log = hashlib.sha256(), made / LOG
+    with log.open("rb") as file:
+        reader = make_reader(file)
+        found = [(one.name, 0, one.data) for one in reader.iter_attachments()]
+        messages = reader.iter_messages(log_time_order=False)
+        found += [(channel.topic, one.log_time, one.data) for _, channel, one in messages]
+    assert {"scenario.yaml", "/tick", "/timing"} <= {name for name, _, _ in found}
+    for name, time, data in found:
+        if name != "/timing":
+            digest.update(f"{len(name)} {name} {time} {len(data)}\n".encode() + data)
+    assert message_digest(log) == digest.hexdigest()
+
+
+def test_the_messages_digest_tells_runs_apart_and_not_machines(made, tmp_path, monkeypatch):
+    monkeypatch.setattr("pbrg_mj.log.write.provenance.processor", lambda: "another one")
+    scenario = pbrg.load("paper/simulation_near", ["timing.duration=0.05", "log.timings=false"])
+    pbrg.run(scenario, log=tmp_path / "elsewhere.mcap")
+    monkeypatch.undo()
+    pbrg.run(scenario, log=tmp_path / "here.mcap")
+    pbrg.run(scenario.override(["seed=3"]), log=tmp_path / "other.mcap")
+    here, elsewhere, other = (tmp_path / f"{name}.mcap" for name in ("here", "elsewhere", "other"))
+    assert here.read_bytes() != elsewhere.read_bytes() and message_digest(here) == message_digest(elsewhere)
+    assert message_digest(other) != message_digest(here)
+    elsewhere.write_bytes(here.read_bytes()[:-400])
+    with pytest.raises(InputError, match=r"elsewhere.mcap: "):
+        message_digest(elsewhere)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (None, "cannot be read: No such file or directory"),
+        ('{"format": 1, "files": {}}', "messages: is missing; required: SHA-256 by file"),
+        ('{"format": 1, "messages": {"../a": "b"}}', "allowed: a place inside the folder"),
+    ],
+)
+def test_a_wrong_manifest_of_another_release_is_one_line(content, message, folder, tmp_path, capsys):
+    if content is not None:
+        (tmp_path / "given.json").write_text(content)
+    assert main(["bench", "--verify", str(folder), "--against", str(tmp_path / "given.json")]) == 2
+    said = capsys.readouterr()
+    assert said.err.startswith(f"error: {tmp_path / 'given.json'}") and message in said.err and said.out == ""
+    assert main(["bench", "--against", str(tmp_path / "given.json")]) == 2
+    assert "allowed: pbrg bench --verify DIR --against FILE" in capsys.readouterr().err

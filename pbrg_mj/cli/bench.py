@@ -25,6 +25,10 @@ def bench(
     verify: Annotated[
         Path | None, typer.Option("--verify", metavar="DIR", help="Replay a folder's logs; make its table from them.")
     ] = None,
+    against: Annotated[
+        Path | None,
+        typer.Option("--against", metavar="FILE", help="With --verify: hold its logs to another release's manifest."),
+    ] = None,
     release: Annotated[
         Path | None,
         typer.Option("--release", metavar="DIR", help="Write SHA-256 of a finished folder's files into it."),
@@ -36,20 +40,24 @@ def bench(
     not those that were released.
     """
     ignore_mujoco_gl()
-    for option, folder, act in (("--verify", verify, _verify), ("--release", release, _release)):
-        if folder is not None:
-            if suite is not None or quick or None not in (verify, release):
-                raise InputError(f"{option} takes a folder alone; allowed: pbrg bench {option} DIR")
-            return act(folder)
+    if against is not None and verify is None:
+        raise InputError("--against goes with --verify; allowed: pbrg bench --verify DIR --against FILE")
+    for option, folder in (("--verify", verify), ("--release", release)):
+        if folder is not None and (suite is not None or quick or None not in (verify, release)):
+            raise InputError(f"{option} takes a folder alone; allowed: pbrg bench {option} DIR")
+    if verify is not None:
+        return _verify(verify, against)
+    if release is not None:
+        return _release(release)
     made = study(pbrg.bench, suite or "standard", output, quick=quick)
     emit(made.table())
     note(f"written: {made.folder / 'index.html'}, table.md, runs.md, records.parquet, logs")
     return 0
 
 
-def _verify(folder: Path) -> int:
+def _verify(folder: Path, against: Path | None) -> int:
     with study_progress() as watch:
-        found = pbrg.verify_bench(folder, watch=watch)
+        found = pbrg.verify_bench(folder, against=against, watch=watch)
     emit(found.bench.table())
     worlds = f"the worlds of the suite {found.suite}" if found.suite else "worlds of its own suite"
     emit("")
@@ -57,6 +65,8 @@ def _verify(folder: Path) -> int:
         emit(problem)
     if found.release:
         emit(f"as released in {found.release}")
+    if against is not None and found.ok:
+        emit(f"every log has the messages of those released in {against}")
     emit(f"{worlds}; {'every log replays, and the table agrees with the logs' if found.ok else 'not verified'}")
     return 0 if found.ok else 1
 

@@ -14,8 +14,8 @@ def earlier_preset(data: Mapping[str, Any]) -> Iterator[Diagnostic]:
     """Yield that `preset: none` of a scenario's data has beams; logs of earlier versions that say so still open."""
     beams = (data.get("sensors") or {}).get("beams") or {}
     if beams.get("preset") == EARLIER_GENERIC:
+        allowed = f"one of generic, {', '.join(PRESETS)}; without beams: `robots: []`"
         yield Diagnostic(
             ("sensors", "beams", "preset"),
-            f"is none, an earlier name of `generic`, which has 72 beams; allowed: one of generic, {', '.join(PRESETS)}; "
-            "without beams: `robots: []`",
+            f"is none, an earlier name of `generic`, which has 72 beams; allowed: {allowed}",
         )

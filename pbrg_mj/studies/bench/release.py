@@ -5,12 +5,14 @@ from __future__ import annotations
 import hashlib
 import json
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 from pbrg_mj.analysis.output_file import write_atomically
 from pbrg_mj.errors import InputError, PbrgError
+from pbrg_mj.log.read.digest import message_digest
 from pbrg_mj.log.read.ticks import read_header
 from pbrg_mj.studies.bench.bench import FILES, TABLE
 from pbrg_mj.studies.records import RECORDS
@@ -19,6 +21,7 @@ from pbrg_mj.studies.runner import LOGS
 from pbrg_mj.text import counted
 
 MANIFEST, FORMAT = "release.json", 1
+MESSAGES = "messages"  # key of the digests of what logs say
 SHOWN = 3  # files that an error names
 
 
@@ -38,9 +41,10 @@ class Release:
 def release_bench(folder: str | Path) -> Release:
     """Write `release.json` into the folder of a finished benchmark: SHA-256 of every file, and what made the logs.
 
-    The same files give the same manifest, byte for byte, wherever the folder lies. `verify_bench` checks it first.
-    Raises InputError when the folder has no table, records or logs, when its logs are of several versions of the code,
-    or for what is no regular file.
+    It has those of each log's messages, too, which logs made on another machine may share: `verify_bench` compares
+    them. The same files give the same manifest, byte for byte, wherever the folder lies. `verify_bench` checks it
+    first. Raises InputError when the folder has no table, records or whole logs, when its logs are of several versions
+    of the code, or for what is no regular file.
     """
     folder = Path(folder)
     files = _files(folder)
@@ -52,8 +56,10 @@ def release_bench(folder: str | Path) -> Release:
     digests = {name: _digest(path) for name, path in files.items()}
     if links := [name for name, digest in digests.items() if digest is None]:
         raise InputError("is a link or no file; allowed in a release: files", file=str(folder / links[0]))
-    versions, machines = _made_by([path for name, path in files.items() if name.startswith(f"{LOGS}/")], folder)
-    manifest = {"format": FORMAT, "versions": versions, "machines": machines, "files": digests}
+    logs = {name: path for name, path in files.items() if name.startswith(f"{LOGS}/")}
+    versions, machines = _made_by(list(logs.values()), folder)
+    messages = {name: message_digest(path) for name, path in logs.items()}
+    manifest = {"format": FORMAT, "versions": versions, "machines": machines, "files": digests, MESSAGES: messages}
     content = (json.dumps(manifest, indent=1, sort_keys=True) + "\n").encode()
     write_atomically(folder / MANIFEST, lambda path: _write(path, content))
     return Release(folder / MANIFEST, hashlib.sha256(content).hexdigest(), len(files))
@@ -68,7 +74,7 @@ def check_release(folder: Path) -> Release | None:
     if not path.is_file():
         return None
     content = path.read_bytes()
-    expected, found = _read(content, path), _files(folder)
+    expected, found = _digests(_read(content, path), "files", path), _files(folder)
     wrong = [f"{name} is missing" for name in sorted(expected.keys() - found.keys())]
     wrong += [f"{name} was added" for name in sorted(found.keys() - expected.keys())]
     both = sorted(expected.keys() & found.keys())
@@ -77,6 +83,34 @@ def check_release(folder: Path) -> Release | None:
         more = f" and {len(wrong) - SHOWN} more" if len(wrong) > SHOWN else ""
         raise PbrgError(f"{path}: not the files that were released: {', '.join(wrong[:SHOWN])}{more}")
     return Release(path, hashlib.sha256(content).hexdigest(), len(found))
+
+
+def differing_logs(folder: Path, manifest: Path) -> Iterator[str]:
+    """Yield a line for each log that a release elsewhere has with other messages, or one side has not.
+
+    Raises InputError when the manifest cannot be read or is wrong.
+    """
+    try:
+        content = manifest.read_bytes()
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=str(manifest)) from None
+    released = _digests(_read(content, manifest), MESSAGES, manifest)
+    here = {name: path for name, path in _files(folder).items() if name.startswith(f"{LOGS}/")}
+    for name in sorted(released.keys() | here.keys()):
+        if name not in here:
+            yield f"{name}: released, and not here"
+        elif name not in released:
+            yield f"{name}: is not among the released logs"
+        elif _messages_of(here[name]) != released[name]:
+            yield f"{name}: has other messages than the released log"
+
+
+def _messages_of(log: Path) -> str | None:
+    """Return the digest of a log's messages; None for what is no whole log."""
+    try:
+        return message_digest(log)
+    except InputError:
+        return None
 
 
 def _files(folder: Path) -> dict[str, Path]:
@@ -110,20 +144,28 @@ def _made_by(logs: list[Path], folder: Path) -> tuple[dict[str, str], list[dict[
     return versions, [dict(zip(MACHINE, one, strict=True)) for one in sorted(machines)]
 
 
-def _read(content: bytes, path: Path) -> dict[str, str]:
-    """Return the manifest's digests by file. Raises InputError."""
+def _read(content: bytes, path: Path) -> dict[str, Any]:
+    """Return a manifest. Raises InputError."""
     try:
         data: Any = json.loads(content)
     except (ValueError, RecursionError):
         raise InputError("is no JSON", file=str(path)) from None
-    if not isinstance(data, dict) or data.get("format") != FORMAT or not isinstance(data.get("files"), dict):
+    if not isinstance(data, dict) or data.get("format") != FORMAT:
         raise InputError(f"is no manifest of the format {FORMAT}, the one known here", file=str(path))
-    for name, digest in data["files"].items():
+    return data
+
+
+def _digests(manifest: dict[str, Any], key: str, path: Path) -> dict[str, str]:
+    """Return the digests of `files`, or of `messages`, by file. Raises InputError."""
+    digests = manifest.get(key)
+    if not isinstance(digests, dict):
+        raise InputError("is missing; required: SHA-256 by file", file=str(path), key=key)
+    for name, digest in digests.items():
         if not _is_inside(name):
             raise InputError("allowed: a place inside the folder, as logs/run.mcap", file=str(path), key=repr(name))
         if not isinstance(digest, str) or not re.fullmatch("[0-9a-f]{64}", digest):
             raise InputError("its SHA-256 is not 64 hexadecimal digits", file=str(path), key=repr(name))
-    return data["files"]
+    return digests
 
 
 def _is_inside(name: str) -> bool:

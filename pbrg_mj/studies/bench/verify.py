@@ -12,7 +12,7 @@ from pbrg_mj.api.replay import verify
 from pbrg_mj.errors import InputError, PbrgError
 from pbrg_mj.log.read.ticks import read_header
 from pbrg_mj.studies.bench.bench import FILES, TABLE, Bench
-from pbrg_mj.studies.bench.release import Release, check_release
+from pbrg_mj.studies.bench.release import Release, check_release, differing_logs
 from pbrg_mj.studies.bench.suite import SCENARIOS, Suite, bundled_keys, read_suite
 from pbrg_mj.studies.bench.table import bench_runs
 from pbrg_mj.studies.run_task import Record, numbers, timings
@@ -38,21 +38,24 @@ class BenchVerification:
         return not self.problems
 
 
-def verify_bench(folder: str | Path, *, watch: Watch = no_progress) -> BenchVerification:
+def verify_bench(
+    folder: str | Path, *, against: str | Path | None = None, watch: Watch = no_progress
+) -> BenchVerification:
     """Replay the logs of a benchmark's folder, or of a submission: a suite's file and `logs/`.
 
     Each log must hold the suite's scenario for its name and replay bit for bit; the table is made from the logs alone
     and compared with `table.md`, if that is there. A run without a log counts as failed. The manifest of a release is
-    checked before all this: raises PbrgError when the files are not those that it names. Raises InputError when the
-    folder has no suite, or its suite or its manifest is wrong here.
+    checked before all this: raises PbrgError when the files are not those that it names. `against` is the manifest of a
+    release made elsewhere, whose logs must have the same messages. Raises InputError when the folder has no suite, or
+    its suite or a manifest is wrong here.
     """
     folder = Path(folder)
     release = check_release(folder)
+    problems = [] if against is None else list(differing_logs(folder, Path(against)))
     there = [quick for quick, name in FILES.items() if (folder / name).is_file()]
     if len(there) != 1:
         raise InputError(f"has no suite; required: one of {', '.join(FILES.values())}", file=str(folder))
     suite = read_suite(folder / FILES[there[0]], quick=there[0], copies=folder / SCENARIOS)
-    problems: list[str] = []
     results: list[tuple[Record, Record]] = []
     for task, name in zip(suite.tasks, suite.logs, strict=True):
         watch(len(results), len(suite.tasks), len(problems))

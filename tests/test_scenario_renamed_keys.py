@@ -77,7 +77,9 @@ def test_a_preset_that_promised_no_beams_is_refused_and_logs_that_have_it_open(t
     text = three(sensors="{beams: {preset: none}}")
     assert parse_scenario(text) == parse_scenario(three(sensors="{beams: {preset: generic}}"))
     line = next(k for k, one in enumerate(text.splitlines(), 1) if "preset" in one)
-    with pytest.raises(InputError, match=rf"x.yaml:{line}: sensors.beams.preset: is none, an earlier name of `generic`"):
+    with pytest.raises(
+        InputError, match=rf"x.yaml:{line}: sensors.beams.preset: is none, an earlier name of `generic`"
+    ):
         load_scenario(written(tmp_path, text))
     with pytest.raises(InputError, match=r"without beams: `robots: \[\]`; set by override"):
         load_scenario(written(tmp_path, three()), ["sensors.beams.preset=none"])

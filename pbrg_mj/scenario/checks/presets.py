@@ -16,6 +16,6 @@ def earlier_preset(data: Mapping[str, Any]) -> Iterator[Diagnostic]:
     if beams.get("preset") == EARLIER_GENERIC:
         yield Diagnostic(
             ("sensors", "beams", "preset"),
-            f"is none, an earlier name of `generic`, which has 72 beams; allowed: one of generic, {', '.join(PRESETS)}; "
-            "without beams: `robots: []`",
+            "is none, an earlier name of `generic`, which has 72 beams; "
+            f"allowed: one of generic, {', '.join(PRESETS)}; without beams: `robots: []`",
         )

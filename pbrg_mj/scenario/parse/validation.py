@@ -26,8 +26,8 @@ def build(document: Document, file: str, to_run: bool = True) -> Scenario:
     """Return the scenario that a document holds.
 
     Parts of other packages must be installed and their options fit, and physics step, guard and preset must be today's,
-    unless `to_run` is false: of an earlier run it is enough that they were then. Raises InputError with file, line and key of
-    the first thing that is wrong.
+    unless `to_run` is false: of an earlier run it is enough that they were then. Raises InputError with file, line and
+    key of the first thing that is wrong.
     """
     scenario = read_section(Scenario, document.data, document, file)
     diagnostics = [*check(scenario)]

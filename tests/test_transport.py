@@ -8,8 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from threading import Event, Thread
 from typing import Any
@@ -20,21 +19,17 @@ import pytest
 import pbrg_mj as pbrg
 from pbrg_mj.governor.messaging.networked import NetworkedGovernor
 from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer
-from pbrg_mj.governor.problem.interface import Solution
-from pbrg_mj.governor.problem.rows import ALL_MOTION, Rows
 from pbrg_mj.governor.registry import robot_programs
 from pbrg_mj.log.write.log_file import partial_path
-from pbrg_mj.loop.simulation import Simulation
-from pbrg_mj.perception.half_spaces import HalfSpaces
-from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.graph import network
 from pbrg_mj.transport import datagrams as wire
 from pbrg_mj.transport.address import Address
 from pbrg_mj.transport.mailbox import Mailbox
-from pbrg_mj.transport.robot import RobotProcess
+from pbrg_mj.transport.robot import MOST_LATE, RobotProcess
+from pbrg_mj.transport.schema import CLASSES
 from pbrg_mj.transport.team import RobotProcesses
+from tests.robots_apart import DIGEST, apart, killed_at, loaded, solutions
 
-DIGEST = bytes(range(32))
 FIELDS = ("m", "multipliers", "bytes_sent", "lost")
 TWO = {
     "team.start": [[0.0, 0.0], [-1.0, 0.5]],
@@ -43,46 +38,6 @@ TWO = {
     "graph": {"kind": "edges", "edges": [[1, 2]]},
     "estimator.given": [{"robot": 1, "normal": [1.0, 1.0], "offset": 3.0}],
 }
-
-
-class Killed(BaseException):
-    """As if a signal had come."""
-
-
-@contextmanager
-def apart(scenario: Scenario, **keys: Any) -> Iterator[RobotProcesses]:
-    """Give robots that run in threads as they would in processes; `keys` are those of `RobotProcess`."""
-    governor, graph, dead = keys.pop("governor", None) or robot_programs(scenario), network(scenario), set()
-    world = Mailbox()
-
-    def be(robot: int) -> None:
-        try:
-            RobotProcess(governor, graph, robot, world.address, keys.get("digest", DIGEST)).run()
-        except (Killed, Exception):
-            dead.add(robot)
-
-    team = RobotProcesses(
-        governor, graph, DIGEST, world, lambda robot: "killed by SIGKILL" if robot in dead else None, 0.01
-    )
-    threads = [Thread(target=be, args=(robot,)) for robot in range(graph.robots)]
-    for thread in threads:
-        thread.start()
-    try:
-        yield team
-    finally:
-        team.stop()
-        for thread in threads:
-            thread.join()
-
-
-def solutions(scenario: Scenario, governor: Any) -> list[Solution]:
-    return [tick.solution for tick in Simulation.build(scenario).governed_by(governor).control_ticks()]
-
-
-def loaded(name: str = "paper/simulation_near", duration: float = 0.2, **keys: Any) -> Scenario:
-    return pbrg.load(name, {"reference.solver": "none", **keys}, duration=duration).settings
-
-
 CASES = {
     "the paper's, five robots": {},
     "the paper's, two robots": TWO,
@@ -110,79 +65,6 @@ def test_robots_apart_are_the_programs_in_one_process_bit_for_bit(case: str) -> 
     links, rounds = len(network(scenario).neighbours), scenario.governor.rounds
     assert sum(one.received for one in team.traffic) == 21 * links * rounds
     assert sum(one.missed for one in team.traffic) == 0
-
-
-def random_own(random: np.random.Generator, H: int, n: int, R: int, along: bool, leads: bool) -> OwnData:
-    flags = _flags(random, 1, H), _flags(random, 1, H, n)
-    spaces = HalfSpaces(random.normal(size=(1, H, 2)), random.normal(size=(1, H)), *flags)
-    rows = Rows(
-        random.normal(size=(1, R)),
-        random.normal(size=(1, R, 2)),
-        random.normal(size=(1, R)),
-        _flags(random, 1, R),
-        random.normal(size=(1, R, 2)) if along else ALL_MOTION,
-    )
-    reference = random.normal(size=2) if leads else None
-    return OwnData(7, random.normal(size=2), random.normal(size=2), 0.3, spaces, reference, rows if R else None)
-
-
-def _flags(random: np.random.Generator, *shape: int) -> np.ndarray:
-    return random.integers(0, 2, shape).astype(bool)
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_what_is_packed_comes_out_as_it_was(seed: int) -> None:
-    random = np.random.default_rng(seed)
-    own = random_own(random, seed, 5, 2 * (seed % 3), along=bool(seed % 2), leads=seed > 2)
-    back = wire.unpacked_own(7, wire.packed_own(own))
-    same(back, own)
-    start = wire.StartData(
-        {1: Address("127.0.0.1", 4000), 3: Address("192.168.0.7", 65535)},
-        random.normal(size=(5, 2)) if seed % 2 else None,
-        own._replace(tick=0),
-    )
-    same(wire.unpacked_start(wire.packed_start(start)), start)
-    answer = RobotAnswer(random.normal(size=2), "holding", random.normal(size=3) if seed % 2 else None, seed)
-    traffic = wire.Traffic(1 << 40, 2, 3, 1, 4, 1 << 50)
-    same(wire.unpacked_answer(wire.packed_answer(answer, traffic)), (answer, traffic))
-    one = wire.Datagram(wire.Kind.MESSAGE, 3, 1 << 31, 9, 1 << 60, random.bytes(seed))
-    assert wire.unpacked(wire.packed(one)) == one
-
-
-def same(ours: Any, theirs: Any) -> None:
-    if isinstance(theirs, np.ndarray):
-        assert ours.dtype == theirs.dtype
-        np.testing.assert_array_equal(ours, theirs)
-    elif isinstance(theirs, tuple):
-        assert type(ours) is type(theirs)
-        for one, other in zip(ours, theirs, strict=True):
-            same(one, other)
-    elif hasattr(theirs, "__dict__"):
-        same(tuple(vars(ours).values()), tuple(vars(theirs).values()))
-    else:
-        assert ours == theirs
-
-
-def test_what_fits_no_layout_is_refused() -> None:
-    content = wire.packed_own(random_own(np.random.default_rng(1), 3, 5, 4, along=True, leads=True))
-    for wrong in (content[:-1], content + b"\0"):
-        with pytest.raises(ValueError, match="bytes too"):
-            wire.unpacked_own(0, wrong)
-    whole = wire.packed(wire.Datagram(wire.Kind.READY, 1))
-    strange = (b"", b"PBRG", whole[:-1], b"X" + whole[1:], whole[:5] + b"\xff" + whole[6:])
-    assert [wire.unpacked(one) for one in strange] == [None] * 5
-
-
-def killed_at(tick: int, robot: int, program: Any) -> Any:
-    """Return a program that is killed when the tick begins."""
-
-    class Mortal(type(program)):
-        def begin(self, own: OwnData, memory: Any) -> Any:
-            if own.tick == tick and memory.facts.robot == robot:
-                raise Killed
-            return super().begin(own, memory)
-
-    return Mortal(**vars(program))
 
 
 def test_a_robot_that_is_killed_is_silent_and_the_others_go_on(caplog: pytest.LogCaptureFixture) -> None:
@@ -228,14 +110,23 @@ def test_a_program_that_fails_ends_the_run_in_one_line() -> None:
         solutions(scenario, team)
 
 
+def strange_body(kind: wire.Kind, content: bytes) -> Any:
+    """Return a body of a kind that says next to nothing."""
+    messages = {wire.Kind.START: "Start", wire.Kind.OWN: "OwnData", wire.Kind.ANSWER: "Answer"}
+    if kind in messages:
+        return CLASSES[messages[kind]]()
+    bodies = {wire.Kind.HELLO: content, wire.Kind.MESSAGE: content, wire.Kind.GONE: len(content)}
+    return content.hex() if kind is wire.Kind.FAILED else bodies.get(kind)
+
+
 def unknown(ports: Callable[[], list[Address]], over: Event) -> None:
     """Send nonsense, and what looks like messages of the world's or a robot's, until it is over."""
     random, box = np.random.default_rng(3), Mailbox()
     while not over.is_set():
         for place in ports():
-            kind, robot = random.choice(list(wire.Kind)), int(random.choice([0, 1, 7, wire.WORLD]))
+            kind, robot = wire.Kind(random.choice(list(wire.Kind))), int(random.choice([0, 1, 7, wire.WORLD]))
             body = random.bytes(int(random.integers(0, 90)))
-            box.send(place, wire.Datagram(wire.Kind(kind), robot, int(random.integers(40)), 0, 0, body))
+            box.send(place, wire.Datagram(kind, robot, int(random.integers(40)), 0, 0, strange_body(kind, body)))
             box._socket.sendto(random.bytes(int(random.integers(0, 60))), place)
         time.sleep(1e-3)
     box.close()
@@ -267,7 +158,10 @@ def test_nonsense_and_strangers_change_no_bit() -> None:
 def test_a_robot_listens_to_nobody_but_the_world_that_it_greets() -> None:
     world, stranger, scenario = Mailbox(), Mailbox(), loaded()
     robot = RobotProcess(robot_programs(scenario), network(scenario), 0, world.address, DIGEST)
-    for one in (wire.Datagram(wire.Kind.STOP, wire.WORLD), wire.Datagram(wire.Kind.START, wire.WORLD, body=b"x")):
+    for one in (
+        wire.Datagram(wire.Kind.STOP, wire.WORLD),
+        wire.Datagram(wire.Kind.START, wire.WORLD, body=CLASSES["Start"]()),
+    ):
         stranger.send(robot.mailbox.address, one)
     world.send(robot.mailbox.address, wire.Datagram(wire.Kind.STOP, wire.WORLD))
     with pytest.raises(pbrg.PbrgError, match=r"sends robot 1 away"):
@@ -278,21 +172,23 @@ def test_a_robot_listens_to_nobody_but_the_world_that_it_greets() -> None:
     stranger.close()
 
 
-def answered(m: Any, count: int) -> bytes:
-    return wire.packed_answer(RobotAnswer(np.array(m), "ok", np.zeros(count)), wire.Traffic())
+def answered(m: Any, count: int, **changes: Any) -> Any:
+    message = wire.answer_message(RobotAnswer(np.array(m), "ok", np.zeros(count)), wire.Traffic())
+    message.MergeFrom(CLASSES["Answer"](**changes))
+    return message
 
 
 @pytest.mark.parametrize(
-    ("body", "told"),
+    ("answer", "told"),
     [
-        (b"", "bytes too few"),
-        (answered([0.0, 1.0], 10) + b"x", "1 bytes too many"),
+        (CLASSES["Answer"](), "Answer without m"),
         (answered([np.nan, 0.0], 10), "m is not finite"),
         (answered([0.0, 1.0], 3), "3 multipliers for 20 rows"),
-        (answered([0.0, 1.0], 10)[:16] + b"\xee" + answered([0.0, 1.0], 10)[17:], "status 238"),
+        (answered([0.0, 1.0], 20, status="fine\n"), r"status 'fine\\n'"),
+        (answered([0.0, 1.0], 20, traffic={"bytes_sent": 1 << 63}), "9223372036854775808 bytes sent"),
     ],
 )
-def test_an_answer_that_is_none_ends_the_run_in_one_line(body: bytes, told: str) -> None:
+def test_an_answer_that_is_none_ends_the_run_in_one_line(answer: Any, told: str) -> None:
     """As of a robot whose program is somebody else's."""
     scenario = loaded()
     world = Mailbox()
@@ -304,6 +200,7 @@ def test_an_answer_that_is_none_ends_the_run_in_one_line(body: bytes, told: str)
         box.send(world.address, wire.Datagram(wire.Kind.HELLO, robot, body=DIGEST))
         while (came := box.receive(20.0)) and came[0].kind is not wire.Kind.STOP:
             if kind := answers.get(came[0].kind):
+                body = answer if kind is wire.Kind.ANSWER else None
                 box.send(world.address, wire.Datagram(kind, robot, came[0].tick, body=body))
         box.close()
 
@@ -379,14 +276,19 @@ def test_sockets_are_on_the_loopback_interface_unless_another_is_asked_for() -> 
         Mailbox(host="192.0.2.1")
 
 
+def lone_robot(box: Mailbox) -> RobotProcess:
+    """Return robot 1, whose neighbours are robots 2 and 5, with its world at a mailbox."""
+    robot = RobotProcess(robot_programs(loaded()), network(loaded()), 0, box.address, DIGEST)
+    robot._places = {0: Address("10.0.0.1", 1), 1: Address("10.0.0.1", 2), 4: Address("10.0.0.2", 3)}
+    return robot
+
+
 def test_delays_count_within_a_machine_alone() -> None:
     """Clocks of two machines have nothing in common: a neighbour elsewhere is heard, and not timed."""
-    scenario = loaded()
     box = Mailbox()
-    robot = RobotProcess(robot_programs(scenario), network(scenario), 0, box.address, DIGEST)
-    robot._places = {0: Address("10.0.0.1", 1), 1: Address("10.0.0.1", 2), 4: Address("10.0.0.2", 3)}
+    robot = lone_robot(box)
     for sender in (1, 4):
-        robot._store(wire.Datagram(wire.Kind.MESSAGE, sender, 0, 0, 0))
+        robot._store(wire.Datagram(wire.Kind.MESSAGE, sender, sent_ns=1, body=b""))
     assert (robot._traffic.received, robot._traffic.timed) == (2, 1)
     for one in (robot.mailbox, box):
         one.close()
@@ -394,9 +296,90 @@ def test_delays_count_within_a_machine_alone() -> None:
 
 def test_a_message_larger_than_a_datagram_is_one_line() -> None:
     box = Mailbox()
-    with pytest.raises(pbrg.InputError, match="robot 4's message has 70032 bytes; a datagram takes 65507"):
+    with pytest.raises(pbrg.InputError, match="robot 4's message has 70025 bytes; a datagram takes 65507"):
         box.send(box.address, wire.Datagram(wire.Kind.MESSAGE, 3, body=bytes(70_008)))
+    with pytest.raises(pbrg.InputError, match="the world's message has 70023 bytes; "):
+        box.send(box.address, wire.Datagram(wire.Kind.MESSAGE, wire.WORLD, body=bytes(70_008)))
     box.close()
+
+
+def test_times_that_tell_nothing_count_as_none() -> None:
+    """A neighbour of other code may have no clock, or another one."""
+    box = Mailbox()
+    robot = lone_robot(box)
+    for sent_ns in (0, (1 << 64) - 1):
+        robot._store(wire.Datagram(wire.Kind.MESSAGE, 1, sent_ns=sent_ns, body=b""))
+    assert (robot._traffic.received, robot._traffic.timed, robot._traffic.delay_sum_ns) == (2, 0, 0)
+    for one in (robot.mailbox, box):
+        one.close()
+
+
+def test_messages_that_nobody_waits_for_do_not_pile_up() -> None:
+    """Nobody is ahead of the world or has more rounds; of what comes late some thousand rounds are kept."""
+    box = Mailbox()
+    robot = lone_robot(box)
+    for tick, k in [(0, 9), (1, 0), (1 << 30, 0), (0, 10), (0, 1 << 30)]:
+        robot._store(wire.Datagram(wire.Kind.MESSAGE, 1, tick, k, body=b"x"))
+    assert list(robot._messages) == [(0, 9)]
+    robot._expected = 1 << 30
+    for tick in range(5000):
+        robot._store(wire.Datagram(wire.Kind.MESSAGE, 1, tick, 0, body=b"x"))
+    assert len(robot._messages) == MOST_LATE + 10
+    for one in (robot.mailbox, box):
+        one.close()
+
+
+def world_that_sends(body: Any, kind: wire.Kind = wire.Kind.START) -> str:
+    """Return what robot 1 says and ends with when its world answers its greeting with this."""
+    box = Mailbox()
+
+    def answer() -> None:
+        came = box.receive(30.0)
+        if came is not None:
+            box.send(came[1], wire.Datagram(kind, wire.WORLD, body=body))
+
+    world = Thread(target=answer)
+    world.start()
+    with pytest.raises(pbrg.PbrgError) as found:
+        RobotProcess(robot_programs(loaded()), network(loaded()), 0, box.address, DIGEST).run()
+    world.join()
+    while (came := box.receive(5.0)) and came[0].kind is not wire.Kind.FAILED:
+        pass
+    box.close()
+    assert came is not None and came[0].body == str(found.value)
+    return str(found.value)
+
+
+def test_a_world_that_says_what_is_no_start_ends_the_robot_in_one_line() -> None:
+    assert world_that_sends(CLASSES["Start"]()) == "what the world sends at tick 0 is no start: Start without own"
+    whole = CLASSES["Start"](
+        own={"p": {}, "xi": {}, "half_spaces": {}}, places=[{"robot": 1, "host": "1.2.3.4", "port": 1}]
+    )
+    assert world_that_sends(whole) == "the world does not tell robot 1 where robot 2 is"
+
+
+def test_what_no_text_can_hold_does_not_keep_a_robot_from_telling(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(self: Any, facts: Any, own: Any) -> Any:
+        raise ValueError("a file named \udcff")
+
+    whole = robot_programs(loaded())
+    monkeypatch.setattr(type(whole.program), "start", broken)
+    with apart(loaded()) as team, pytest.raises(pbrg.PbrgError, match=r"^robot \d: a file named \?$"):
+        solutions(loaded(), team)
+
+
+def test_nobody_greets_as_the_world_or_as_a_robot_that_is_not_there() -> None:
+    box, stranger = Mailbox(), Mailbox()
+    team = RobotProcesses(robot_programs(loaded()), network(loaded()), DIGEST, box)
+    for robot in (wire.WORLD, 5, 4_294_967_294):
+        stranger.send(box.address, wire.Datagram(wire.Kind.HELLO, robot, body=bytes(32)))
+    with pytest.raises(pbrg.PbrgError, match="not connected"):
+        team.wait_for_robots(timeout=0.2)
+    for robot in (wire.WORLD, 5):
+        stranger.send(box.address, wire.Datagram(wire.Kind.HELLO, robot, body=DIGEST))
+    team.stop()
+    assert team._places == {}
+    stranger.close()
 
 
 @pytest.mark.parametrize("kind", ["none", "centralized", "cbf"])

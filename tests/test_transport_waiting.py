@@ -92,7 +92,7 @@ def test_a_robot_waits_for_a_world_that_waits_for_others(monkeypatch: pytest.Mon
     monkeypatch.setattr(robots, "monotonic", count(0.0, 10.0).__next__)
 
     def coming() -> Iterator[tuple[Datagram, Address] | None]:
-        yield Datagram(Kind.HELLO, WORLD), world
+        yield Datagram(Kind.HELLO, WORLD, body=b""), world
         yield from [None] * 12
         yield Datagram(Kind.STOP, WORLD), world
 

@@ -13,6 +13,7 @@ compare       runs -> one table
 video         Run -> video or still
 replay        a log simulated again and compared; a damaged log repaired
 reproduce     the paper's four runs
+datagrams     the .proto text of what robots' processes send
 checking      whether a governor of one's own keeps the protocol
 plug_in_metrics   metrics of one's own
 doctor        what works on this machine

@@ -65,14 +65,26 @@ def new(
 
 
 def schema(
-    output: Annotated[Path | None, typer.Option("-o", "--output", metavar="FILE", help="FILE.json to write.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="FILE.json or .proto to write.")
+    ] = None,
     family: Annotated[bool, typer.Option("--family", help="That of a family of worlds.")] = False,
+    datagrams: Annotated[
+        bool, typer.Option("--datagrams", help="What robots' processes send over UDP instead, as a .proto file.")
+    ] = False,
 ) -> None:
     """Print the JSON Schema of a scenario, by which editors complete and check the YAML."""
+    from pbrg_mj.api.datagrams import datagram_schema, write_datagram_schema
     from pbrg_mj.api.scenario import write_schema
 
-    if output is None:
+    if family and datagrams:
+        raise InputError("--family and --datagrams do not go together; allowed: one of them")
+    if output is None and datagrams:
+        emit(datagram_schema().rstrip("\n"))
+    elif output is None:
         emit_json(pbrg.schema(family=family))
+    elif datagrams:
+        write_datagram_schema(output)
     else:
         write_schema(output, family=family)
 

@@ -1,7 +1,8 @@
 """Robots' programs in processes of their own, which talk over UDP: the benchmark's world is on the other side.
 
-datagrams   what is on the wire: fixed binary layouts, no pickle
+schema      what is on the wire: protobuf messages, and their .proto text
 address     where a process is
+datagrams   data of robots' programs as such messages, and back
 mailbox     a socket, on the loopback interface unless another one is asked for
 robot       the process of one robot
 team        the world's side: a governor whose answers come from processes

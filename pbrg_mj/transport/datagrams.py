@@ -1,48 +1,45 @@
-"""What is on the wire: one datagram a message, little-endian, fixed layouts. docs/hardware.md lists them.
+"""What is on the wire: one message of the protobuf schema a datagram. docs/hardware.md shows it.
 
-Every datagram has a header; what follows it depends on its kind. What does not fit its layout is no datagram of ours.
+Here the data of robots' programs become messages, and messages data. A robot is counted from 1 on the wire.
 """
 
 from __future__ import annotations
 
-import struct
-from enum import IntEnum
-from socket import inet_aton, inet_ntoa
+from enum import StrEnum
+from ipaddress import IPv4Address
+from math import prod
 from typing import Any, NamedTuple, get_args
 
 import numpy as np
+from google.protobuf.message import DecodeError
 
 from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer
 from pbrg_mj.governor.problem.interface import Status
 from pbrg_mj.governor.problem.rows import ALL_MOTION, Rows
 from pbrg_mj.perception.half_spaces import HalfSpaces
+from pbrg_mj.text import counted
 from pbrg_mj.transport.address import Address
+from pbrg_mj.transport.schema import BODY, CLASSES, VERSION
 
-HEADER = struct.Struct("<4sBBHIIQ")  # magic, version, kind, sender, tick, round, when it was sent
-MAGIC, VERSION = b"PBRG", 2
-WORLD = 0xFFFF  # as a sender
+WORLD = -1  # as a sender
 LARGEST = 65507  # bytes of a UDP datagram over IPv4
-COUNTS = struct.Struct("<HHHB")  # half-spaces, robots, rows, and which of REFERENCE, ROWS, ALONG follow
-REFERENCE, ROWS, ALONG = 1, 2, 4
-ANSWER = struct.Struct("<2dBHH")  # m, status, neighbours lost, multipliers
-NO_MULTIPLIERS = 0xFFFF
-TRAFFIC = struct.Struct("<QIIIQQ")
-PLACE = struct.Struct("<H4sH")  # a robot, its IPv4 address and its port
+MOST_BYTES = 2**63 - 1  # sent in a tick: what an array of integers has room for
+PORTS = range(1, 1 << 16)
 STATUSES: tuple[Status, ...] = get_args(Status)
 
 
-class Kind(IntEnum):
-    """What a datagram is."""
+class Kind(StrEnum):
+    """What a datagram is: the name of its body in the schema."""
 
-    HELLO = 1  # robot to world: the SHA-256 of its scenario
-    START = 2  # world to robot: where neighbours are, every robot's first p where it is known, its first measurements
-    READY = 3  # robot to world
-    OWN = 4  # world to robot: a tick's measurements
-    MESSAGE = 5  # robot to robot: what its program sends in a round, perhaps nothing
-    ANSWER = 6  # robot to world: what it applies in a tick
-    GONE = 7  # world to robots: the robot named as the round is no more
-    STOP = 8  # world to robot
-    FAILED = 9  # robot to world: why, in one line
+    HELLO = "hello"
+    START = "start"
+    READY = "ready"
+    OWN = "own"
+    MESSAGE = "message"
+    ANSWER = "answer"
+    GONE = "gone"
+    STOP = "stop"
+    FAILED = "failed"
 
 
 class Datagram(NamedTuple):
@@ -52,8 +49,8 @@ class Datagram(NamedTuple):
     robot: int  # sender, from 0; or WORLD
     tick: int = 0
     round: int = 0
-    sent_ns: int = 0  # by the sender's monotonic clock, which processes of one machine share
-    body: bytes = b""
+    sent_ns: int = 0  # by the sender's monotonic clock, which processes of one machine share; 0: unknown
+    body: Any = None  # as in the schema: bytes, text, a robot from 0, or a message; None: the empty one
 
 
 class Traffic(NamedTuple):
@@ -77,117 +74,162 @@ class StartData(NamedTuple):
 
 def packed(one: Datagram) -> bytes:
     """Return the bytes of a datagram."""
-    return HEADER.pack(MAGIC, VERSION, one.kind, one.robot, one.tick, one.round, one.sent_ns) + one.body
+    body = CLASSES["Empty"]() if one.body is None else one.body
+    message = CLASSES["Datagram"](
+        version=VERSION,
+        sender=one.robot + 1,
+        tick=one.tick,
+        round=one.round,
+        sent_ns=one.sent_ns,
+        **{one.kind: body + 1 if one.kind is Kind.GONE else body},
+    )
+    return message.SerializeToString()
 
 
 def unpacked(content: bytes) -> Datagram | None:
     """Return a datagram; None for what is none of ours."""
-    if len(content) < HEADER.size:
+    try:
+        message = CLASSES["Datagram"].FromString(content)
+    except DecodeError:
         return None
-    magic, version, kind, *rest = HEADER.unpack_from(content)
-    if (magic, version) != (MAGIC, VERSION) or kind not in list(Kind):
+    name = message.WhichOneof(BODY)
+    if name is None or message.version != VERSION:
         return None
-    robot, tick, number, sent = rest
-    return Datagram(Kind(kind), robot, tick, number, sent, content[HEADER.size :])
+    kind, body = Kind(name), getattr(message, name)
+    if kind is Kind.GONE:
+        body -= 1
+    return Datagram(kind, message.sender - 1, message.tick, message.round, message.sent_ns, body)
 
 
-def packed_own(own: OwnData) -> bytes:
-    """Return the bytes of one robot's measurements."""
+def own_message(own: OwnData) -> Any:
+    """Return one robot's measurements as a message."""
     spaces, rows = own.half_spaces, own.rows
-    along = rows is not None and len(rows.along) > 0
-    parts = REFERENCE * (own.reference is not None) | ROWS * (rows is not None) | ALONG * along
-    counts = spaces.h.shape[1], spaces.binds.shape[2], 0 if rows is None else rows.d.shape[1], parts
-    arrays = [own.p, own.xi, np.array([own.heading]), spaces.G, spaces.h, spaces.active, spaces.binds]
-    arrays += [] if own.reference is None else [own.reference]
-    arrays += [] if rows is None else [rows.a, rows.C, rows.d, rows.active]
-    arrays += [rows.along] if rows is not None and along else []
-    return COUNTS.pack(*counts) + b"".join(map(_bytes, arrays))
+    return CLASSES["OwnData"](
+        p=_vector(own.p),
+        xi=_vector(own.xi),
+        heading=own.heading,
+        half_spaces={
+            "robots": spaces.binds.shape[2],
+            **{name: _flat(getattr(spaces, name)) for name in ("G", "h", "active", "binds")},
+        },
+        reference=None if own.reference is None else _vector(own.reference),
+        rows=None if rows is None else _rows_message(rows),
+    )
 
 
-def unpacked_own(tick: int, content: bytes) -> OwnData:
-    """Return one robot's measurements. Raises ValueError for other bytes."""
-    reader = _Reader(content)
-    H, n, R, parts = reader.struct(COUNTS)
-    p, xi, heading = reader.doubles(2), reader.doubles(2), float(reader.doubles(1)[0])
-    G, h = reader.doubles(1, H, 2), reader.doubles(1, H)
-    spaces = HalfSpaces(G, h, reader.flags(1, H), reader.flags(1, H, n))
-    reference = reader.doubles(2) if parts & REFERENCE else None
-    rows = None
-    if parts & ROWS:
-        a, C, d, active = reader.doubles(1, R), reader.doubles(1, R, 2), reader.doubles(1, R), reader.flags(1, R)
-        rows = Rows(a, C, d, active, reader.doubles(1, R, 2) if parts & ALONG else ALL_MOTION)
-    reader.end()
-    return OwnData(tick, p, xi, heading, spaces, reference, rows)
+def read_own(tick: int, message: Any) -> OwnData:
+    """Return one robot's measurements. Raises ValueError for a message whose parts do not fit each other."""
+    _require(message, "p", "xi", "half_spaces")
+    spaces = message.half_spaces
+    H, n = len(spaces.h), spaces.robots
+    return OwnData(
+        tick=tick,
+        p=_pair(message.p),
+        xi=_pair(message.xi),
+        heading=message.heading,
+        half_spaces=HalfSpaces(
+            G=_doubles(spaces, "G", 1, H, 2),
+            h=_doubles(spaces, "h", 1, H),
+            active=_flags(spaces, "active", 1, H),
+            binds=_flags(spaces, "binds", 1, H, n),
+        ),
+        reference=_pair(message.reference) if message.HasField("reference") else None,
+        rows=_read_rows(message.rows) if message.HasField("rows") else None,
+    )
 
 
-def packed_start(data: StartData) -> bytes:
-    """Return the bytes of what a robot gets before the first tick."""
-    start = b"" if data.start is None else _bytes(data.start)
-    counts = struct.pack("<HH", len(data.places), 0 if data.start is None else len(data.start))
-    places = (PLACE.pack(robot, inet_aton(one.host), one.port) for robot, one in sorted(data.places.items()))
-    return counts + b"".join(places) + start + packed_own(data.own)
+def start_message(data: StartData) -> Any:
+    """Return what a robot gets before the first tick, as a message."""
+    return CLASSES["Start"](
+        places=[{"robot": robot + 1, **one._asdict()} for robot, one in sorted(data.places.items())],
+        start=_optional(data.start),
+        own=own_message(data.own),
+    )
 
 
-def unpacked_start(content: bytes) -> StartData:
-    """Return it. Raises ValueError for other bytes."""
-    reader = _Reader(content)
-    count, n = reader.struct(struct.Struct("<HH"))
-    listed = [reader.struct(PLACE) for _ in range(count)]
-    places = {robot: Address(inet_ntoa(host), port) for robot, host, port in listed}
-    start = reader.doubles(n, 2) if n else None
-    return StartData(places, start, unpacked_own(0, reader.rest()))
+def read_start(message: Any) -> StartData:
+    """Return it. Raises ValueError for a message whose parts do not fit each other, and for no addresses."""
+    _require(message, "own")
+    places = {}
+    for place in message.places:
+        if not place.robot or place.port not in PORTS:
+            raise ValueError(f"robot {place.robot} at port {place.port}")
+        places[place.robot - 1] = Address(str(IPv4Address(place.host)), place.port)
+    start = None
+    if message.HasField("start"):
+        start = _doubles(message.start, "values", len(message.start.values) // 2, 2)
+    return StartData(places, start, read_own(0, message.own))
 
 
-def packed_answer(answer: RobotAnswer, traffic: Traffic) -> bytes:
-    """Return the bytes of what a robot applies, and of what it sent and got."""
-    multipliers = answer.multipliers
-    count = NO_MULTIPLIERS if multipliers is None else len(multipliers)
-    head = ANSWER.pack(*answer.m, STATUSES.index(answer.status), answer.lost, count)
-    return head + TRAFFIC.pack(*traffic) + (b"" if multipliers is None else _bytes(multipliers))
+def answer_message(answer: RobotAnswer, traffic: Traffic) -> Any:
+    """Return what a robot applies, and what it sent and got, as a message."""
+    return CLASSES["Answer"](
+        m=_vector(answer.m),
+        status=answer.status,
+        multipliers=_optional(answer.multipliers),
+        lost=answer.lost,
+        traffic=traffic._asdict(),
+    )
 
 
-def unpacked_answer(content: bytes) -> tuple[RobotAnswer, Traffic]:
-    """Return them. Raises ValueError for other bytes."""
-    reader = _Reader(content)
-    x, y, status, lost, count = reader.struct(ANSWER)
-    traffic = Traffic(*reader.struct(TRAFFIC))
-    multipliers = None if count == NO_MULTIPLIERS else reader.doubles(count)
-    reader.end()
-    if status >= len(STATUSES):
-        raise ValueError(f"status {status}")
-    return RobotAnswer(np.array([x, y]), STATUSES[status], multipliers, lost), traffic
+def read_answer(message: Any) -> tuple[RobotAnswer, Traffic]:
+    """Return them. Raises ValueError for a message that is no answer."""
+    _require(message, "m")
+    if message.status not in STATUSES:
+        raise ValueError(f"status {message.status[:40]!r}")
+    traffic = Traffic(*(getattr(message.traffic, name) for name in Traffic._fields))
+    if traffic.bytes_sent > MOST_BYTES:
+        raise ValueError(f"{traffic.bytes_sent} bytes sent")
+    multipliers = None
+    if message.HasField("multipliers"):
+        multipliers = _doubles(message.multipliers, "values", len(message.multipliers.values))
+    return RobotAnswer(_pair(message.m), message.status, multipliers, message.lost), traffic
 
 
-class _Reader:
-    """Reads bytes from front to back. Raises ValueError where there are too few or too many."""
-
-    def __init__(self, content: bytes):
-        self._content, self._at = content, 0
-
-    def struct(self, layout: struct.Struct) -> tuple[Any, ...]:
-        return layout.unpack(self._take(layout.size))
-
-    def doubles(self, *shape: int) -> np.ndarray:
-        return np.frombuffer(self._take(8 * int(np.prod(shape))), dtype="<f8").reshape(shape).copy()
-
-    def flags(self, *shape: int) -> np.ndarray:
-        return np.frombuffer(self._take(int(np.prod(shape))), dtype=np.uint8).reshape(shape) != 0
-
-    def rest(self) -> bytes:
-        return self._content[self._at :]
-
-    def end(self) -> None:
-        if self.rest():
-            raise ValueError(f"{len(self.rest())} bytes too many")
-
-    def _take(self, size: int) -> bytes:
-        taken = self._content[self._at : self._at + size]
-        if len(taken) < size:
-            raise ValueError(f"{size - len(taken)} bytes too few")
-        self._at += size
-        return taken
+def _rows_message(rows: Rows) -> dict[str, Any]:
+    arrays = {name: _flat(getattr(rows, name)) for name in ("a", "C", "d", "active")}
+    return {**arrays, "along": _optional(rows.along if len(rows.along) else None)}
 
 
-def _bytes(array: np.ndarray) -> bytes:
-    kind = np.uint8 if array.dtype == bool else "<f8"
-    return np.ascontiguousarray(array, dtype=kind).tobytes()
+def _read_rows(rows: Any) -> Rows:
+    R = len(rows.d)
+    a, C, d = _doubles(rows, "a", 1, R), _doubles(rows, "C", 1, R, 2), _doubles(rows, "d", 1, R)
+    along = _doubles(rows.along, "values", 1, R, 2) if rows.HasField("along") else ALL_MOTION
+    return Rows(a, C, d, _flags(rows, "active", 1, R), along)
+
+
+def _vector(pair: np.ndarray) -> dict[str, float]:
+    x, y = pair
+    return {"x": float(x), "y": float(y)}
+
+
+def _pair(vector: Any) -> np.ndarray:
+    return np.array([vector.x, vector.y])
+
+
+def _flat(array: np.ndarray) -> list[Any]:
+    return array.ravel().tolist()
+
+
+def _optional(array: np.ndarray | None) -> dict[str, list[Any]] | None:
+    return None if array is None else {"values": _flat(array)}
+
+
+def _doubles(message: Any, name: str, *shape: int) -> np.ndarray:
+    return _array(message, name, shape, float)
+
+
+def _flags(message: Any, name: str, *shape: int) -> np.ndarray:
+    return _array(message, name, shape, bool)
+
+
+def _array(message: Any, name: str, shape: tuple[int, ...], kind: type) -> np.ndarray:
+    values = getattr(message, name)
+    if len(values) != prod(shape):
+        raise ValueError(f"{message.DESCRIPTOR.name}.{name} has {counted(len(values), 'value')}, not {prod(shape)}")
+    return np.array(values[:], dtype=kind).reshape(shape)
+
+
+def _require(message: Any, *names: str) -> None:
+    if absent := [name for name in names if not message.HasField(name)]:
+        raise ValueError(f"{message.DESCRIPTOR.name} without {', '.join(absent)}")

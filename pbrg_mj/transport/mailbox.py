@@ -8,7 +8,7 @@ from time import monotonic_ns
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.transport.address import HOST, Address, reason
-from pbrg_mj.transport.datagrams import LARGEST, Datagram, packed, unpacked
+from pbrg_mj.transport.datagrams import LARGEST, WORLD, Datagram, packed, unpacked
 
 UNREACHABLE = (errno.ECONNREFUSED, errno.EHOSTUNREACH, errno.ENETUNREACH)
 BUFFER = 1 << 20  # bytes that wait for a process that is busy
@@ -39,9 +39,8 @@ class Mailbox:
         """
         content = packed(one._replace(sent_ns=monotonic_ns()))
         if len(content) > LARGEST:
-            raise InputError(
-                f"robot {one.robot + 1}'s message has {len(content)} bytes; a datagram takes {LARGEST}: fewer robots"
-            )
+            sender = "the world" if one.robot == WORLD else f"robot {one.robot + 1}"
+            raise InputError(f"{sender}'s message has {len(content)} bytes; a datagram takes {LARGEST}: fewer robots")
         try:
             self._socket.sendto(content, to)
         except OSError as error:

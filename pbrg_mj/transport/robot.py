@@ -7,7 +7,8 @@ is missed; a neighbour that was missed is not waited for until it is heard in ti
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from time import monotonic, monotonic_ns
 from typing import Any
@@ -23,9 +24,9 @@ from pbrg_mj.transport.datagrams import (
     Kind,
     StartData,
     Traffic,
-    packed_answer,
-    unpacked_own,
-    unpacked_start,
+    answer_message,
+    read_own,
+    read_start,
 )
 from pbrg_mj.transport.mailbox import Mailbox
 
@@ -35,6 +36,7 @@ RETRY_PERIOD = 0.2  # [s] after which a greeting is repeated
 CONNECT_TIMEOUT = 60.0  # [s] in which the world must answer it
 ASKED = {Kind.READY: Kind.START, Kind.ANSWER: Kind.OWN}  # what each of these answers
 WORLD_TIMEOUT = 300.0  # [s] of the world, after which it is taken to be gone: its kernels may be compiled
+MOST_LATE = 1000  # rounds of earlier ticks whose messages are kept until the next one's
 PARENT_POLL = 1.0  # [s] after which a robot that hears nothing asks whether it is still wanted
 
 
@@ -79,7 +81,8 @@ class RobotProcess:
         except RunOverError:
             return
         except Exception as error:
-            self._report(Kind.FAILED, body=" ".join(str(error).split())[:400].encode() or type(error).__name__.encode())
+            told = " ".join(str(error).split())[:400] or type(error).__name__
+            self._report(Kind.FAILED, body=told.encode(errors="replace").decode())
             raise
         finally:
             self.mailbox.close()
@@ -97,23 +100,31 @@ class RobotProcess:
             if came[0].kind is Kind.HELLO:
                 until = monotonic() + WORLD_TIMEOUT  # it is there, and waits for others
             if came[0].kind is Kind.START:
-                given = unpacked_start(came[0].body)
-                self._places = given.places
-                return given
+                return self._started(came[0])
         raise PbrgError(f"no world answers at {self.world}, UDP")
+
+    def _started(self, one: Datagram) -> StartData:
+        with _from_the_world(one):
+            given = read_start(one.body)
+        if missing := {self.robot, *self._facts.neighbours} - set(given.places):
+            raise PbrgError(f"the world does not tell robot {self.robot + 1} where robot {min(missing) + 1} is")
+        self._places = given.places
+        return given
 
     def _tick(self, memory: Any) -> Any:
         """Wait for a tick's measurements, run its rounds, answer."""
         program, measured = self.governor.program, self._next_measured()
         self._expected = measured.tick + 1
-        memory = program.begin(unpacked_own(measured.tick, measured.body), memory)
+        with _from_the_world(measured):
+            own = read_own(measured.tick, measured.body)
+        memory = program.begin(own, memory)
         for k in range(self.governor.rounds):
             self._now = (measured.tick, k)
             outbox, memory = program.send(memory)
             self._send_messages(outbox)
             memory = program.receive(self._inbox(), memory)
         answer, memory = program.finish(memory)
-        self._report(Kind.ANSWER, measured.tick, packed_answer(answer, self._traffic))
+        self._report(Kind.ANSWER, measured.tick, answer_message(answer, self._traffic))
         self._traffic = Traffic()
         return memory
 
@@ -172,15 +183,20 @@ class RobotProcess:
 
     def _store(self, one: Datagram) -> None:
         key = (one.tick, one.round)
-        shares_clock = self._places[one.robot].host == self._places[self.robot].host
-        took = monotonic_ns() - one.sent_ns if shares_clock else 0
+        if one.tick > self._expected or one.round >= self.governor.rounds:
+            return  # nobody is ahead of the world
+        if key not in self._messages and len(self._messages) >= MOST_LATE + self.governor.rounds:
+            return
+        now, shares_clock = monotonic_ns(), self._places[one.robot].host == self._places[self.robot].host
+        timed = shares_clock and 0 < one.sent_ns <= now
+        took = now - one.sent_ns if timed else 0
         self._messages.setdefault(key, {})[one.robot] = one.body
         if key >= self._now:
             self._behind.discard(one.robot)
         before = self._traffic
         self._traffic = before._replace(
             received=before.received + 1,
-            timed=before.timed + shares_clock,
+            timed=before.timed + timed,
             delay_sum_ns=before.delay_sum_ns + took,
             delay_max_ns=max(before.delay_max_ns, took),
         )
@@ -189,12 +205,21 @@ class RobotProcess:
         if one.kind is Kind.STOP:
             raise RunOverError
         if one.kind is Kind.GONE:
-            self._gone.add(one.round)
+            self._gone |= {one.body} & set(self._facts.neighbours)
         elif one.kind is Kind.OWN and one.tick == self._expected:
             self._measured = one
         elif self._last is not None and one.kind is ASKED.get(self._last.kind) and one.tick == self._last.tick:
             self.mailbox.send(self.world, self._last)  # it has not arrived
 
-    def _report(self, kind: Kind, tick: int = 0, body: bytes = b"") -> None:
+    def _report(self, kind: Kind, tick: int = 0, body: Any = None) -> None:
         self._last = Datagram(kind, self.robot, tick, body=body)
         self.mailbox.send(self.world, self._last)
+
+
+@contextmanager
+def _from_the_world(one: Datagram) -> Iterator[None]:
+    """Raise PbrgError where a part of a message does not fit the others: the world may be other code."""
+    try:
+        yield
+    except ValueError as error:
+        raise PbrgError(f"what the world sends at tick {one.tick} is no {one.kind}: {error}") from None

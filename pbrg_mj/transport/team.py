@@ -27,9 +27,9 @@ from pbrg_mj.transport.datagrams import (
     Kind,
     StartData,
     Traffic,
-    packed_own,
-    packed_start,
-    unpacked_answer,
+    own_message,
+    read_answer,
+    start_message,
 )
 from pbrg_mj.transport.mailbox import Mailbox
 
@@ -91,7 +91,7 @@ class RobotProcesses:
     def step(self, problem: Problem, memory: TeamMemory) -> tuple[Solution, TeamMemory]:
         """Return what the robots answer. Raises PbrgError when a robot's program fails."""
         n, tick = problem.network.robots, memory.tick
-        asked = {robot: packed_own(self._own(problem, robot, tick)) for robot in range(n) if robot not in self.gone}
+        asked = {robot: own_message(self._own(problem, robot, tick)) for robot in range(n) if robot not in self.gone}
         timeout = ANSWER_TIMEOUT if tick else COMPILING
         told = self._await(
             set(asked), Kind.ANSWER, tick, lambda robot: Datagram(Kind.OWN, WORLD, tick, body=asked[robot]), timeout
@@ -125,7 +125,7 @@ class RobotProcesses:
         """Tell all robots that the run is over, also those that have yet to be greeted, and let go of the port."""
         until = monotonic() + RETRY_PERIOD
         while len(self._places) < self.network.robots and (left := until - monotonic()) > 0.0:
-            if (came := self.mailbox.receive(left)) and came[0].kind is Kind.HELLO:
+            if (came := self.mailbox.receive(left)) and self._greets(came[0]):
                 self._places[came[0].robot] = came[1]
         for place in self._places.values():
             self.mailbox.send(place, Datagram(Kind.STOP, WORLD))
@@ -135,7 +135,7 @@ class RobotProcesses:
         own, first = self._own(problem, robot, 0), problem.p if self.governor.shares_start else None
         neighbours = problem.network.neighbours[problem.network.first[robot] : problem.network.first[robot + 1]]
         places = {other: self._places[other] for other in (robot, *neighbours.tolist())}
-        return Datagram(Kind.START, WORLD, body=packed_start(StartData(places, first, own)))
+        return Datagram(Kind.START, WORLD, body=start_message(StartData(places, first, own)))
 
     def _own(self, problem: Problem, robot: int, tick: int) -> OwnData:
         return own_data(problem, robot, tick, rows=self.governor.shares_rows)
@@ -166,7 +166,7 @@ class RobotProcesses:
         """Yield what has come from robots that are known; a greeting makes a robot known."""
         while came := self.mailbox.receive(timeout):
             one, place = came
-            if one.kind is Kind.HELLO and one.robot < self.network.robots and one.robot not in self._places:
+            if self._greets(one) and one.robot not in self._places:
                 if one.body != self.digest:
                     self.mailbox.send(place, Datagram(Kind.STOP, WORLD))
                     raise PbrgError(f"robot {one.robot + 1} has another scenario than the world")
@@ -174,11 +174,14 @@ class RobotProcesses:
             if self._places.get(one.robot) != place:
                 return
             if one.kind is Kind.HELLO:  # the others may take longer than it waits for a world
-                self.mailbox.send(place, Datagram(Kind.HELLO, WORLD))
+                self.mailbox.send(place, Datagram(Kind.HELLO, WORLD, body=b""))
             if one.kind is Kind.FAILED:
-                raise PbrgError(f"robot {one.robot + 1}: {' '.join(one.body.decode(errors='replace').split())}")
+                raise PbrgError(f"robot {one.robot + 1}: {' '.join(one.body.split())}")
             yield one
             timeout = 0.0
+
+    def _greets(self, one: Datagram) -> bool:
+        return one.kind is Kind.HELLO and 0 <= one.robot < self.network.robots
 
     def _mark_lost(self, robot: int, why: str, tick: int) -> None:
         self.gone[robot] = why
@@ -187,14 +190,14 @@ class RobotProcesses:
             "robot %d is lost at t = %.2f s: %s; it sends nothing and holds its m from then on", robot + 1, time, why
         )
         for other, place in self._places.items():
-            gone = Datagram(Kind.STOP, WORLD) if other == robot else Datagram(Kind.GONE, WORLD, tick, robot)
+            gone = Datagram(Kind.STOP, WORLD) if other == robot else Datagram(Kind.GONE, WORLD, tick, body=robot)
             self.mailbox.send(place, gone)
 
 
 def _answer(one: Datagram, rows: int) -> tuple[RobotAnswer, Traffic]:
-    """Return what a robot answers. Raises PbrgError when these bytes are no answer: robots may run other code."""
+    """Return what a robot answers. Raises PbrgError when it is no answer: robots may run other code."""
     try:
-        answer, traffic = unpacked_answer(one.body)
+        answer, traffic = read_answer(one.body)
         if not np.isfinite(answer.m).all():
             raise ValueError("m is not finite")
         if answer.multipliers is not None and len(answer.multipliers) != rows:

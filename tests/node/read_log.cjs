@@ -1,6 +1,7 @@
 // Decodes every message of every channel with @mcap/core and protobufjs, by nothing but the schemas in the file.
 // Prints JSON: per channel the schema's name, how many messages there are, and the first and the last one decoded.
 const fs = require("node:fs/promises");
+const zlib = require("node:zlib");
 const { McapIndexedReader } = require("@mcap/core");
 const { decompress } = require("lz4js");
 const protobuf = require("protobufjs");
@@ -31,7 +32,10 @@ function plain(type, message) {
 
 async function main(path) {
   const handle = await fs.open(path);
-  const decompressHandlers = { lz4: (data, size) => decompress(data, Number(size)) };
+  const decompressHandlers = {
+    lz4: (data, size) => decompress(data, Number(size)),
+    zstd: (data) => zlib.zstdDecompressSync(data),
+  };
   const reader = await McapIndexedReader.Initialize({ readable: new File(handle), decompressHandlers });
   const types = new Map();
   const found = {};

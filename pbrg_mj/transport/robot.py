@@ -81,8 +81,8 @@ class RobotProcess:
         except RunOverError:
             return
         except Exception as error:
-            told = " ".join(str(error).split())[:400] or type(error).__name__
-            self._report(Kind.FAILED, body=told.encode(errors="replace").decode())
+            reason = " ".join(str(error).split())[:400] or type(error).__name__
+            self._report(Kind.FAILED, body=reason.encode(errors="replace").decode())
             raise
         finally:
             self.mailbox.close()

@@ -93,13 +93,13 @@ class RobotProcesses:
         n, tick = problem.network.robots, memory.tick
         asked = {robot: own_message(self._own(problem, robot, tick)) for robot in range(n) if robot not in self.gone}
         timeout = ANSWER_TIMEOUT if tick else COMPILING
-        told = self._await(
+        came = self._await(
             set(asked), Kind.ANSWER, tick, lambda robot: Datagram(Kind.OWN, WORLD, tick, body=asked[robot]), timeout
         )
         answers, sent = list(memory.answers), np.zeros(n, dtype=np.int64)
         for robot in range(n):
-            if robot in told:
-                answers[robot], traffic = _answer(told[robot], problem.rows_shape[1])
+            if robot in came:
+                answers[robot], traffic = _answer(came[robot], problem.rows_shape[1])
                 sent[robot] = traffic.bytes_sent
                 self.traffic.append(traffic)
             else:
@@ -115,11 +115,11 @@ class RobotProcesses:
             sum(one.delay_sum_ns for one in self.traffic),
             max((one.delay_max_ns for one in self.traffic), default=0),
         )
-        told = f"messages between the robots' processes: {received} came, {missed} were missed; delay "
+        line = f"messages between the robots' processes: {received} came, {missed} were missed; delay "
         if not timed:
-            return told + "unknown between machines"
+            return line + "unknown between machines"
         of = "" if timed == received else f" of the {timed} within a machine"
-        return told + f"{total / timed / 1e3:.0f} us in the mean, {largest / 1e3:.0f} us at most{of}"
+        return line + f"{total / timed / 1e3:.0f} us in the mean, {largest / 1e3:.0f} us at most{of}"
 
     def stop(self) -> None:
         """Tell all robots that the run is over, also those that have yet to be greeted, and let go of the port."""

@@ -19,7 +19,7 @@ from pbrg_mj.scenario.parse.document import Document
 from pbrg_mj.scenario.schema import Scenario, Section
 from pbrg_mj.scenario.schema.describe import describe_at, describe_field, keys, section_at
 
-Known = TypeVar("Known", bound=Section)
+AnySection = TypeVar("AnySection", bound=Section)
 
 
 def build(document: Document, file: str, to_run: bool = True) -> Scenario:
@@ -38,7 +38,7 @@ def build(document: Document, file: str, to_run: bool = True) -> Scenario:
     return scenario
 
 
-def read_section(kind: type[Known], data: Any, document: Document, file: str) -> Known:
+def read_section(kind: type[AnySection], data: Any, document: Document, file: str) -> AnySection:
     """Return the section of that kind that `data`, the document's or a part of it from the top, hold.
 
     Raises InputError with file, line and key of the first key that is wrong by itself.

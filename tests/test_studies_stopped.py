@@ -7,15 +7,18 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
 import pytest
 
 from pbrg_mj.cli.main import main
+from pbrg_mj.studies.worker import _Watch
 
 # Logs larger than what a pipe holds: whoever hands one over waits until somebody takes it.
 STUDY = """\
@@ -113,3 +116,38 @@ def test_a_sweep_that_is_told_to_stop_says_what_is_finished(number: int, whole_g
     (line,) = said.splitlines()
     assert line.startswith("interrupted; out has ")
     assert not list((tmp_path / "tmp").rglob("*"))
+
+
+def test_a_worker_that_is_ending_makes_no_folder_any_more(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its runs go on in their own thread until the process is gone."""
+    removed, over = threading.Event(), threading.Event()
+    monkeypatch.setattr("pbrg_mj.studies.worker.os._exit", lambda code: (removed.set(), over.wait()))
+    watch = _Watch(parent=-1)  # nobody's
+    watch.make(tmp_path / "place")
+    (tmp_path / "place" / "file").touch()
+    watch.start()
+    assert removed.wait(60) and not (tmp_path / "place").exists()
+    run = threading.Thread(target=watch.make, args=(tmp_path / "place",), daemon=True)
+    run.start()
+    run.join(0.5)
+    assert run.is_alive() and not (tmp_path / "place").exists()
+    over.set()
+    run.join()
+
+
+def test_what_a_run_makes_while_its_folder_is_removed_goes_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    removed, remove, place = threading.Event(), shutil.rmtree, tmp_path / "place"
+    monkeypatch.setattr("pbrg_mj.studies.worker.os._exit", lambda code: removed.set())
+    late = iter([place / "first", place / "second"])
+
+    def while_a_run_writes(folder: Path, ignore_errors: bool) -> None:
+        if one := next(late, None):
+            one.touch()
+        else:
+            remove(folder, ignore_errors)
+
+    monkeypatch.setattr("pbrg_mj.studies.worker.shutil.rmtree", while_a_run_writes)
+    watch = _Watch(parent=-1)
+    watch.make(place)
+    watch.start()
+    assert removed.wait(60) and not place.exists()

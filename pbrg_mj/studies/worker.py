@@ -13,6 +13,7 @@ from time import sleep
 from pbrg_mj.api.interrupt import SIGNALS
 
 LOOK_UP = 0.5  # [s] between looks whether the parent is still there
+TRIES = 100  # to remove a folder that a run still writes into
 FAILED = 1  # exit code, which nobody is there to read
 
 
@@ -27,9 +28,9 @@ def become_worker(parent: int, place: str | None = None) -> None:
         return
     for one in SIGNALS:
         signal.signal(one, signal.SIG_IGN)
-    _watch(parent).place = place
+    watch = _watch(parent)
     if place is not None:
-        Path(place).mkdir(mode=0o700, exist_ok=True)
+        watch.make(Path(place))
 
 
 class _Watch(threading.Thread):
@@ -38,14 +39,24 @@ class _Watch(threading.Thread):
     def __init__(self, parent: int):
         super().__init__(daemon=True)
         self.parent = parent
-        self.place: str | None = None
+        self._place: Path | None = None
+        self._making = threading.Lock()
+
+    def make(self, place: Path) -> None:
+        """Make the folder, which goes when the parent is gone; not any more once that has begun."""
+        with self._making:
+            self._place = place
+            place.mkdir(mode=0o700, exist_ok=True)
 
     def run(self) -> None:
         while os.getppid() == self.parent:
             sleep(LOOK_UP)
-        if self.place is not None:
-            shutil.rmtree(self.place, ignore_errors=True)  # where others write into it, the last one removes it
-        os._exit(FAILED)
+        with self._making:  # and never again: the process ends with it
+            for _ in range(TRIES):  # a run may make files meanwhile; where other workers do, the last one removes them
+                if self._place is None or not self._place.exists():
+                    break
+                shutil.rmtree(self._place, ignore_errors=True)
+            os._exit(FAILED)
 
 
 @cache

@@ -32,6 +32,7 @@ from pbrg_mj.scenario.load import load_scenario
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "scenarios.md"
 CERTIFIED = ("governor.kind=certified", "governor.optimizer=flooding", "governor.certificate=predictive")
 NO_LEAK = ("control.leak=0",)
+COMPENSATED = ("drive.friction_compensation=true",)
 POINTS = ("estimator.source=points", "estimator.scope=own", "estimator.half_spaces_per_robot=6")
 FLOORS = ("floor/friction_patches", "floor/even_floor", "floor/frictionless")
 
@@ -50,10 +51,13 @@ class Measured:
 def set_up(name: str) -> tuple[str, ...]:
     """Return the overrides of the set-up that we recommend for a scenario.
 
-    Sight rows count on walls of `LONG_EXTENT` metres; obstacles that may be shorter need points instead of lines.
+    Motors make up for their own friction where they have some: the ideal plant has no motors. Sight rows count on walls
+    of `LONG_EXTENT` metres; obstacles that may be shorter need points instead of lines.
     """
-    short = any(min(box.size) < LONG_EXTENT for box in load_scenario(name).scenario.world.boxes)
-    return (*CERTIFIED, *NO_LEAK, *(POINTS if short else ()))
+    scenario = load_scenario(name).scenario
+    motors = scenario.plant == "physics" and scenario.drive.kind == "voltage"
+    short = any(min(box.size) < LONG_EXTENT for box in scenario.world.boxes)
+    return (*CERTIFIED, *NO_LEAK, *(COMPENSATED if motors else ()), *(POINTS if short else ()))
 
 
 def measure(name: str, folder: Path, recommended: bool) -> Measured:

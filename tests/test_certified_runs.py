@@ -142,3 +142,16 @@ def test_no_random_wall_seen_late_is_crossed(seed: int, monkeypatch: pytest.Monk
     assert room[0] > 1.0
     assert seen
     assert min(room) > 0.0
+
+
+@pytest.mark.parametrize("governor", ["certified", "rollout"])
+def test_a_team_with_beams_does_not_slide_along_a_wall_towards_a_far_reference(governor: str) -> None:
+    """A normal that noise turns by 1e-5 moved the best m by 14 m: m wandered by 11 m, and past the wall's end."""
+    overrides = [f"governor.kind={governor}", "operator.reference=[1.0e+6, 1.0e+6]", "timing.duration=12.0"]
+    scenario = load_scenario("paper/experiment_inadmissible", ["reference.solver=none", *overrides]).scenario
+    leader = scenario.team.leaders[0] - 1
+    along = [
+        float(np.array([1.0, -1.0]) / np.sqrt(2.0) @ tick.solution.m[leader])
+        for tick in Simulation.build(scenario).control_ticks()
+    ]
+    assert np.abs(along[400:]).max() < 0.3

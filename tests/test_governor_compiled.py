@@ -45,16 +45,17 @@ def random_problem(rng: np.random.Generator, certificate: DirectionalBall | Pred
     return Problem(TEAM, p, xi, rows, reference, spaces, rng.uniform(-np.pi, np.pi, size=5)), held
 
 
+@pytest.mark.parametrize("farthest", [np.inf, 2.0])
 @pytest.mark.parametrize("limits", [(), (SPEED,), (SPEED, SIGHT)], ids=["free", "speed", "speed and sight"])
 @pytest.mark.parametrize(
     "certificate",
     [PredictiveCertificate(GRID, FORMATION, 0.01), DirectionalBall(FORMATION, MODEL.growth, 0.0)],
     ids=["predictive", "directional ball"],
 )
-def test_the_compiled_decision_is_the_one_in_numpy_bit_for_bit(certificate, limits) -> None:
+def test_the_compiled_decision_is_the_one_in_numpy_bit_for_bit(certificate, limits, farthest) -> None:
     rng, seen = np.random.default_rng(31), set()
-    in_numpy = CertifiedGovernor(limits, 2, REACH)
-    compiled = CertifiedGovernor(limits, 2, REACH, CompiledDecision.of(certificate, limits, REACH))
+    in_numpy = CertifiedGovernor(limits, 2, REACH, None, farthest)
+    compiled = CertifiedGovernor(limits, 2, REACH, CompiledDecision.of(certificate, limits, REACH, farthest), farthest)
     for _ in range(150):
         problem, held = random_problem(rng, certificate)
         one, one_held = compiled.step(problem, held)
@@ -64,8 +65,8 @@ def test_the_compiled_decision_is_the_one_in_numpy_bit_for_bit(certificate, limi
         np.testing.assert_array_equal(one.bytes_sent, other.bytes_sent)
         assert one.status == other.status
         centre = problem.p.mean(axis=0)
-        farthest = max(REACH, np.linalg.norm(held - centre)) if limits else REACH
-        assert one.status == "ok" or np.linalg.norm(one_held - centre) <= farthest * (1 + 1e-12)
+        most = max(REACH, np.linalg.norm(held - centre)) if limits else REACH
+        assert one.status == "ok" or np.linalg.norm(one_held - centre) <= most * (1 + 1e-12)
         assert one.multipliers.shape == other.multipliers.shape
         values = problem.row_values(held)
         admissible_now = values.max() <= 0.0
@@ -73,6 +74,31 @@ def test_the_compiled_decision_is_the_one_in_numpy_bit_for_bit(certificate, limi
     assert {("infeasible", False, False), ("ok", False, False), ("ok", True, False), ("ok", True, True)} <= seen
     # Rows of a ball are met near the team; those of a prediction bind far references, too.
     assert ("inadmissible", False, False) in seen or isinstance(certificate, DirectionalBall)
+
+
+@pytest.mark.parametrize("in_numpy", [False, True])
+def test_a_far_reference_is_taken_from_no_farther_than_normals_are_known(in_numpy: bool) -> None:
+    """A normal that is wrong by an angle moves the best m by that angle times the distance of r, which ends there."""
+    farthest, wrong, rng = 20.0, 1e-3, np.random.default_rng(33)
+    certificate = DirectionalBall(np.zeros((5, 2)), 1.0, 0.0)
+    compiled = None if in_numpy else CompiledDecision.of(certificate, (), np.inf, farthest)
+    governor, p = CertifiedGovernor((), 2, np.inf, compiled, farthest), np.tile([0.3, 0.1], (5, 1))
+
+    def best(angle: float, reference: np.ndarray, wall: bool = True) -> np.ndarray:
+        spaces = HalfSpaces.empty(5, 1)
+        spaces.G[0, 0], spaces.h[0, 0] = [np.cos(angle), np.sin(angle)], 1.0 + p[0] @ [np.cos(angle), np.sin(angle)]
+        spaces.active[0, 0], spaces.binds[0, 0] = wall, True
+        rows = certificate.rows_at(spaces, p, np.zeros((5, 2)), p[0])
+        problem = Problem(TEAM, p, np.zeros((5, 2)), rows, reference, spaces, np.zeros(5))
+        return governor.step(problem, p[0])[1]
+
+    for angle in rng.uniform(-np.pi, np.pi, size=20):
+        towards = np.array([np.cos(angle), np.sin(angle)])
+        for distance in (10.0, 1e3, 1e6):
+            moved = best(angle + wrong, p[0] + distance * towards) - best(angle, p[0] + distance * towards)
+            assert np.linalg.norm(moved) <= 1.1 * wrong * min(distance, farthest)
+        np.testing.assert_array_equal(best(0.0, p[0] + 19.9 * towards, wall=False), p[0] + 19.9 * towards)  # as it is
+        np.testing.assert_allclose(best(0.0, p[0] + 1e6 * towards, wall=False), p[0] + farthest * towards)
 
 
 @pytest.mark.parametrize("in_numpy", [False, True])

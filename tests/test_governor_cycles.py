@@ -61,9 +61,9 @@ def test_cycles_of_several_ticks_at_once_are_the_robots_programs(
         PredictiveCertificate(grid, formation, 0.0) if predictive else DirectionalBall(formation, model.growth, 0.0)
     )
     limits = (SpeedLimit.of(model, grid, disc_facets(2.0, 6), 0.1), SightLimit.of(grid, np.array([0]), 1.0))
-    program = CertifiedProgram(team, certificate, model, limits, np.inf, cycle_ticks, 1)
+    program = CertifiedProgram(team, certificate, model, limits, np.inf, cycle_ticks, 1, farthest=2.0)
     carried = NetworkedGovernor(program, rounds)
-    at_once = CycleGovernor(team, model, CompiledDecision.of(certificate, limits, np.inf), rounds, cycle_ticks)
+    at_once = CycleGovernor(team, model, CompiledDecision.of(certificate, limits, np.inf, 2.0), rounds, cycle_ticks)
     p, xi, spaces = 0.3 * rng.normal(size=(n, 2)), np.zeros((n, 2)), HalfSpaces.empty(n, 2)
     ours = theirs = None
     statuses, heading = set(), rng.uniform(-np.pi, np.pi, size=n)

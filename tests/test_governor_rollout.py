@@ -20,7 +20,7 @@ from pbrg_mj.governor.rollout.messages import HalfSpace, Key
 from pbrg_mj.governor.rollout.plan import RolloutPlan, step_weights
 from pbrg_mj.governor.rollout.robot import RolloutProgram
 from pbrg_mj.governor.rollout.team import Cycle, run_cycle
-from pbrg_mj.governor.rollout.verdicts import advance
+from pbrg_mj.governor.rollout.verdicts import Verdict, advance
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.load import load_scenario
@@ -238,6 +238,16 @@ def test_whatever_is_lost_a_leader_moves_by_everybodys_verdicts_or_not_at_all() 
         np.testing.assert_array_equal(solution.m[4], expected)
         moved += 1
     assert 15 < moved < 50
+
+
+def test_an_aim_too_far_from_the_team_is_the_point_so_far_on_the_way_to_it() -> None:
+    wall, team = {(0, 0): Verdict(0.6, 0.8, -np.inf, 1.0)}, np.array([0.2, -0.1])
+    for aim in (np.array([3.0, 2.0]), np.array([3e5, 2e5]), np.array([-4e3, -1e3])):
+        away = np.linalg.norm(aim - team)
+        near = aim if away <= 20.0 else team + 20.0 * (aim - team) / away
+        found, status = advance(aim, wall, team, np.inf, 20.0)
+        assert status == "ok"
+        np.testing.assert_allclose(found, near - max(0.0, near @ [0.6, 0.8] - 1.0) * np.array([0.6, 0.8]), atol=1e-9)
 
 
 def test_rounds_too_few_to_be_ahead_of_time_are_refused() -> None:

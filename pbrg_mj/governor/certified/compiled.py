@@ -22,6 +22,7 @@ from pbrg_mj.governor.certificate.sight import SightLimit, sight_kappa
 from pbrg_mj.governor.certificate.speed import SpeedLimit, speed_kappa
 from pbrg_mj.governor.certified.decide import AdvanceLimit
 from pbrg_mj.governor.problem.interface import Problem, Status
+from pbrg_mj.governor.problem.near_reference import near_point
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.half_spaces import HalfSpaces
 
@@ -49,15 +50,23 @@ class CompiledDecision:
     sight: tuple[np.ndarray, np.ndarray, np.ndarray, float]  # `SightLimit.rows`
     limited: bool  # whether there are any limits
     reach: float  # of a retreat [m]
+    farthest: float = math.inf  # that r may be from the mean of p [m]
 
     @classmethod
-    def of(cls, certificate: AdvanceCertificate, limits: Sequence[AdvanceLimit], reach: float) -> CompiledDecision:
+    def of(
+        cls,
+        certificate: AdvanceCertificate,
+        limits: Sequence[AdvanceLimit],
+        reach: float,
+        farthest: float = math.inf,
+    ) -> CompiledDecision:
         """Return the decision by a certificate and limits, one of each kind at most."""
         speed = [one.rows for one in limits if isinstance(one, SpeedLimit)]
         sight = [one.rows for one in limits if isinstance(one, SightLimit)]
         if len(speed) > 1 or len(sight) > 1 or len(speed) + len(sight) < len(limits):
             raise ValueError("other limits than one of speed and one of sight are not compiled")
-        return cls(certificate, (speed or [NO_SPEED_ROWS])[0], (sight or [NO_SIGHT_ROWS])[0], bool(limits), reach)
+        rows = (speed or [NO_SPEED_ROWS])[0], (sight or [NO_SIGHT_ROWS])[0]
+        return cls(certificate, *rows, bool(limits), reach, farthest)
 
     def next_reference(self, problem: Problem, held: np.ndarray) -> Decision:
         """Return what `decide.next_reference` does with the certificate's rows at the held m (2,)."""
@@ -80,8 +89,8 @@ class CompiledDecision:
 
     @cached_property
     def limits(self) -> tuple[Any, ...]:
-        """What the kernels take: the rows of both limits, whether there are any, and the reach of a retreat."""
-        return self.speed, self.sight, self.limited, self.reach
+        """What the kernels take: the rows of both limits, whether there are any, and both distances."""
+        return self.speed, self.sight, self.limited, self.reach, self.farthest
 
 
 def _decision(m: np.ndarray, result: tuple[int, int]) -> Decision:
@@ -109,16 +118,17 @@ def write_next(half_spaces, allowed, state, limits, m):
 
     `half_spaces` are G and active of HalfSpaces, `allowed` low and high of Advances; `state` p, xi (n, 2) [m], heading
     (n,) [rad], the m that is held (2,) [m], the operator's reference (2,) [m]; `limits` are those of CompiledDecision:
-    speed as for `speed_kappa`, sight as for `sight_kappa`, whether m is limited at all, and the reach of a retreat [m].
+    speed as for `speed_kappa`, sight as for `sight_kappa`, whether m is limited at all, reach and farthest.
     """
     p, xi, heading, held, reference = state
-    speed, sight, limited, reach = limits
+    speed, sight, limited, reach, farthest = limits
     G, active = half_spaces
     normals, offsets = np.empty((2 * active.size, 2)), np.empty(2 * active.size)
     count, intervals = _write_half_planes(G, active, allowed, held, normals, offsets)
     normals, offsets = normals[:count], offsets[:count]
-    found, x, y = nearest_allowed(reference[0] - held[0], reference[1] - held[1], normals, offsets, 0.0)
     centre_x, centre_y = _mean(p)
+    aim_x, aim_y = near_point(centre_x, centre_y, reference[0], reference[1], farthest)
+    found, x, y = nearest_allowed(aim_x - held[0], aim_y - held[1], normals, offsets, 0.0)
     shift_x, shift_y, beyond = centre_x - held[0], centre_y - held[1], np.empty(count)  # as seen from the team
     for k in range(count):
         beyond[k] = offsets[k] - (normals[k, 0] * shift_x + normals[k, 1] * shift_y)

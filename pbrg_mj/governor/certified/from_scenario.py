@@ -23,6 +23,7 @@ from pbrg_mj.governor.optimizers.synchronizer import Synchronizer
 from pbrg_mj.governor.optimizers.team import CompiledPaperFlow, StepByRobot
 from pbrg_mj.governor.problem.ball import BallCertificate
 from pbrg_mj.governor.problem.interface import Governor
+from pbrg_mj.governor.problem.near_reference import farthest_reference
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.channel import channel
 from pbrg_mj.team.graph import network
@@ -35,18 +36,25 @@ def certified(scenario: Scenario, *, vectorized: bool = True) -> Governor:
     repeats = 1 if lines is None else repeats_for(lines.loss.share, lines.loss.stay)
     longest = 0 if lines is None else int(lines.longest.max(initial=0))
     cycle_ticks = max(1, math.ceil(2 * team.diameter * (longest + repeats) / settings.rounds))
-    limits = advance_limits(scenario, model, cycle_ticks)
+    limits, farthest = advance_limits(scenario, model, cycle_ticks), farthest_reference(scenario.plant)
     if settings.optimizer == "flooding":
         if vectorized and lines is None and cycle_ticks == 1:
             found = CERTIFICATES[settings.certificate](scenario, team)
-            return CertifiedGovernor(
-                limits, team.diameter, settings.reference_range, _compiled(scenario, found, limits)
-            )
+            compiled = _compiled(scenario, found, limits)
+            return CertifiedGovernor(limits, team.diameter, settings.reference_range, compiled, farthest)
         decision = _compiled(scenario, verified(scenario, team), limits)
         if vectorized and lines is None and decision is not None:
             return CycleGovernor(team, model, decision, settings.rounds, cycle_ticks)
-        reach = settings.reference_range
-        program = CertifiedProgram(team, verified(scenario, team), model, limits, reach, cycle_ticks, repeats)
+        program = CertifiedProgram(
+            network=team,
+            certificate=verified(scenario, team),
+            model=model,
+            limits=limits,
+            reach=settings.reference_range,
+            cycle_ticks=cycle_ticks,
+            repeats=repeats,
+            farthest=farthest,
+        )
         return NetworkedGovernor(program, settings.rounds, lines)
     optimizer = OPTIMIZERS[settings.optimizer](scenario, team, flow(scenario))
     of_team = StepByRobot(optimizer, team)
@@ -71,4 +79,5 @@ def _compiled(scenario: Scenario, found: Any, limits: tuple[AdvanceLimit, ...]) 
     """Return the compiled decision by a certificate, None where `governor.backend` asks for NumPy."""
     if scenario.governor.backend == "numpy" or not isinstance(found, AdvanceCertificate):
         return None
-    return CompiledDecision.of(found, limits, scenario.governor.reference_range)
+    reach, farthest = scenario.governor.reference_range, farthest_reference(scenario.plant)
+    return CompiledDecision.of(found, limits, reach, farthest)

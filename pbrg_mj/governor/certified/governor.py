@@ -6,6 +6,7 @@ rounds each. Then all leaders have the same data, and each finds the same m from
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +26,7 @@ class CertifiedGovernor:
     diameter: int  # of the graph: rounds until an item has reached every robot
     reach: float  # of a retreat [m]
     compiled: CompiledDecision | None = None  # of the same limits; None: by the problem's rows, in NumPy
+    farthest: float = math.inf  # that r may be from the mean of p [m]
 
     def init(self, problem: Problem) -> np.ndarray:
         """Return the first held reference, the mean of the shifted hand points, (2,)."""
@@ -46,7 +48,7 @@ class CertifiedGovernor:
         return solution, m[0]
 
     def _by_rows(self, problem: Problem, held: np.ndarray) -> Decision:
-        m, status = next_reference(problem, held, self.limits, self.reach)
+        m, status = next_reference(problem, held, self.limits, self.reach, self.farthest)
         there = problem.rows.active.reshape(-1, 2)
         intervals = int(np.count_nonzero(there[:, 0] | there[:, 1]))
         return Decision(m[None].repeat(problem.network.robots, axis=0), status, intervals)

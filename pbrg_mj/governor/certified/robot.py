@@ -73,6 +73,7 @@ class CertifiedProgram:
     reach: float  # of a retreat [m]
     cycle_ticks: int  # C
     repeats: int  # how often every robot passes an item on: more than once where messages are lost
+    farthest: float = math.inf  # that r may be from the mean of p [m]
 
     def start(self, facts: RobotFacts, own: OwnData) -> CertifiedMemory:
         """Return the memory before the first tick."""
@@ -146,7 +147,7 @@ class CertifiedProgram:
         if first or not memory.facts.leads or memory.own.reference is None:
             return replace(memory, held=held, status="ok")
         problem = Problem(self.network, p, xi, verdicts, memory.own.reference, heading=team[:, 6].copy())
-        m, status = next_reference(problem, held, self.limits, self.reach)
+        m, status = next_reference(problem, held, self.limits, self.reach, self.farthest)
         return replace(memory, held=m, status=status)
 
     def _verdicts(self, memory: CertifiedMemory) -> Rows | None:

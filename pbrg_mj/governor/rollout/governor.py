@@ -49,7 +49,7 @@ class RolloutGovernor(NamedTuple):
             cycle = run_cycle(self.plan, problem.network.arrays, state, memory.held, half_spaces, memory.response)
         memory = memory._replace(cycle=cycle)
         if index == self.plan.cycle_ticks - 1:
-            memory = _decided(problem, memory, cycle, self.plan.reach)
+            memory = _decided(problem, memory, cycle, self.plan)
         leads = (problem.network.leader > 0.0)[:, None]
         m = np.where(leads, memory.held, memory.known)
         solution = Solution(
@@ -70,10 +70,10 @@ def _half_spaces(problem: Problem) -> dict[Key, HalfSpace]:
     return {key: one for robot in owners for key, one in own_half_spaces(spaces, robot, robot).items()}
 
 
-def _decided(problem: Problem, memory: TeamMemory, cycle: Cycle, reach: float) -> TeamMemory:
+def _decided(problem: Problem, memory: TeamMemory, cycle: Cycle, plan: RolloutPlan) -> TeamMemory:
     if cycle.verdicts is None:
         centre = cycle.summary.centre
         return memory._replace(held=centre, known=centre, response=cycle.response, status="ok")
     team = cycle.summary.centre - memory.held
-    moved, status = advance(problem.reference - memory.held, cycle.verdicts, team, reach)
+    moved, status = advance(problem.reference - memory.held, cycle.verdicts, team, plan.reach, plan.farthest)
     return memory._replace(held=memory.held + moved, known=memory.held, status=status)

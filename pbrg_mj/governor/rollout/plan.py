@@ -19,6 +19,7 @@ import numpy as np
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.governor.certificate.team_model import TeamModel
+from pbrg_mj.governor.problem.near_reference import farthest_reference
 from pbrg_mj.governor.rollout.bounds import rollout_bounds
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.channel import Channel
@@ -47,6 +48,7 @@ class RolloutPlan:
     latency: int = 0  # rounds of the network by which messages may be late
     repeats: int = 1  # how often every message is sent
     reach: float = math.inf  # of a retreat [m]
+    farthest: float = math.inf  # that r may be from the mean of p [m]
 
     @classmethod
     def of(cls, scenario: Scenario, network: Network, margin: float, channel: Channel | None) -> RolloutPlan:
@@ -88,6 +90,7 @@ class RolloutPlan:
             latency=latency,
             repeats=repeats,
             reach=scenario.governor.reference_range,
+            farthest=farthest_reference(scenario.plant),
         )
 
     @property

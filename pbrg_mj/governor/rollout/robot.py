@@ -219,5 +219,6 @@ class RolloutProgram:
             return replace(memory, held=summary.centre, status="ok")
         if not memory.facts.leads or r is None:
             return replace(memory, held=summary.held, status="ok")
-        moved, status = advance(r - memory.held, memory.verdicts, summary.centre - memory.held, self.plan.reach)
+        team, plan = summary.centre - memory.held, self.plan
+        moved, status = advance(r - memory.held, memory.verdicts, team, plan.reach, plan.farthest)
         return replace(memory, held=memory.held + moved, status=status)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from pbrg_mj.governor.certificate.projection import least_violating, near_allowed, nearest_allowed, search_radius
 from pbrg_mj.governor.problem.interface import Status
+from pbrg_mj.governor.problem.near_reference import near_point
 from pbrg_mj.governor.rollout.messages import HalfSpace, Key, Verdict
 from pbrg_mj.governor.rollout.plan import RolloutPlan
 from pbrg_mj.governor.rollout.prediction import narrow_by_terminal_bounds, narrow_intervals, write_states
@@ -106,10 +108,11 @@ class Rollout:
 
 
 def advance(
-    aim: np.ndarray, verdicts: Mapping[Key, Verdict], team: np.ndarray, reach: float
+    aim: np.ndarray, verdicts: Mapping[Key, Verdict], team: np.ndarray, reach: float, farthest: float = math.inf
 ) -> tuple[np.ndarray, Status]:
     """Return the advance of m nearest to `aim` (2,) [m] that all verdicts allow, and its status.
 
+    An aim farther than `farthest` [m] from the team is taken as the point so far on the way to it.
     Where there is none, or none near the `team` (2,) [m], which is where it is as seen from m (within `reach` [m], and
     what `search_radius` says), it is the one nearest to the team of those that violate the worst verdict least.
     """
@@ -122,7 +125,8 @@ def advance(
     ]
     rows = np.array(both).reshape(-1, 3)
     normals, offsets = np.ascontiguousarray(rows[:, :2]), np.ascontiguousarray(rows[:, 2])
-    found, x, y = nearest_allowed(aim[0], aim[1], normals, offsets, 0.0)
+    near_x, near_y = near_point(team[0], team[1], aim[0], aim[1], farthest)
+    found, x, y = nearest_allowed(near_x, near_y, normals, offsets, 0.0)
     beyond = offsets - normals @ team
     if found and near_allowed(normals, offsets, beyond, reach):
         return np.array([x, y]), "ok"

@@ -146,7 +146,8 @@ class Governor(Section):
     )
     reference_range: Positive = Field(
         default=5.0,
-        description="a leader takes a reference farther from its p than this as the point so far on the way there [m]",
+        description="a leader takes a reference farther from its p than this as the point so far on the way there [m]; "
+        "certified by flooding and rollout: 20 m from the mean of p in physics, and this bounds their retreats",
     )
     guard: bool = Field(
         default=False,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pbrg_mj.analysis.metrics.area_of_interest import area_of_interest
+from pbrg_mj.analysis.metrics.area_of_interest import area_of_interest, points_of_interest
 from pbrg_mj.analysis.metrics.multiplier_rows import binding_area
 from tests.runs import resting, run, scenario
 
@@ -66,12 +66,22 @@ def test_of_a_long_wall_a_metre_past_the_way_is_shown():
     np.testing.assert_allclose([low, high], [[0.0, -2.0], [1.55, 1.0]])
 
 
-def test_a_moving_box_is_shown_whole_wherever_it_is_near_a_robot():
-    """It comes down at 2 m/s past x = 1.5; at a tick in every metre its middle is at a whole y, near from 1 to -2."""
-    stops = ({"time": 0.0, "center": (1.5, 10.0)}, {"time": 10.0, "center": (1.5, -10.0)})
+@pytest.mark.parametrize(("x", "near"), [(1.5, True), (2.5, False)])
+def test_a_moving_box_that_comes_near_is_shown_whole_within_three_metres_of_a_robot(x, near):
+    """It comes down at 2 m/s; at the ticks its middle is at whole y, from 3 to -4 less than 3 m off a robot."""
+    stops = ({"time": 0.0, "center": (x, 10.0)}, {"time": 10.0, "center": (x, -10.0)})
     made = among({"moving_boxes": ({"size": (0.4, 0.4), "waypoints": stops},)})
     low, high = area_of_interest(made, NOTHING)
-    np.testing.assert_allclose([low, high], [[0.0, -2.2], [1.7, 1.2]])
+    np.testing.assert_allclose([low, high], [[0.0, -4.2], [1.7, 3.2]] if near else [[0.0, -1.0], [1.0, 0.0]])
+
+
+def test_of_a_slanting_wall_the_part_near_the_way_is_shown_and_no_corner_of_its_box():
+    """It runs along x + y = 2 from (-50, 52): within a metre of the way, from (0.0, 2.0) at the upper to (2.0, 0.0)."""
+    slanting = {"walls": ({"from": (-50.0, 52.0), "to": (52.0, -50.0), "thickness": 1e-3},)}
+    shown = points_of_interest(among(slanting), NOTHING)
+    on_wall = shown[shown.sum(axis=1) > 1.9]
+    np.testing.assert_allclose(on_wall.sum(axis=1), 2.0, atol=1e-3)
+    np.testing.assert_allclose(on_wall.max(axis=0), [2.0, 1.0], atol=1e-3)
 
 
 def test_what_diverges_or_is_too_far_is_left_out():

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pbrg_mj.analysis.metrics.area_of_interest import area_of_interest
+from pbrg_mj.analysis.metrics.area_of_interest import CORNERS, points_of_interest
 from pbrg_mj.log.read.run import Run
 from pbrg_mj.video.playback import held, smoothed
 from pbrg_mj.video.settings import RenderTask
@@ -50,37 +50,34 @@ def room(task: RenderTask) -> Room:
     return Room(column + rim, rim, width - rim, height - rim)
 
 
-def framed_area(run: Run) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lower and the upper corner (2,) [m] of what is framed of the whole run."""
+def framed_points(run: Run) -> np.ndarray:
+    """Return the points (k, 2) [m] that enclose what is framed of the whole run."""
     goals = run.ticks.reference[-1] + np.array(run.scenario.team.formation)
-    points = np.vstack([run.ticks.m.reshape(-1, 2), run.ticks.reference, goals])
-    low, high = area_of_interest(run, points)
-    wider = np.maximum(LEAST - (high - low), 0.0) / 2
-    return low - wider - BORDER, high + wider + BORDER
+    shown = points_of_interest(run, np.vstack([run.ticks.m.reshape(-1, 2), run.ticks.reference, goals]))
+    middle = (shown.min(axis=0) + shown.max(axis=0)) / 2
+    return np.vstack([*(shown + BORDER * corner for corner in CORNERS), middle + LEAST / 2 * CORNERS])
 
 
-def followed_area(run: Run) -> tuple[np.ndarray, np.ndarray]:
-    """Return the corners (T, 2), (T, 2) [m] of what is framed at every tick: no more than LOOK from the team and r."""
-    low, high = framed_area(run)
+def followed(run: Run) -> tuple[np.ndarray, np.ndarray]:
+    """Return the corners (T, 2), (T, 2) [m] of what a camera that follows the team looks at: LOOK past it and r."""
     ticks, start = run.ticks, np.mean(run.scenario.team.start, axis=0)
     points = held(np.concatenate([ticks.hand_true, ticks.m, ticks.reference[:, None]], axis=1))
     points = np.clip(points, start - FARTHEST, start + FARTHEST)
     window = round(SMOOTHING / run.scenario.timing.tick)
-    return (
-        smoothed(np.clip(points.min(axis=1) - LOOK, low, high), window),
-        smoothed(np.clip(points.max(axis=1) + LOOK, low, high), window),
-    )
+    return smoothed(points.min(axis=1) - LOOK, window), smoothed(points.max(axis=1) + LOOK, window)
 
 
-def box_corners(run: Run, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return the corners (8, 3) [m] of an area (2,), (2,), from the floor to the highest thing's upper edge."""
+def upright(run: Run, points: np.ndarray) -> np.ndarray:
+    """Return points (k, 2) [m] on the floor and at the height of the highest thing's upper edge, (2 k, 3)."""
     world = run.scenario.world
     things = (*world.walls, *world.boxes, *world.columns, *world.prisms, *world.moving_boxes)
     height = min(max((thing.height for thing in things), default=0.0), HIGHEST)
-    return np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (0.0, height)])
+    return np.vstack([np.column_stack([points, np.full(len(points), z)]) for z in (0.0, height)])
 
 
-def nearest_eye(points: np.ndarray, axes: np.ndarray, half_height: float, size: tuple[int, int], free: Room):
+def nearest_eye(
+    points: np.ndarray, axes: np.ndarray, half_height: float, size: tuple[int, int], free: Room
+) -> np.ndarray:
     """Return the eye (3,) nearest to points (k, 3) [m] that sees them all in the free part of a perspective picture.
 
     `axes` (3, 3) are the camera's unit vectors right, up, forward; `half_height` is the picture's at a distance of 1.
@@ -98,8 +95,9 @@ def nearest_eye(points: np.ndarray, axes: np.ndarray, half_height: float, size: 
     return eye @ axes[:2] + distance * axes[2]
 
 
-def above(low: np.ndarray, high: np.ndarray, size: tuple[int, int], free: Room) -> tuple[np.ndarray, float]:
-    """Return the point (2,) [m] under the middle of a picture from above, and half its height [m]."""
+def above(points: np.ndarray, size: tuple[int, int], free: Room) -> tuple[np.ndarray, float]:
+    """Return the point (2,) [m] under the middle of a picture from above of points (k, 2), and half its height [m]."""
+    low, high = points.min(axis=0), points.max(axis=0)
     sides = np.array([free.right - free.left, free.bottom - free.top])
     pixel = float(np.max((high - low) / sides))  # [m]
     off = np.array([(free.left + free.right - size[0]) / 2, (size[1] - free.top - free.bottom) / 2])

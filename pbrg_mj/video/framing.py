@@ -21,7 +21,7 @@ FULL_HEIGHT = 720  # of a picture whose thinnest line is a pixel wide [pixels]
 FONT_STEP, SMALLEST_FONT, LARGEST_FONT = 50, 100, 300  # the sizes that MuJoCo has [%]
 LETTER = 8.3  # width of a letter, on the average, in its smallest font [pixels]
 NAMES, SHORTEST = 12, 18  # letters of the caption's left column and margins, and of its right one at least
-WIDEST = 0.25  # of the picture, the column of words; a longer line runs over the picture
+WIDEST = 0.36  # of the picture, the column of words; a longer line runs over the picture
 RIM = 0.02  # of the picture's height, left free all round
 
 

@@ -58,7 +58,7 @@ class OffscreenRenderer:
         self._gl = mujoco.GLContext(*self._task.size)
         self._gl.make_current()
         self._context = mujoco.MjrContext(self._playback.model, font_scale(self._task.size[1]))
-        self._legend = Legend(self._task.run, self._task.size, self._context)
+        self._legend = Legend(self._task, self._context)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         return self
 
@@ -86,7 +86,7 @@ class OffscreenRenderer:
         self._overlay.draw(Markers(scene, task.size[1] / FULL_HEIGHT), frame, task.layers)
         frame.camera.place(scene, task.size)
         mujoco.mjr_render(self._view, scene, self._context)
-        legend = "text" in task.layers and "references" in task.layers and task.size[1] >= LEGEND_HEIGHT
+        legend = "text" in task.layers and task.size[1] >= LEGEND_HEIGHT
         if legend:
             self._legend.write(frame.camera)
         if "text" in task.layers:

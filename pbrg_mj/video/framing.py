@@ -21,7 +21,7 @@ FULL_HEIGHT = 720  # of a picture whose thinnest line is a pixel wide [pixels]
 FONT_STEP, SMALLEST_FONT, LARGEST_FONT = 50, 100, 300  # the sizes that MuJoCo has [%]
 LETTER = 8.3  # width of a letter, on the average, in its smallest font [pixels]
 NAMES, SHORTEST = 12, 18  # letters of the caption's left column and margins, and of its right one at least
-WIDEST = 0.36  # of the picture, the column of words; a longer line runs over the picture
+WIDEST = 0.4  # of the picture's width, the column of words
 RIM = 0.02  # of the picture's height, left free all round
 
 
@@ -41,13 +41,17 @@ def font_scale(height: int) -> int:
 
 
 def room(task: RenderTask) -> Room:
-    """Return what the words leave of the picture: all but a column at the left; all of it without them."""
+    """Return what the words leave of the picture: all but a column at the left; all of it where there is no column."""
     (width, height), rim = task.size, RIM * task.size[1]
-    column = 0.0
-    if "text" in task.layers:
-        longest = max(SHORTEST, len(task.run.name), *map(len, np.unique(task.run.ticks.status).tolist()))
-        column = min((NAMES + longest) * LETTER * font_scale(height) / 100, WIDEST * width)
+    column = _column(task) if "text" in task.layers else 0.0
     return Room(column + rim, rim, width - rim, height - rim)
+
+
+def _column(task: RenderTask) -> float:
+    """Return the width [pixels] of the words, of all but a long name if that is too wide; 0 in small pictures."""
+    longest = max(map(len, [task.run.name, *np.unique(task.run.ticks.status).tolist()]))
+    widths = [(NAMES + letters) * LETTER * font_scale(task.size[1]) / 100 for letters in (SHORTEST, longest)]
+    return max((width for width in widths if width <= WIDEST * task.size[0]), default=0.0)
 
 
 def framed_points(run: Run) -> np.ndarray:

@@ -46,6 +46,11 @@ def test_the_point_at_which_a_line_holds_is_that_of_the_nearest_robot_it_binds()
     assert np.all(areas[[3, 5], 0] == np.inf) and np.all(areas[[3, 5], 1] == -np.inf)
 
 
+def test_a_line_that_a_robot_is_beyond_holds_where_the_robot_is():
+    areas = binding_area(run(ticks=holding(0.25, 0.1)).ticks, scenario())
+    np.testing.assert_allclose(areas[4], [[1.0, 0.0], [1.0, 0.0]])
+
+
 @pytest.mark.parametrize(("x", "shown"), [(1.9, True), (2.1, False)])
 def test_things_are_near_within_a_metre_of_a_short_way_and_then_shown_whole(x, shown):
     _, high = area_of_interest(among(wall(x)), NOTHING)

@@ -34,17 +34,17 @@ def has_rows_of_robots(scenario: Scenario) -> bool:
 def binding_area(ticks: TickSeries, scenario: Scenario) -> np.ndarray:
     """Return the corners (T, 2, 2) [m], lower and upper, around the points at which lines held robots at each tick.
 
-    A line holds robots where one of its multipliers is more than negligible; its point is the one nearest to the
-    nearest robot that it binds. Where nothing holds, the lower corner is inf and the upper one -inf.
+    A line holds robots where its multipliers are more than negligible; its point is the one nearest to the foremost
+    robot that it binds, or that robot itself beyond the line. Where nothing holds, the corners are inf and -inf.
     """
     G, h = ticks.half_space_G, ticks.half_space_h
     weights = by_half_space(scenario, h.shape[2], ticks.multipliers)[0].sum(axis=-1)
     tick, owner, slot = np.nonzero(ticks.half_space_active & (weights > NEGLIGIBLE))
     normal, q = G[tick, owner, slot], ticks.hand_true[tick]
     ahead = h[tick, owner, slot, None] - np.einsum("ki,kji->kj", normal, q)
-    whom = np.where(ticks.half_space_binds[tick, owner, slot], np.abs(ahead), np.inf).argmin(axis=1)
+    whom = np.where(ticks.half_space_binds[tick, owner, slot], ahead, np.inf).argmin(axis=1)
     each = np.arange(len(tick))
-    points = q[each, whom] + ahead[each, whom, None] * normal
+    points = q[each, whom] + np.maximum(ahead[each, whom, None], 0.0) * normal
     known = np.isfinite(points).all(axis=1)
     area = np.stack([np.full((len(h), 2), np.inf), np.full((len(h), 2), -np.inf)], axis=1)
     np.minimum.at(area[:, 0], tick[known], points[known])

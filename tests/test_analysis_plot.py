@@ -258,6 +258,29 @@ def test_the_plan_shows_what_stands_and_moves_near_the_team_and_not_what_is_far(
     assert bottom < -0.75
 
 
+def test_the_plan_shows_the_wall_that_held_a_robot_and_names_its_line():
+    """Two robots at x = 1 are held by a wall at 3.6, farther than what stands near: the line for hand points too."""
+    from pbrg_mj.analysis.figures.trajectories import trajectories
+
+    wall = {"from": (3.65, -2.0), "to": (3.65, 1.0), "thickness": 0.1}
+    plan = scenario(plant="physics", world={"walls": (wall,)}, estimator={})
+    multipliers = np.zeros((21, 2, 2))
+    for held in (False, True):
+        multipliers[-1, 0, 0] = 0.3 * held
+        made = run(plan, ticks={"half_space_h": np.full((21, 2, 1), 3.5), "multipliers": multipliers})
+        axes = drawn(trajectories, made)
+        named = [text.get_text() for text in axes.get_legend().get_texts()]
+        assert (axes.get_xlim()[1] > 3.7) == held == ("line for hand points" in named)
+
+
+def test_a_moving_box_that_stays_far_away_is_not_in_the_legend():
+    from pbrg_mj.analysis.figures.trajectories import trajectories
+
+    box = {"size": (0.3, 0.3), "waypoints": ({"time": 0.0, "center": (9.0, 9.0)},)}
+    axes = drawn(trajectories, run(scenario(plant="physics", world={"moving_boxes": (box,)}, estimator={})))
+    assert axes.get_ylim()[1] < 5 and len(axes.get_legend().get_texts()) == 2  # r, best admissible
+
+
 def test_a_moving_box_is_drawn_where_it_came_nearest_to_a_robot():
     from pbrg_mj.analysis.figures.trajectories import trajectories
 

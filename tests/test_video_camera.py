@@ -5,6 +5,7 @@ import pytest
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.video.camera import camera_path, perspective_camera, top_camera
+from pbrg_mj.video.framing import Room, above, nearest_eye
 from pbrg_mj.video.playback import motion_of
 from pbrg_mj.video.settings import (
     LAYERS,
@@ -70,6 +71,84 @@ def test_from_above_what_stands_near_the_team_is_in_the_picture():
     corners = np.array([[x, y, 0.0] for x in (0.5, 1.5) for y in (0.65, 0.75)])
     assert inside(shot.project(corners, SIZE))
     assert not inside(shot.project(corners + np.array([0.0, 8.3, 0.0]), SIZE))
+
+
+WIDE = (1280, 720)
+COLUMN = 212  # width of the words at the left of such a picture, measured [pixels]
+
+
+def among_things():
+    """The team that drives to (7, 2) passes a box, comes to a wall, and a box that moves passes it 0.6 m off."""
+    stops = ({"time": 0.0, "center": (4.0, 4.5)}, {"time": 10.0, "center": (4.0, -4.0)})
+    world = {
+        "walls": ({"from": (8.1, -1.0), "to": (8.1, 3.0), "thickness": 0.1},),
+        "boxes": ({"center": (1.5, -1.9), "size": (0.8, 0.6)},),
+        "moving_boxes": ({"size": (0.4, 0.4), "waypoints": stops},),
+    }
+    plan = scenario(plant="physics", world=world, estimator={}, operator={"reference": (7.0, 2.0)})
+    q = resting(plan).hand_true + np.linspace(-1, 0, 21)[:, None, None] * [6.0, 2.0]
+    return run(plan, ticks={"hand_true": q})
+
+
+def rectangle(middle, size):
+    x, y = np.array(middle)[:, None] + np.array(size)[:, None] / 2 * [[-1, 1, 1, -1], [-1, -1, 1, 1]]
+    return np.column_stack([x, y, np.full(4, 0.2)])
+
+
+@pytest.mark.parametrize("camera", ["top", "chase"])
+@pytest.mark.parametrize("layers", [frozenset(LAYERS), frozenset(LAYERS) - {"text"}])
+def test_things_beside_the_way_are_in_the_picture_and_no_words_cover_them(camera, layers):
+    made = among_things()
+    task = RenderTask(made, {}, camera, WIDE, layers, made.ticks.time)
+    shot, column = camera_path(task, motion_of(made.ticks)), COLUMN * ("text" in layers)
+    for k in range(21):
+        box = (4.0, 4.5 - 0.85 * TICKS[k])
+        away = np.maximum(np.abs(made.ticks.hand_true[k] - box) - 0.2, 0.0)
+        corners = rectangle((8.1, 1.0), (0.1, 4.0))
+        if TICKS[k] <= 4:  # the chase camera leaves what lies 3 m behind
+            corners = np.vstack([corners, rectangle((1.5, -1.9), (0.8, 0.6))])
+        if np.linalg.norm(away, axis=1).min() < 2.5:
+            corners = np.vstack([corners, rectangle(box, (0.4, 0.4))])
+        corners = np.vstack([corners, np.column_stack([made.ticks.hand_true[k], np.zeros(2)])])
+        pixels = shot(TICKS[k]).project(corners, WIDE)
+        assert np.all((pixels > [column, 0]) & (pixels < WIDE)), (k, pixels)
+
+
+@pytest.mark.parametrize("camera", ["top", "chase"])
+def test_a_wall_that_held_a_robot_is_in_the_picture(camera):
+    wall = {"from": (3.65, -2.0), "to": (3.65, 1.0), "thickness": 0.1}
+    plan, multipliers = scenario(plant="physics", world={"walls": (wall,)}, estimator={}), np.zeros((21, 2, 2))
+    multipliers[-1, 0, 0] = 0.3
+    made = run(plan, ticks={"half_space_h": np.full((21, 2, 1), 3.5), "multipliers": multipliers})
+    pixels = camera_path(job(camera, made), motion_of(made.ticks))(0.0).project(rectangle((3.65, -0.5), (0.1, 3)), SIZE)
+    assert inside(pixels)
+
+
+def test_the_nearest_eye_sees_all_points_and_some_on_two_opposite_edges():
+    points = np.random.default_rng(1).uniform(-1, 1, (30, 3))
+    free, size = Room(200.0, 20.0, 630.0, 330.0), (640, 360)
+    eye = nearest_eye(points, np.eye(3)[[0, 2, 1]], 0.5, size, free)  # looks along y, with z up
+    pixels = perspective_camera(eye, eye + np.array([0.0, 1.0, 0.0]), 0.5, 50.0, 0.1).project(points, size)
+    low, high = pixels.min(axis=0), pixels.max(axis=0)
+    slack = np.array([low - free[:2], free[2:] - high])
+    assert slack.min() > -1e-9
+    assert slack.max(axis=0).min() < 1e-9
+
+
+def test_from_above_the_area_fills_the_free_part_of_the_picture():
+    points = np.array([[0.0, 0.0], [4.0, 1.0]])
+    centre, half = above(points, (640, 360), Room(200.0, 20.0, 600.0, 320.0))
+    pixels = top_camera(centre, half, 0.1).project(np.column_stack([points, np.zeros(2)]), (640, 360))
+    np.testing.assert_allclose(pixels, [[200.0, 220.0], [600.0, 120.0]], atol=1e-9)
+
+
+def test_a_camera_that_follows_a_long_way_stays_near_the_team():
+    ticks = resting(scenario())
+    q = ticks.hand_true + np.linspace(0, 1, 21)[:, None, None] * [28.0, 0.0]
+    made = run(ticks={"hand_true": q, "m": q, "reference": q[:, 0]})
+    shot = camera_path(job("chase", made), motion_of(made.ticks))
+    across = shot(5.0).project(np.column_stack([q[10] + [[0.0, 0.0], [1.0, 0.0]], np.zeros(2)]), SIZE)
+    assert np.linalg.norm(across[0] - across[1]) > 30  # pixels between robots
 
 
 def test_the_robot_camera_follows_its_robot():

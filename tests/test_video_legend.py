@@ -5,9 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pbrg_mj.log.read.run import Run
+from pbrg_mj.log.read.scans import ScanSeries
 from pbrg_mj.scenario.bundled import data_dir
-from pbrg_mj.video.legend import GLYPHS, TILE, glyph_mask, legend_names, scale_length
+from pbrg_mj.video.glyphs import GLYPHS, LAYER, glyph_picture, legend_names
+from pbrg_mj.video.legend import TILE, scale_length
 from pbrg_mj.video.overlay import MOST_BEAMS, drawn_beams
+from pbrg_mj.video.settings import LAYERS, RenderTask
 from tests.runs import run
 
 
@@ -26,15 +30,30 @@ def test_a_scale_bar_has_a_round_length_of_at_most_a_fifth(width: float, length:
     assert scale_length(width) == pytest.approx(length)
 
 
-def test_glyphs_differ_and_only_what_is_drawn_is_named() -> None:
-    masks = [glyph_mask(angles, 17) for angles, _ in GLYPHS.values()]
-    assert all(0.15 < mask.mean() < 0.8 for mask in masks)
-    assert not np.array_equal(masks[0], masks[1])
-    assert len({colour for _, colour in GLYPHS.values()}) == len(GLYPHS)
+def task(made: Run, layers: tuple[str, ...] = LAYERS, scans: dict[int, ScanSeries] | None = None) -> RenderTask:
+    scans = {0: ScanSeries(*[np.zeros(1)] * 3)} if scans is None else scans
+    return RenderTask(made, scans, "top", (640, 360), frozenset(layers), made.ticks.time)
+
+
+def test_glyphs_differ() -> None:
+    pictures = [glyph_picture(glyph, 17) for glyph in GLYPHS.values()]
+    assert all(0.05 < mask.mean() < 0.9 for mask, _ in pictures)
+    looks = {np.where(mask[..., None], colour, -1.0).tobytes() for mask, colour in pictures}
+    assert len(looks) == len(GLYPHS)
+
+
+def test_the_legend_names_every_layer_that_is_drawn_and_no_other() -> None:
     made = run()
-    assert legend_names(made) == list(GLYPHS)
+    assert legend_names(task(made)) == list(GLYPHS)
+    assert set(LAYER.values()) == set(LAYERS) - {"text"}
+    for layer in ("references", "half_spaces", "beams", "trails", "formation"):
+        named = legend_names(task(made, layers=(layer, "text")))
+        assert named and all(LAYER[name] == layer for name in named)
+    assert "beam" not in legend_names(task(made, scans={}))
     without = type(made.optima)(**{name: value[:0] for name, value in vars(made.optima).items()})
-    assert "m*" not in legend_names(run(optima=without))
+    assert "m*" not in legend_names(task(run(optima=without)))
+    blind = run(ticks={"half_space_active": np.zeros_like(made.ticks.half_space_active)})
+    assert "half-space" not in legend_names(task(blind))
 
 
 def test_the_floors_squares_are_as_long_as_the_legend_says() -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 from pbrg_mj.analysis.export import WRITERS
 from pbrg_mj.analysis.figures.figure import METADATA, check_panels, plot, wanted_panels
 from pbrg_mj.analysis.metrics.log_metrics import log_metrics
+from pbrg_mj.analysis.metrics.multiplier_rows import binding_area
 from pbrg_mj.analysis.metrics.per_tick import certificate_rows, least_sensed_margin, multiplier_sums, state_size
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics
 from pbrg_mj.analysis.output_file import by_suffix, check_place
@@ -53,7 +54,7 @@ def plot_log(log: str | Path, path: str | Path, panels: str) -> None:
     wanted = wanted_panels(panels)
     check_panels(wanted)
     margins = (certificate_rows, least_sensed_margin) if "margin" in wanted else ()
-    run, _ = open_reduced(log, (multiplier_sums, *margins))
+    run, _ = open_reduced(log, (multiplier_sums, binding_area, *margins))
     warn_if_damaged(run.damage, log)
     plot(run, Path(path), wanted)
 

@@ -11,16 +11,12 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from pbrg_mj.analysis.metrics.obstacles import area_of_interest
-from pbrg_mj.log.read.run import Run
+from pbrg_mj.video.framing import above, followed, framed_points, nearest_eye, room, upright
 from pbrg_mj.video.playback import Motion, between, held, smoothed
 from pbrg_mj.video.settings import ROBOT_CAMERA, RenderTask
 
-FARTHEST = 30.0  # from the team's start, what is farther is not fitted [m]: a run may diverge
-LEAST_RADIUS = 0.8  # of what the chase camera fits [m]
-BORDER = 0.35  # around what the top camera fits [m]
-BESIDE = 0.8  # beyond the team's own area, how far the top camera looks for things [m]
-CHASE_SMOOTHING, ROBOT_SMOOTHING = 4.0, 0.8  # [s]
+ROBOT_SMOOTHING = 0.8  # [s]
+CHASE_MARK = 0.008  # size of marks, at a distance of 1
 CHASE_ELEVATION = np.deg2rad(42.0)
 CHASE_HALF_HEIGHT, ROBOT_HALF_HEIGHT = np.tan(np.deg2rad(20.0)), np.tan(np.deg2rad(30.0))
 BEHIND, ABOVE, AHEAD = 0.55, 0.34, 0.6  # the robot camera's eye and target from the body [m]
@@ -87,46 +83,29 @@ def camera_path(task: RenderTask, motion: Motion) -> CameraPath:
     if task.camera == "top":
         camera = _top(task)
         return lambda _time: camera
-    return _chase(task.run, task.size)
-
-
-def _points_in_view(run: Run) -> np.ndarray:
-    """Return what must be in view at every tick (T, k, 2) [m]: hand points, governed references, and r."""
-    ticks = run.ticks
-    points = held(np.concatenate([ticks.hand_true, ticks.m, ticks.reference[:, None]], axis=1))
-    start = np.mean(run.scenario.team.start, axis=0)
-    return np.clip(points, start - FARTHEST, start + FARTHEST)
+    return _chase(task)
 
 
 def _top(task: RenderTask) -> Camera:
-    goals = task.run.ticks.reference[-1] + np.array(task.run.scenario.team.formation)
-    team = np.vstack([_points_in_view(task.run).reshape(-1, 2), goals])
-    low, high = area_of_interest(task.run.scenario, team, BESIDE)
-    low, high = low - BORDER, high + BORDER
-    width, height = task.size
-    half = float(max((high[1] - low[1]) / 2, (high[0] - low[0]) / 2 * height / width))
-    return top_camera((low + high) / 2, half, mark=0.02 * half)
+    centre, half = above(framed_points(task.run), task.size, room(task))
+    return top_camera(centre, half, mark=0.02 * half)
 
 
-def _chase(run: Run, size: tuple[int, int]) -> CameraPath:
-    """From behind the team as it starts off, at a steady bearing: near enough for robots, far enough for all."""
-    ticks, points = run.ticks, _points_in_view(run)
-    window = round(CHASE_SMOOTHING / run.scenario.timing.tick)
-    middle = (points.min(axis=1) + points.max(axis=1)) / 2
-    radius = np.linalg.norm(points - middle[:, None], axis=2).max(axis=1)
-    centre, radius = smoothed(middle, window), smoothed(np.maximum(radius, LEAST_RADIUS), window)
-    direction = points[-1, -1] - points[0, : ticks.m.shape[1]].mean(axis=0)
+def _chase(task: RenderTask) -> CameraPath:
+    """From behind the team as it starts off, at a steady bearing, as near as all that is framed allows."""
+    run, free = task.run, room(task)
+    points, time, (low, high) = framed_points(run), run.ticks.time, followed(run)
+    direction = run.ticks.reference[-1] - held(run.ticks.m)[0].mean(axis=0)
     direction = direction / np.linalg.norm(direction) if np.linalg.norm(direction) > 0.1 else np.array([0.0, 1.0])
-    backward = np.array([*(-np.cos(CHASE_ELEVATION) * direction), np.sin(CHASE_ELEVATION)])
-    fit = 0.9 * min(1.0, 0.75 * size[0] / size[1]) * CHASE_HALF_HEIGHT
+    forward = np.array([*(np.cos(CHASE_ELEVATION) * direction), -np.sin(CHASE_ELEVATION)])
+    right = np.array([direction[1], -direction[0], 0.0])
+    axes = np.array([right, np.cross(right, forward), forward])
 
-    def at(time: float) -> Camera:
-        target = np.array([*between(ticks.time, centre, time), 0.0])
-        size_now = float(between(ticks.time, radius, time))
-        distance = size_now / fit
-        return perspective_camera(
-            target + distance * backward, target, CHASE_HALF_HEIGHT, 30 * distance, mark=0.025 * size_now
-        )
+    def at(now: float) -> Camera:
+        framed = upright(run, np.clip(points, between(time, low, now), between(time, high, now)))
+        eye = nearest_eye(framed, axes, CHASE_HALF_HEIGHT, task.size, free)
+        distance = float((framed.mean(axis=0) - eye) @ forward)
+        return perspective_camera(eye, eye + forward, CHASE_HALF_HEIGHT, 30 * distance, mark=CHASE_MARK * distance)
 
     return at
 

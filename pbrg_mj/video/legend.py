@@ -8,26 +8,13 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from pbrg_mj.log.read.run import Run
 from pbrg_mj.video.camera import Camera
-from pbrg_mj.video.overlay import OPTIMUM_COLOUR, REFERENCE_COLOUR, STAR_ANGLES
+from pbrg_mj.video.glyphs import GLYPHS, glyph_picture, legend_names
+from pbrg_mj.video.settings import RenderTask
 
-Colour = tuple[float, float, float]
 TILE = 1.0  # side of the floor's squares in models/arena.xml [m]
-DISC: Colour = (0.28, 0.60, 0.90)  # any robot's
-PALE: Colour = (0.72, 0.84, 0.95)
 BACKGROUND, TEXT = (0.0, 0.0, 0.0, 0.3), (1.0, 1.0, 1.0)
-GLYPHS: dict[str, tuple[np.ndarray, Colour]] = {  # angles of crossing bars [rad], none for a disc; colour
-    "r": (STAR_ANGLES, REFERENCE_COLOUR[:3]),
-    "m*": (np.pi * np.array([0.25, 0.75]), OPTIMUM_COLOUR[:3]),
-    "m_i": (np.empty(0), DISC),
-    "m_i + b_i": (np.empty(0), PALE),
-}
-
-
-def legend_names(run: Run) -> list[str]:
-    """Return the marks that a run's pictures show, from the top down."""
-    return [name for name in GLYPHS if name != "m*" or len(run.optima.time)]
+SCALE_SHARE = 0.75  # of the picture's width, of which the scale bar takes a fifth at most: it stays in its column
 
 
 def scale_length(width: float) -> float:
@@ -36,24 +23,12 @@ def scale_length(width: float) -> float:
     return float(max(step * power for step in (1, 2, 5) if step * power <= width / 5 * (1 + 1e-9)))
 
 
-def glyph_mask(angles: np.ndarray, size: int) -> np.ndarray:
-    """Return where a glyph (size, size) has its colour: bars at `angles` [rad] through the middle, or a disc."""
-    across = (np.arange(size) - (size - 1) / 2) / (size / 2)
-    x, y = np.meshgrid(across, across)
-    inside = x**2 + y**2 <= 0.9
-    if not len(angles):
-        return inside
-    return inside & (np.abs(np.outer(np.sin(angles), x) - np.outer(np.cos(angles), y)) <= 0.18).any(axis=0).reshape(
-        x.shape
-    )
-
-
 class Legend:
     """Draws itself into the lower left corner of pictures of one size."""
 
-    def __init__(self, run: Run, size: tuple[int, int], context: mujoco.MjrContext):
+    def __init__(self, task: RenderTask, context: mujoco.MjrContext):
         """`context` is the GL context's."""
-        self._names, self._size, self._context = legend_names(run), size, context
+        self._names, self._size, self._context = legend_names(task), task.size, context
         self._line = int(context.charHeight * 1.25)
 
     def write(self, camera: Camera) -> None:
@@ -75,11 +50,11 @@ class Legend:
         """Paint the glyphs into a picture (height, width, 3) whose rows go from the bottom up."""
         size = self._line * 3 // 4
         for row, name in enumerate(self._names):
-            angles, colour = GLYPHS[name]
+            mask, colours = glyph_picture(GLYPHS[name], size)
             bottom, left = self._bottom(row, len(self._names) + 1), self._line // 2
             part = pixels[bottom : bottom + size, left : left + size]
-            mask = glyph_mask(angles, size)[: len(part), : part.shape[1]]
-            part[mask] = np.round(255 * np.array(colour))
+            mask = mask[: len(part), : part.shape[1]]
+            part[mask] = np.round(255 * colours[: len(part), : part.shape[1]][mask])
 
     def _bottom(self, row: int, rows: int) -> int:
         return self._line // 2 + self._line * (rows - 1 - row)
@@ -90,7 +65,7 @@ class Legend:
         if not camera.orthographic:
             return 0, f"floor squares {TILE:g} m"
         metre = height / 2 / camera.half_height  # [pixels]
-        length = scale_length(width / metre)
+        length = scale_length(SCALE_SHARE * width / metre)
         return round(length * metre), f"{length:g} m"
 
     def _text(self, words: str, left: int, bottom: int) -> None:

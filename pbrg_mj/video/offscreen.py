@@ -13,6 +13,7 @@ import numpy as np
 
 from pbrg_mj.video.camera import camera_path
 from pbrg_mj.video.caption import caption
+from pbrg_mj.video.framing import FULL_HEIGHT, font_scale
 from pbrg_mj.video.legend import Legend
 from pbrg_mj.video.markers import Markers
 from pbrg_mj.video.overlay import FrameState, Overlay
@@ -24,8 +25,6 @@ MAX_GEOMS = 12_000  # geoms in a scene: fifty robots with trails, and thousands 
 SLICES, STACKS, QUADS = 24, 4, 1
 AMBIENT, HEADLIGHT = 0.45, 0.22
 LEGEND_HEIGHT = 360  # pictures less high have no room for a legend [pixels]
-FULL_HEIGHT = 720  # of a picture whose thinnest line is a pixel wide [pixels]
-FONT_STEP, SMALLEST_FONT, LARGEST_FONT = 50, 100, 300  # the sizes that MuJoCo has [%]
 
 
 class OffscreenRenderer:
@@ -58,8 +57,8 @@ class OffscreenRenderer:
         """Make the GL context."""
         self._gl = mujoco.GLContext(*self._task.size)
         self._gl.make_current()
-        self._context = mujoco.MjrContext(self._playback.model, _font_scale(self._task.size[1]))
-        self._legend = Legend(self._task.run, self._task.size, self._context)
+        self._context = mujoco.MjrContext(self._playback.model, font_scale(self._task.size[1]))
+        self._legend = Legend(self._task, self._context)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         return self
 
@@ -87,7 +86,7 @@ class OffscreenRenderer:
         self._overlay.draw(Markers(scene, task.size[1] / FULL_HEIGHT), frame, task.layers)
         frame.camera.place(scene, task.size)
         mujoco.mjr_render(self._view, scene, self._context)
-        legend = "text" in task.layers and "references" in task.layers and task.size[1] >= LEGEND_HEIGHT
+        legend = "text" in task.layers and task.size[1] >= LEGEND_HEIGHT
         if legend:
             self._legend.write(frame.camera)
         if "text" in task.layers:
@@ -100,8 +99,3 @@ class OffscreenRenderer:
     def _write(self, time: float) -> None:
         font, places = mujoco.mjtFont.mjFONT_NORMAL, mujoco.mjtGridPos
         mujoco.mjr_overlay(font, places.mjGRID_TOPLEFT, self._view, *caption(self._task.run, time), self._context)
-
-
-def _font_scale(height: int) -> int:
-    wanted = FONT_STEP * round(100 * height / FULL_HEIGHT / FONT_STEP)
-    return int(np.clip(wanted, SMALLEST_FONT, LARGEST_FONT))

@@ -7,13 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pbrg_mj.analysis.figures.style import MARKERS, finite, legend_above, robot_style
-from pbrg_mj.analysis.metrics.obstacles import (
-    area_of_interest,
-    closest_approach,
-    footprints,
-    moving_footprints,
-    outlines,
-)
+from pbrg_mj.analysis.metrics.area_of_interest import area_of_interest
+from pbrg_mj.analysis.metrics.obstacles import closest_approach, footprints, moving_footprints, outlines
 from pbrg_mj.analysis.metrics.outcome import final_target
 from pbrg_mj.log.read.run import Run
 from pbrg_mj.scenario.schema import BoxWaypoint
@@ -22,8 +17,6 @@ from pbrg_mj.world.scene.footprints import footprints_of
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-FARTHEST = 30.0  # from the team's start, what is farther is not shown [m]
-BESIDE = 1.0  # how far off the team's way things are shown [m]
 BORDER = 0.05  # around it all, as a share of its size
 POINT: dict[str, Any] = {"color": "black", "linestyle": "none"}
 
@@ -47,25 +40,31 @@ def trajectories(axes: Axes, run: Run) -> None:
     _moving(axes, run, q)
     for corners in outlines(footprints(run.scenario)):
         axes.fill(*corners.T, facecolor="0.8", edgecolor="0.4", linewidth=0.6)
-    lines, style = final_target(run).rows, {"color": "black", "linewidth": 0.9, "linestyle": (0, (8, 2))}
-    for k, (G, h) in enumerate(zip(lines.G, lines.h, strict=True)):
-        axes.axline(tuple(h * G), slope=_slope(G), label=None if k else "line for hand points", **style)
+    _lines(axes, run)
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
     legend_above(axes)
 
 
 def _frame(axes: Axes, run: Run) -> None:
-    """Show the team's way, r, and what stands or moves near it; lines run through the whole picture."""
-    ticks = run.ticks
-    team = np.concatenate([ticks.hand_true.reshape(-1, 2), ticks.reference[-1:], _best(run)])
-    start = np.mean(run.scenario.team.start, axis=0)
-    near = np.all(np.abs(team - start) < FARTHEST, axis=1)  # a run may diverge
-    low, high = area_of_interest(run.scenario, np.vstack([team[near], start]), BESIDE)
+    """Show the team's way, r, what held robots, and what stands or moves near; lines run through the whole picture."""
+    low, high = area_of_interest(run, np.concatenate([run.ticks.reference[-1:], _best(run)]))
     border = BORDER * max(float((high - low).max()), 1.0)
     axes.set_xlim(low[0] - border, high[0] + border)
     axes.set_ylim(low[1] - border, high[1] + border)
     axes.set_aspect("equal")
+
+
+def _lines(axes: Axes, run: Run) -> None:
+    """Draw the lines for hand points that pass through the picture; the legend names them once."""
+    x, y = np.meshgrid(axes.get_xlim(), axes.get_ylim())
+    rows, name = final_target(run).rows, "line for hand points"
+    for G, h in zip(rows.G, rows.h, strict=True):
+        beyond = G[0] * x + G[1] * y - h
+        if beyond.min() < 0 < beyond.max():
+            style: dict[str, Any] = {"color": "black", "linewidth": 0.9, "linestyle": (0, (8, 2))}
+            axes.axline(tuple(h * G), slope=_slope(G), label=name, **style)
+            name = None
 
 
 def _floor(axes: Axes, run: Run) -> None:
@@ -77,18 +76,26 @@ def _floor(axes: Axes, run: Run) -> None:
 
 def _moving(axes: Axes, run: Run, q: np.ndarray) -> None:
     """Draw boxes that move: filled where they came nearest to a robot, dashed where they stop, their ways dotted."""
-    boxes = run.scenario.world.moving_boxes
-    for k, box in enumerate(boxes):
+    boxes, name = run.scenario.world.moving_boxes, "moving box where nearest"
+    for box in boxes:
         near = closest_approach(box, run.ticks.time, q)
         there = box.at(BoxWaypoint(time=0.0, center=(float(near[0]), float(near[1]))))
         (corners,) = outlines(footprints_of([there.as_wall()]))
-        name = None if k else "moving box where nearest"
-        axes.fill(*corners.T, facecolor="0.9", edgecolor="0.4", linewidth=0.6, linestyle=":", label=name)
+        label = name if _is_shown(axes, corners) else None
+        axes.fill(*corners.T, facecolor="0.9", edgecolor="0.4", linewidth=0.6, linestyle=":", label=label)
+        name = None if label else name
     for corners in outlines(moving_footprints(run.scenario)):
         axes.fill(*corners.T, fill=False, edgecolor="0.4", linewidth=0.6, linestyle="--")
     for box in boxes:
         way = np.array([waypoint.center for waypoint in box.waypoints])
         axes.plot(*way.T, color="0.4", linewidth=0.6, linestyle=":")
+
+
+def _is_shown(axes: Axes, corners: np.ndarray) -> bool:
+    """Return whether any of a rectangle with these corners (4, 2) [m] is in the picture."""
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    (x0, y0), (x1, y1) = corners.min(axis=0), corners.max(axis=0)
+    return bool(x0 < right and x1 > left and y0 < top and y1 > bottom)
 
 
 def _formation(axes: Axes, q: np.ndarray) -> None:

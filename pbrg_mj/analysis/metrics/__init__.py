@@ -8,6 +8,8 @@ contacts          which contacts there were, and which of them violate the run
 margins           distances to true and sensed lines, the ball's radius
 reachable         what a robot could have reached while a box came at it
 avoidance         contacts with moving boxes, and which of them were avoidable
+multiplier_rows   which half-space each multiplier belongs to, and where half-spaces held robots
+area_of_interest  what a picture of a run shows of the plane
 trend             where a team is going, by its distance over the last seconds
 outcome           how the run ended, in one word
 binding           what binds at the end, in words

@@ -13,6 +13,7 @@ import numpy as np
 
 from pbrg_mj.analysis.metrics.contacts import FIELDS, contact_flags
 from pbrg_mj.analysis.metrics.margins import ball_radius
+from pbrg_mj.analysis.metrics.multiplier_rows import NEGLIGIBLE, by_half_space, has_rows_of_robots
 from pbrg_mj.analysis.metrics.obstacles import footprints, names
 from pbrg_mj.governor.distributed.from_scenario import multiplier_cap
 from pbrg_mj.log.read.run import Run
@@ -25,7 +26,6 @@ Kind = Literal[
 ]
 CONTACTS = {"walls": "walls", "moving": "moving boxes", "robots": "each other"}
 SHARE = 0.05  # of the largest weight: constraints with less are left out
-NEGLIGIBLE = 1e-3  # [m] so little a multiplier moves m by half as much
 MOST = 3  # half-spaces named
 AVERAGING_TIME = 1.0  # [s] over which voltages and wheel speeds are averaged
 ON_FACE = 0.1  # [m] between a half-space's line and the obstacle it is said to come from, at most
@@ -66,9 +66,9 @@ def _constraints(run: Run) -> Iterator[Binding]:
     if largest >= cap * (1 - 1e-9):
         robots = np.flatnonzero(multipliers.max(axis=1) >= cap * (1 - 1e-9)) + 1
         yield Binding("cap", f"multipliers of {_listed(robots)} at their cap {cap:.3g}")
-    rows, inputs = _by_half_space(run, multipliers)
+    rows, inputs = by_half_space(run.scenario, run.ticks.half_space_h.shape[2], multipliers)
     weights, ball = rows.sum(axis=2), run.scenario.governor.certificate == "ball"
-    by_robot = _has_rows_of_robots(run)
+    by_robot = has_rows_of_robots(run.scenario)
     least = max(NEGLIGIBLE, SHARE * max(weights.max(initial=0.0), inputs.max(initial=0.0)))
     for line in _lines(run, weights, least)[:MOST]:
         whom = int(np.sum([rows[one] for one in line], axis=0).argmax()) if by_robot else None
@@ -78,26 +78,6 @@ def _constraints(run: Run) -> Iterator[Binding]:
     for robot in np.flatnonzero(inputs >= least)[:MOST].tolist():
         limit = run.scenario.control.speed_limit
         yield Binding("input", f"robot {robot + 1}'s input rows, {limit:g} m/s, lambda {inputs[robot]:.2g}")
-
-
-def _by_half_space(run: Run, multipliers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return multipliers by owner, slot and row of that half-space, and those of each robot's input rows (n,).
-
-    A ball's row is one of the robots held back; intervals have two rows, one for each way along the normal. How
-    other packages' certificates order theirs is not known: all zeros.
-    """
-    n, slots = run.ticks.half_space_h.shape[1:]
-    intervals = run.scenario.governor.certificate in ("directional_ball", "predictive")
-    rows = n if _has_rows_of_robots(run) else 2 * intervals
-    half_spaces = multipliers[:, : slots * rows].reshape(n, slots, rows)
-    inputs = multipliers[:, slots * rows :].sum(axis=1)
-    return half_spaces, inputs if run.scenario.control.speed_limit is not None else np.zeros(n)
-
-
-def _has_rows_of_robots(run: Run) -> bool:
-    governor = run.scenario.governor
-    directional = governor.certificate == "directional_ball" and governor.kind == "distributed"
-    return directional or governor.certificate == "ball"
 
 
 def _multipliers(run: Run) -> np.ndarray | None:

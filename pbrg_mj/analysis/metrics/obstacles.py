@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from itertools import pairwise
-
 import numpy as np
 
 from pbrg_mj.scenario.schema import MovingBox, Scenario
@@ -74,29 +71,6 @@ def outlines(around: Footprints) -> list[np.ndarray]:
         around.centre[k] + radius * circle if radius else corners[k] for k, radius in enumerate(around.radius.tolist())
     ]
     return [*rounded, *(around.polygon(k) for k in range(len(around.first) - 1))]
-
-
-def area_of_interest(scenario: Scenario, team: np.ndarray, beside: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lower and the upper corner (2,) [m] of what a picture of a run should show.
-
-    That is all points `team` (k, 2), and whatever stands or moves near them: an obstacle that reaches within `beside`
-    [m] of the team's bounding box widens it as far as that. What is farther must not make the team small.
-    """
-    low, high = team.min(axis=0), team.max(axis=0)
-    shown_low, shown_high = low, high
-    for corners in [*outlines(footprints(scenario)), *_swept(scenario)]:
-        first, last = np.maximum(corners.min(axis=0), low - beside), np.minimum(corners.max(axis=0), high + beside)
-        if (first <= last).all():
-            shown_low, shown_high = np.minimum(shown_low, first), np.maximum(shown_high, last)
-    return shown_low, shown_high
-
-
-def _swept(scenario: Scenario) -> Iterator[np.ndarray]:
-    """Yield the corners (8, 2) [m] of every moving box at a waypoint and the next; at its only one, twice."""
-    for box in scenario.world.moving_boxes:
-        corners = outlines(footprints_of([box.at(at).as_wall() for at in box.waypoints]))
-        for first, last in pairwise([*corners, corners[-1]]):
-            yield np.vstack([first, last])
 
 
 def distance_to_obstacles(scenario: Scenario, points: np.ndarray) -> float:

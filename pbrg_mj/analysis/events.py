@@ -47,7 +47,9 @@ def _end(run: Run, end: Run) -> Iterator[Event]:
     """Yield how the run ended, and what binds then."""
     ended, time = outcome(run), _time(run, -1)
     yield Event(
-        time, f"{ended.word}: {ended.reason}" if ended.reason else ended.word, ended.word in ("violated", "diverged")
+        time,
+        f"{ended.word}: {ended.reason_text}" if ended.reason else ended.word,
+        ended.word in ("violated", "diverged"),
     )
     for one in bindings(end):
         yield Event(time, f"binds: {one.text}", False)

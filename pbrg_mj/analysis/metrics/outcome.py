@@ -48,6 +48,18 @@ class Outcome:
     kind: Violation | None = None  # with what
     trend: Trend | None = None
 
+    @property
+    def reason_text(self) -> str | None:
+        """The reason as people read it; of a violation with robot and time."""
+        return reason_text(self.reason, self.robot, self.time)
+
+
+def reason_text(reason: str | None, robot: int | None, time: float | None) -> str | None:
+    """Return a reason with the robot and the time [s] of a violation: at 4.82 s robot 1 passed a wall's line."""
+    if reason is None or robot is None or time is None:
+        return reason
+    return f"at {format_significant(time, 4)} s robot {robot} {reason}"
+
 
 def outcome(run: Run) -> Outcome:
     """Return the outcome by ground truth: violated before diverged, before converged, before what the trend says."""

@@ -7,6 +7,7 @@ from itertools import chain, repeat, zip_longest
 from textwrap import wrap
 from typing import Any
 
+from pbrg_mj.analysis.metrics.outcome import reason_text
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics
 from pbrg_mj.text import plain
 
@@ -153,7 +154,7 @@ def short_summary(run: RunMetrics) -> str:
     labels = {key: label.strip() for rows in LAYOUT.values() for label, key in rows}
     lines: list[str] = []
     for key in SHORT:
-        texts = sentences(look_up(data, key)) if key in WRAPPED else [text(shown(data, key))]
+        texts = sentences(shown(data, key)) if key in WRAPPED else [text(shown(data, key))]
         lines += [f"{label:<{LABEL_WIDTH}}  {line}" for label, line in zip_longest([labels[key]], texts, fillvalue="")]
     return "\n".join(lines)
 
@@ -169,9 +170,11 @@ def shown(data: dict[str, Any], key: str) -> Any:
     """Return the value at a key as it stands in a table: numbers of bytes with the unit a person reads.
 
     Of a governor that sees the whole team its name says so, and so does what stands in place of bytes. The violated
-    share of the run's own certificate is marked.
+    share of the run's own certificate is marked, and the reason of a violation has its robot and time.
     """
     value = look_up(data, key)
+    if key == "reason":
+        return reason_text(value, data["violation_robot"], data["violation_time_s"])
     if data["centralized"] and key.endswith("_bytes"):
         return CENTRALIZED
     if data["centralized"] and key == "governor" and value != CENTRALIZED:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import sys
 import threading
@@ -19,23 +18,12 @@ from typing import ParamSpec, TypeVar
 import typer
 
 from pbrg_mj.cli.console import StdoutClosedError, note, one_line
-from pbrg_mj.errors import InputError, PbrgError, Stopped
+from pbrg_mj.errors import SHORTAGES, InputError, PbrgError, Stopped
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 
 FAILED, WRONG_INPUT, DEFECT, STDOUT_CLOSED = 1, 2, 3, 141  # the last one as after a signal
-# The machine is short of something: neither wrong input nor a defect.
-RESOURCE_ERRORS = {
-    errno.ENOSPC,
-    errno.EDQUOT,
-    errno.EFBIG,
-    errno.EIO,
-    errno.ENOMEM,
-    errno.EMFILE,
-    errno.ENFILE,
-    errno.EAGAIN,
-}
 # typer has it only as the base of what it exports.
 ClickError: type[Exception] = typer.BadParameter.__mro__[2]
 
@@ -108,9 +96,9 @@ def _verdict(error: BaseException) -> tuple[int, str]:
         return WRONG_INPUT, f"{error.format_message()} See: pbrg --help"  # type: ignore[attr-defined]
     if isinstance(error, MemoryError):
         return FAILED, f"out of memory{_place(error.__traceback__)}: a smaller scenario, shorter run or log needs less"
-    if isinstance(error, OSError) and (error.filename or error.errno in RESOURCE_ERRORS):
+    if isinstance(error, OSError) and (error.filename or error.errno in SHORTAGES):
         name = f"{os.fsdecode(error.filename)}: " if isinstance(error.filename, str | bytes) else ""
-        return (FAILED if error.errno in RESOURCE_ERRORS else WRONG_INPUT), f"{name}{error.strerror or error}"
+        return (FAILED if error.errno in SHORTAGES else WRONG_INPUT), f"{name}{error.strerror or error}"
     text = _text(error)
     message = f"{type(error).__name__}{': ' if text else ''}{text}{_place(error.__traceback__)}"
     return DEFECT, f"{message}; this is a defect of pbrg, `pbrg --debug` prints where"

@@ -19,6 +19,7 @@ import typer
 
 from pbrg_mj.cli.console import StdoutClosedError, note, one_line
 from pbrg_mj.errors import SHORTAGES, InputError, PbrgError, Stopped
+from pbrg_mj.plugin_failures import failure_of_thread, forget_calls
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
@@ -57,15 +58,21 @@ def signals_as_codes(command: Callable[Arguments, Result]) -> Callable[Arguments
 
 
 @contextmanager
-def failures_on_one_line(*, debug: bool) -> Iterator[list[BaseException]]:
-    """Print failures of threads and destructors, and Python's warnings, a line each; give those of threads."""
-    failed: list[BaseException] = []
+def failures_on_one_line(*, debug: bool) -> Iterator[list[int]]:
+    """Print failures of threads and destructors, and Python's warnings, a line each; give exit codes for threads'.
+
+    Of threads that plug-ins start the first failure is printed: there may be one in every tick.
+    """
+    failed: list[int] = []
     hooks = threading.excepthook, sys.unraisablehook, warnings.showwarning
 
     def in_thread(hook: threading.ExceptHookArgs) -> None:
-        if hook.exc_value is not None:
-            explain(hook.exc_value, debug=debug)
-            failed.append(hook.exc_value)
+        if hook.exc_value is None:
+            return
+        of_plug_in = failure_of_thread(hook.exc_value)
+        if of_plug_in is None or FAILED not in failed:
+            explain(of_plug_in or hook.exc_value, debug=debug)
+        failed.append(DEFECT if of_plug_in is None else FAILED)
 
     def unraisable(hook: sys.UnraisableHookArgs) -> None:
         if hook.exc_value is not None:
@@ -78,6 +85,7 @@ def failures_on_one_line(*, debug: bool) -> Iterator[list[BaseException]]:
         note(f"warning: {one_line(text)}{f' ({file}:{line})' if debug else ''}")
 
     threading.excepthook, sys.unraisablehook, warnings.showwarning = in_thread, unraisable, warn  # type: ignore
+    forget_calls()
     try:
         yield failed
     finally:

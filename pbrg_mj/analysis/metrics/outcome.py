@@ -127,7 +127,7 @@ def _diverged(run: Run) -> Outcome | None:
     if not np.isfinite(size).all():
         return Outcome("diverged", "not finite")
     if np.any(size > limit):
-        return Outcome("diverged", f"beyond {limit:g} m")
+        return Outcome("diverged", f"beyond {format_significant(limit, 6)} m")
     return None
 
 
@@ -141,7 +141,8 @@ def _ended(run: Run) -> Outcome:
     changed = last_change(run)
     window = _last(time[changed:], min(rules.trend_time, float(time[-1] - time[changed])))
     if time[-1] - time[changed] < rules.rest_time - CLOCK_ROUNDING or window is None:
-        return Outcome("unfinished", f"the reference changed {time[-1] - time[changed]:.3g} s before the end")
+        since = format_significant(float(time[-1] - time[changed]), 3)
+        return Outcome("unfinished", f"the reference changed {since} s before the end")
     target = run.ticks.reference[-1] if best.point is None else best.point
     seen = slice(changed + window.start, None)
     distance = formation_error(run, target)[seen]

@@ -9,7 +9,7 @@ from typing import Any
 
 from pbrg_mj.analysis.metrics.outcome import reason_text
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics
-from pbrg_mj.text import plain
+from pbrg_mj.text import format_significant, plain
 
 LABEL_WIDTH = 38
 COLUMN_WIDTH = 29  # two runs fit 100 columns
@@ -187,7 +187,7 @@ def shown(data: dict[str, Any], key: str) -> Any:
 def amount(count: float) -> str:
     """Return a number of bytes in B, kB, MB, GB or TB, by powers of 1000: 704 kB."""
     unit = next((name for name in BYTES if abs(count) < 1000.0 * BYTES[name]), "TB")
-    return f"{count / BYTES[unit]:.4g} {unit}"
+    return f"{format_significant(count / BYTES[unit], 4)} {unit}"
 
 
 def cell(value: Any) -> str:
@@ -225,7 +225,7 @@ def _wrapped(label: str, values: list[Any]) -> list[str]:
 
 
 def _number(value: float) -> str:
-    return f"{value:.0f}" if value.is_integer() and abs(value) < 1e15 else f"{value:.4g}"
+    return f"{value:.0f}" if value.is_integer() and abs(value) < 1e15 else format_significant(value, 4)
 
 
 def _line(label: str, values: list[Any]) -> str:

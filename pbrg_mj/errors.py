@@ -2,7 +2,20 @@
 
 from __future__ import annotations
 
+import errno
 from signal import SIGINT, Signals
+
+# The machine is short of something: neither wrong input nor a defect.
+SHORTAGES = {
+    errno.ENOSPC,
+    errno.EDQUOT,
+    errno.EFBIG,
+    errno.EIO,
+    errno.ENOMEM,
+    errno.EMFILE,
+    errno.ENFILE,
+    errno.EAGAIN,
+}
 
 
 class PbrgError(Exception):
@@ -23,6 +36,16 @@ class InputError(PbrgError):
 
 class PlugInError(PbrgError):
     """A part of another package broke its contract. The command line exits with 1."""
+
+
+class ShortageError(PbrgError):
+    """The machine ran short of something, such as a disk that is full. The command line exits with 1."""
+
+
+def write_error(error: OSError, what: str, file: object) -> InputError | ShortageError:
+    """Return what to raise for a file that could not be written; `what` says so, such as `cannot write`."""
+    text = f"{what}: {error.strerror or error}"
+    return ShortageError(f"{file}: {text}") if error.errno in SHORTAGES else InputError(text, file=str(file))
 
 
 class Stopped(KeyboardInterrupt):

@@ -16,10 +16,10 @@ import numpy as np
 
 from pbrg_mj.errors import InputError, PlugInError
 from pbrg_mj.kernel import clock
+from pbrg_mj.plugin_failures import is_from_outside, note_call, raised, shown_text
 
 LIMIT_KEY = "timing.plug_in_limit"
 RETRY_PERIOD = 0.1  # [s] after which a part that swallowed its interruption is interrupted again
-LONGEST = 300  # characters of a text shown
 # dtype of an answer -> kinds of arrays that may be taken for it
 KINDS = {np.dtype(float): "fiu", np.dtype(np.int64): "fiu", np.dtype(bool): "biu"}
 LARGEST_COUNT = 2**53  # doubles and JSON hold it exactly
@@ -37,28 +37,31 @@ def plug_in_errors(noun: str, name: str, where: str, limit: float | None = None)
     a call of compiled code, and other threads, only when they come back. Ctrl-C passes, and so do InputErrors of what
     is built, by which a part refuses a scenario.
     """
+    note_call(name, noun)
     try:
         with np.errstate(), _limited(limit) if limit is not None else nullcontext():
             yield
-    except (PlugInError, KeyboardInterrupt):
+    except PlugInError:
         raise
     except _TimeLimitExceeded:
         message = f"{name}: the {noun} took more than {limit:g} s in {where}, the limit of {LIMIT_KEY}"
         raise PlugInError(message) from None
     except BaseException as error:
-        if isinstance(error, InputError) and where == "build":
+        if is_from_outside(error) or (isinstance(error, InputError) and where == "build"):
             raise
-        raise PlugInError(f"{name}: the {noun} raised {type(error).__name__} in {where}: {_text(error)}") from error
+        raise raised(f"{name}: the {noun}", where, error) from error
 
 
 def call_plug_in(noun: str, name: str, where: str, function: Callable[..., Any], *arguments: Any) -> Any:
     """Call a function of a part with its errors turned likewise, without a limit of its own."""
     try:
         return function(*arguments)
-    except (PlugInError, KeyboardInterrupt, _TimeLimitExceeded):
+    except (PlugInError, _TimeLimitExceeded):
         raise
     except BaseException as error:
-        raise PlugInError(f"{name}: the {noun} raised {type(error).__name__} in {where}: {_text(error)}") from error
+        if is_from_outside(error):
+            raise
+        raise raised(f"{name}: the {noun}", where, error) from error
 
 
 def read_only_copy(value: Any) -> Any:
@@ -100,9 +103,9 @@ def copied(whose: str, what: str, value: Any, shape: tuple[int, ...], kind: Any 
     try:
         array = np.array(value, order="C")
     except Exception as error:
-        raise PlugInError(f"{whose}'s {what} is no array of {kind}: {_text(error)}") from None
+        raise PlugInError(f"{whose}'s {what} is no array of {kind}: {shown_text(error)}") from None
     if array.dtype.kind not in KINDS[kind] or isinstance(value, np.ma.MaskedArray):
-        raise PlugInError(f"{whose}'s {what} is no array of {kind}: it holds {_text(array.dtype)}")
+        raise PlugInError(f"{whose}'s {what} is no array of {kind}: it holds {shown_text(array.dtype)}")
     if array.shape != shape:
         raise PlugInError(f"{whose}'s {what} has shape {array.shape}, not {shape}")
     if kind == np.int64 and not np.all((array >= 0) & (array <= LARGEST_COUNT) & (array == np.floor(array))):
@@ -132,12 +135,12 @@ def within(whose: str, what: str, array: np.ndarray, largest: float, *, least: f
 def chosen(whose: str, what: str, value: Any, allowed: tuple[str, ...]) -> Any:
     """Return the text among those allowed. Raises PlugInError for another text, and for what only equals one."""
     if not isinstance(value, str) or str(value) not in allowed:
-        raise PlugInError(f"{whose}'s {what} is {_text(repr(value))}; allowed: {', '.join(allowed)}")
+        raise PlugInError(f"{whose}'s {what} is {shown_text(repr(value))}; allowed: {', '.join(allowed)}")
     return str(value)
 
 
 def _refuse(whose: str, what: str, array: np.ndarray, allowed: str) -> NoReturn:
-    raise PlugInError(f"{whose}'s {what} is {_text(array.tolist())}; allowed: {allowed}")
+    raise PlugInError(f"{whose}'s {what} is {shown_text(array.tolist())}; allowed: {allowed}")
 
 
 @contextmanager
@@ -173,12 +176,3 @@ def _interrupted_after(limit: float) -> Iterator[None]:
     finally:
         signal.setitimer(signal.ITIMER_REAL, *others)
         signal.signal(signal.SIGALRM, handler)
-
-
-def _text(value: object) -> str:
-    """Return a value's text in one line, cut when long; nothing if it has none."""
-    try:
-        text = " ".join(str(value).split())
-    except Exception:
-        return ""
-    return text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."

@@ -56,6 +56,16 @@ def test_a_half_space_with_owner_obstacle_and_whom_it_holds():
     assert texts(own) == ["robot 2's half-space x <= 2.1 (walls.0), lambda 0.42"]
 
 
+def test_large_numbers_have_no_exponents():
+    made = run(walled(), ticks={"multipliers": multipliers((0, 1, 310.0)), **sensed(12345.0)})
+    assert "robot 1's half-space x <= 12300, holding robot 2, lambda 310" in texts(made)
+    far = np.full((STEPS, 2, 2), 1500.0)
+    told = texts(run(walled(), ticks={"multipliers": multipliers((0, 1, 310.0)), "xi": far, **sensed()}))
+    assert "the ball holds m 3000 m off it (robots' distances from m 0, integral states 3000)" in told
+    numbers = replace(metrics(made), terminal_gap_m=12345.6)
+    assert "12350" in short_summary(numbers) and "e+" not in comparison_table([numbers])
+
+
 def test_a_line_that_several_see_is_one_and_small_multipliers_are_left_out():
     both = run(walled(), ticks={"multipliers": multipliers((0, 1, 0.3), (1, 1, 0.1)), **sensed()})
     assert texts(both) == ["half-space of robots 1, 2: x <= 2.1 (walls.0), holding robot 2, lambda 0.4"]

@@ -95,7 +95,7 @@ def test_events_say_who_met_whom():
         (2.0, "robot 1 touches robot 2", True),
         (2.0, "robot 2 touches robot 1", True),
         (4.0, "robot 2 touches a moving box", True),
-        (10.0, "violated: touched robot 2", True),
+        (10.0, "violated: at 2 s robot 1 touched robot 2", True),
     ]
 
 

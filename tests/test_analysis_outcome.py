@@ -1,7 +1,15 @@
+from html import escape
+
 import numpy as np
 import pytest
 
+from pbrg_mj.analysis.events import events
 from pbrg_mj.analysis.metrics.outcome import formation_error, net_speed, outcome
+from pbrg_mj.analysis.metrics.run_metrics import metrics
+from pbrg_mj.analysis.metrics.table import comparison_table, short_summary
+from pbrg_mj.analysis.replay_summary import replay_summary
+from pbrg_mj.analysis.report.report_run import report_run
+from pbrg_mj.analysis.report.tables import cards
 from tests.runs import resting, run, scenario, walled
 
 STEPS = 21  # of 0.5 s
@@ -94,6 +102,20 @@ def test_a_margin_below_zero_is_a_violation():
     found = outcome(run(walled(), ticks={"wall_margin": margin}))
     assert (found.word, found.reason, found.robot, found.time) == ("violated", "passed a wall's line", 1, 2.0)
     assert outcome(run(walled(), ticks={"wall_margin": np.maximum(margin, 0.0)})).word == "converged"
+
+
+def test_robot_and_time_of_a_violation_are_told_wherever_people_read():
+    margin = np.ones((STEPS, 2))
+    margin[4:, 1] = -1e-3
+    violated, said = run(walled(), ticks={"wall_margin": margin}), "at 2 s robot 2 passed a wall's line"
+    numbers = metrics(violated)
+    assert numbers.reason == "passed a wall's line"
+    assert said in short_summary(numbers)
+    assert said in " ".join(comparison_table([numbers]).split())
+    *_, last = replay_summary(violated).lines()
+    assert last == f"outcome violated ({said})"
+    assert events(violated)[-1].text == f"violated: {said}"
+    assert f"<small>{escape(said)}</small>" in cards([report_run(violated, 1)])
 
 
 def test_the_first_of_contact_and_line_is_told():

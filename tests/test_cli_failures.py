@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import resource
 import signal
@@ -19,7 +20,7 @@ from pbrg_mj.video import worker
 from scripts.fuzz.sandbox import run_apart
 from tests.test_cli import IDEAL, ROOT
 
-LIMITED = "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000)); "
+LARGEST = 600  # bytes of a file on a full disk
 
 
 @pytest.fixture
@@ -227,17 +228,6 @@ def test_an_output_that_is_no_file_is_refused_and_stays(folder, command, kind):
     assert not place.is_file()
 
 
-def test_a_full_disk_is_one_line(folder):
-    """As far as a process can have one: files may not grow."""
-    code = (
-        LIMITED + "sys.argv = ['pbrg', 'schema', '-o', 'a.json']; from pbrg_mj.__main__ import main; sys.exit(main())"
-    )
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=False)
-    assert (done.returncode, done.stderr) == (2, "error: a.json: cannot write: File too large\n")
-    assert list(folder.iterdir()) == [folder / "ideal.yaml"]
-
-
 @pytest.fixture(scope="module")
 def log(tmp_path_factory):
     made = tmp_path_factory.mktemp("log") / "ideal.mcap"
@@ -246,25 +236,61 @@ def log(tmp_path_factory):
     return str(made)
 
 
+STUDY = "scenario: ideal.yaml\nduration: 0.1\nset: {reference.solver: none}\n"
+PARTS = ("none", "cbf")
+GOVERNORS = ", ".join(f"{one}: {{settings: {{governor.kind: {one}}}, tuning: none}}" for one in PARTS)
+STUDIES = {
+    "sweep.yaml": STUDY + "seeds: 1-4\n",
+    "tune.yaml": STUDY + "seeds: 1\nkeys: {control.alpha_r: {uniform: [0.5, 1.5]}}\nbudget: 3\n",
+    "space.yaml": "find: crossing\nduration: 0.1\nkeys: {control.alpha_r: {uniform: [0.5, 1.5]}}\n",
+    "suite.yaml": f"scenario: [ideal.yaml]\ntrain: 1\nheld_out: 2-3\nduration: 0.1\ngovernors: {{{GOVERNORS}}}\n",
+}
+
+
 @pytest.mark.parametrize(
     ("command", "name"),
     [
-        *(("plot", f"a.{kind}") for kind in ("pdf", "png", "svg")),
-        *(("export", f"a.{kind}") for kind in ("csv", "npz", "mat")),
-        ("report", "a.html"),
-        ("repair", "a.mcap"),
+        *((f"plot LOG -o a.{kind}", f"a.{kind}") for kind in ("pdf", "png", "svg")),
+        *((f"export LOG -o a.{kind}", f"a.{kind}") for kind in ("csv", "npz", "mat")),
+        ("report LOG -o a.html", "a.html"),
+        ("repair LOG -o a.mcap", "a.mcap"),
+        ("schema -o a.json", "a.json"),
+        ("schema --datagrams -o a.proto", "a.proto"),
+        ("new a.yaml", "a.yaml"),
+        ("draw families/combined --seed 2 -o a.yaml", "a.yaml"),
+        ("batch ideal.yaml --seeds 1-40 -o a.npz", "a.npz"),
+        ("run ideal.yaml --quiet -o a.mcap", "a.mcap"),
+        ("sweep sweep.yaml -o out --jobs 1", "out/runs.jsonl"),
+        ("tune tune.yaml -o out --jobs 1", "out/runs.jsonl"),
+        ("falsify ideal.yaml --search space.yaml --budget 4 -o out --jobs 1", "out/runs.jsonl"),
+        ("bench suite.yaml -o out --jobs 1", "run.mcap"),
     ],
 )
 def test_a_disk_that_is_full_while_a_file_is_written_is_one_line(folder, log, command, name):
     """Writers of other packages fail in ways of their own, some of them again while they close the file."""
+    for file, text in STUDIES.items():
+        Path(file).write_text(text)
+    before = {*folder.iterdir()}
 
-    def limited():
-        resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))
-        return main([command, log, "-o", name])
+    def limited():  # as far as a process can have a full disk: files may not grow
+        resource.setrlimit(resource.RLIMIT_FSIZE, (LARGEST, LARGEST))
+        return main([log if word == "LOG" else word for word in command.split()])
 
     ending = run_apart(limited)
-    assert (ending.code, ending.stderr) == (2, f"error: {name}: cannot write: File too large\n")
-    assert [one.name for one in folder.iterdir()] == ["ideal.yaml"]
+    assert ending.code == 1, ending.stderr
+    assert name in ending.stderr and "File too large" in ending.stderr
+    assert ending.stderr.startswith("error: ") and ending.stderr.count("\n") == 1
+    assert {*folder.iterdir()} - before <= {folder / "out"}
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
+def test_a_full_disk_is_no_wrong_input(folder, monkeypatch, capsys, number):
+    def fail(*_, **__):
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr("tempfile.mkstemp", fail)
+    assert main(["schema", "-o", "a.json"]) == 1
+    assert capsys.readouterr().err == f"error: a.json: cannot write here: {os.strerror(number)}\n"
 
 
 def test_ctrl_c_while_it_starts_leaves_no_traceback(folder):

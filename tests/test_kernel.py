@@ -25,6 +25,7 @@ from pbrg_mj.kernel.compiler import IS_TESTED
 from pbrg_mj.kernel.decorator import Kernel
 from pbrg_mj.kernel.fingerprint import fingerprint
 from pbrg_mj.kernel.stopwatch import not_counted
+from tests.needs import need_module
 
 compiled = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="kernels are not compiled")
 
@@ -111,7 +112,8 @@ def test_code_compiled_with_other_settings_is_other_code(project, setting):
 
 
 def kernels():
-    """Return every kernel of the package."""
+    """Return every kernel of the package; the test that asks is skipped without the extra of environments."""
+    need_module("gymnasium")
     modules = [one.name for one in pkgutil.walk_packages(pbrg_mj.__path__, "pbrg_mj.")]
     loaded = [importlib.import_module(name) for name in modules if ".video" not in name and "live" not in name]
     found = [value for module in loaded for value in vars(module).values() if isinstance(value, Kernel)]

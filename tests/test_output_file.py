@@ -6,7 +6,7 @@ import signal
 import pytest
 
 from pbrg_mj.analysis.output_file import write_atomically, write_text_atomically
-from pbrg_mj.errors import InputError
+from pbrg_mj.errors import ShortageError
 
 
 def killed_while_writing(place):
@@ -56,6 +56,6 @@ def test_a_failure_leaves_nothing(tmp_path):
         whole.write_text("half")
         raise OSError(28, "No space left on device")
 
-    with pytest.raises(InputError, match="cannot write: No space left on device"):
+    with pytest.raises(ShortageError, match="cannot write: No space left on device"):
         write_atomically(tmp_path / "run.npz", fail)
     assert not list(tmp_path.iterdir())

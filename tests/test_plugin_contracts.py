@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import json
 import os
+import signal
 import subprocess
 import sys
 import threading
@@ -93,6 +94,21 @@ def raising(error):
 )
 def test_whatever_a_step_raises_is_put_down_to_it(error, says):
     assert ended_by(Mine(raising(error))) == says
+
+
+def test_a_keyboard_interrupt_of_its_own_is_put_down_to_it(tmp_path):
+    with pytest.raises(PlugInError, match="Mine: the governor raised KeyboardInterrupt in step: "):
+        pbrg.run(plan(), Mine(raising(KeyboardInterrupt())), tmp_path / "own.mcap")
+
+
+def test_ctrl_c_is_none_of_its_failures(tmp_path):
+    """Neither in a run, which ends between two ticks, nor where Python's own handler raises at once."""
+    interrupt = Mine(lambda _: signal.raise_signal(signal.SIGINT))
+    with pytest.raises(pbrg.Interrupted) as caught:
+        pbrg.run(plan(), interrupt, tmp_path / "log.mcap")
+    assert caught.value.signal == signal.SIGINT
+    with pytest.raises(KeyboardInterrupt):
+        list(pbrg.simulate(plan(), Mine(lambda _: signal.raise_signal(signal.SIGINT))))
 
 
 class Equal:
@@ -235,7 +251,6 @@ def test_in_another_thread_it_is_ended_when_it_comes_back():
 
 
 def test_the_limit_leaves_timers_and_handlers_as_they_were():
-    signal = pytest.importorskip("signal")
     before = signal.getsignal(signal.SIGALRM)
     with plug_in_errors("governor", "mine", "step", 5.0):
         pass
@@ -269,6 +284,42 @@ def test_the_command_ends_with_1_and_a_log_that_says_why(tmp_path, capsys, monke
     run = pbrg.open("a.mcap")
     assert len(run.time_s) == 2
     assert "leaving: the governor raised SystemExit" in "\n".join(run.replay().lines())
+    assert [path.name for path in tmp_path.iterdir()] == ["a.mcap"]
+
+
+class Threaded(Mine):
+    """Starts a thread that fails, in every tick."""
+
+    def step(self, problem, memory):
+        thread = threading.Thread(target=raising(ValueError("in a thread")), args=(problem,))
+        thread.start()
+        thread.join()
+        return super().step(problem, memory)
+
+
+PARTS = {
+    "threaded": lambda scenario: Threaded(),
+    "interrupting": lambda scenario: Mine(raising(KeyboardInterrupt())),
+    "interrupted": lambda scenario: Mine(lambda problem: signal.raise_signal(signal.SIGINT)),
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "code", "says"),
+    [
+        ("threaded", 1, "error: threaded: the governor raised ValueError in a thread of its own: in a thread\n"),
+        ("interrupting", 1, "error: interrupting: the governor raised KeyboardInterrupt in step: \n"),
+        ("interrupted", 130, "interrupted; the log so far: a.mcap\n"),
+    ],
+)
+def test_threads_and_interrupts_of_a_plug_in_are_its_own(name, code, says, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("tests.test_plugin_contracts.build", PARTS[name], raising=False)
+    entry = EntryPoint(name, "tests.test_plugin_contracts:build", plugins.GOVERNOR.group)
+    monkeypatch.setattr(plugins, "entry_points", lambda group: [entry] if group == plugins.GOVERNOR.group else [])
+    monkeypatch.chdir(tmp_path)
+    arguments = ["paper/simulation_near", "--duration", "1", "--set", f"governor.kind={name}", "-o", "a.mcap"]
+    assert main(["run", *arguments, "--quiet"]) == code
+    assert capsys.readouterr() == ("", says)
     assert [path.name for path in tmp_path.iterdir()] == ["a.mcap"]
 
 

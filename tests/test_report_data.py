@@ -178,7 +178,7 @@ def test_events_name_what_happened_when():
         (4.0, "robot 2 touches a wall", True),
         (5.0, "robot 1: integrator wind-up for 1.5 s", False),
         (6.0, "new reference (0.5, 0.25) m", False),
-        (10.0, "violated: touched a wall", True),
+        (10.0, "violated: at 4 s robot 2 touched a wall", True),
     ]
 
 
@@ -187,4 +187,4 @@ def test_very_many_events_are_counted_not_listed():
     touch[::2] = True  # 11 times 20 touches
     told = events(run(walled(), ticks={"wall_contact": touch}))
     assert told[MOST_EVENTS].text == f"and {220 - MOST_EVENTS} more from here on"
-    assert told[MOST_EVENTS + 1].text == "violated: touched a wall"  # the end is always told
+    assert told[MOST_EVENTS + 1].text == "violated: at 0 s robot 1 touched a wall"  # the end is always told

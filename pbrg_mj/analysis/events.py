@@ -14,6 +14,7 @@ from pbrg_mj.analysis.metrics.outcome import outcome
 from pbrg_mj.log.read.run import Run
 from pbrg_mj.team.graph import network
 from pbrg_mj.team.wind_up import slowest_rate
+from pbrg_mj.text import format_significant
 
 MOST_EVENTS = 60
 
@@ -47,7 +48,9 @@ def _end(run: Run, end: Run) -> Iterator[Event]:
     """Yield how the run ended, and what binds then."""
     ended, time = outcome(run), _time(run, -1)
     yield Event(
-        time, f"{ended.word}: {ended.reason}" if ended.reason else ended.word, ended.word in ("violated", "diverged")
+        time,
+        f"{ended.word}: {ended.reason_text}" if ended.reason else ended.word,
+        ended.word in ("violated", "diverged"),
     )
     for one in bindings(end):
         yield Event(time, f"binds: {one.text}", False)
@@ -73,7 +76,9 @@ def _wind_ups(run: Run) -> Iterator[Event]:
     for robot in range(run.ticks.winding_up.shape[1]):
         for first, last in episodes(run.ticks.winding_up[:, robot], run.ticks.time, scale):
             lasted = run.ticks.time[last] - run.ticks.time[first]
-            yield Event(_time(run, first), f"robot {robot + 1}: integrator wind-up for {lasted:.2g} s", False)
+            yield Event(
+                _time(run, first), f"robot {robot + 1}: integrator wind-up for {format_significant(lasted, 2)} s", False
+            )
 
 
 def episodes(flag: np.ndarray, time: np.ndarray, scale: float) -> list[tuple[int, int]]:
@@ -92,7 +97,11 @@ def episodes(flag: np.ndarray, time: np.ndarray, scale: float) -> list[tuple[int
 def _references(run: Run) -> list[Event]:
     r = run.ticks.reference
     changed = np.flatnonzero((np.diff(r, axis=0) != 0).any(axis=1)) + 1
-    return [Event(_time(run, k), f"new reference ({r[k, 0]:.3g}, {r[k, 1]:.3g}) m", False) for k in changed.tolist()]
+    return [Event(_time(run, k), f"new reference {_point(r[k])} m", False) for k in changed.tolist()]
+
+
+def _point(place: np.ndarray) -> str:
+    return f"({', '.join(format_significant(float(one), 3) for one in place)})"
 
 
 def _time(run: Run, row: int) -> float:

@@ -11,7 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TypeVar
 
-from pbrg_mj.errors import InputError
+from pbrg_mj.errors import InputError, write_error
 from pbrg_mj.log.write.log_file import check_regular
 
 Choice = TypeVar("Choice")
@@ -21,15 +21,15 @@ UNFINISHED = ".pbrg-"  # how the names of files begin that are being written
 def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
     """Let `write` fill a temporary file in the same folder, then give it its name.
 
-    What killed processes left half written in that folder goes before. Raises InputError if it cannot, and for a pipe
-    or a device, whose place a file must not take.
+    What killed processes left half written in that folder goes before. Raises ShortageError on a full disk, InputError
+    if it cannot otherwise, and for a pipe or a device, whose place a file must not take.
     """
     check_regular(path)
     try:
         remove_unfinished(path.parent)
         handle, name = _locked_temporary(path)
     except OSError as error:
-        raise InputError(f"cannot write here: {error.strerror}", file=str(path)) from error
+        raise write_error(error, "cannot write here", path) from error
     try:
         write(Path(name))
         Path(name).chmod(0o666 & ~_umask())
@@ -37,14 +37,14 @@ def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
     except BaseException as error:
         Path(name).unlink(missing_ok=True)
         if isinstance(error, OSError):
-            raise InputError(f"cannot write: {error.strerror}", file=str(path)) from error
+            raise write_error(error, "cannot write", path) from error
         raise
     finally:
         os.close(handle)
 
 
 def write_text_atomically(path: Path, text: str) -> None:
-    """Write a text file in UTF-8, whole or not at all. Raises InputError as `write_atomically` does."""
+    """Write a text file in UTF-8, whole or not at all. Raises what `write_atomically` does."""
 
     def write(whole: Path) -> None:
         whole.write_text(text, encoding="utf-8")

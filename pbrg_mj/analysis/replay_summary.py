@@ -31,7 +31,7 @@ class ReplaySummary:
 
     def lines(self) -> list[str]:
         """Return it as text: a line on the run, one per event, one on how it ended."""
-        ended = self.outcome.word + (f" ({self.outcome.reason})" if self.outcome.reason else "")
+        ended = self.outcome.word + (f" ({self.outcome.reason_text})" if self.outcome.reason else "")
         span = f"{counted(self.ticks, 'tick')}, {self.end:g} of {self.duration:g} s: {self.ended}"
         solves = f"; reference {_counts(self.reference_statuses)}" if self.reference_statuses else ""
         return [

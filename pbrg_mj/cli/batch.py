@@ -14,6 +14,7 @@ from pbrg_mj.api.seeds import seeds_of
 from pbrg_mj.cli.arguments import Duration, Force, Overrides, ScenarioName, ignore_mujoco_gl
 from pbrg_mj.cli.console import emit, emit_json
 from pbrg_mj.cli.progress import compiling_noted
+from pbrg_mj.text import format_significant
 
 
 def batch(
@@ -48,7 +49,9 @@ def _text(numbers: dict[str, Any]) -> str:
     rates, flat = numbers.pop("rates"), {}
     for name, value in numbers.items():
         flat |= {f"{name}.{k}": v for k, v in value.items()} if isinstance(value, dict) else {name: value}
-    shown = {name: f"{value:.4g}" if isinstance(value, float) else str(value) for name, value in flat.items()}
+    shown = {
+        name: format_significant(value, 4) if isinstance(value, float) else str(value) for name, value in flat.items()
+    }
     lines = [f"{name:<40}{value}" for name, value in shown.items()]
     lines += [
         f"{f'share_{name}':<40}{one['share']:.3g} [{one['low']:.3g}, {one['high']:.3g}]" for name, one in rates.items()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import sys
 import threading
@@ -19,23 +18,13 @@ from typing import ParamSpec, TypeVar
 import typer
 
 from pbrg_mj.cli.console import StdoutClosedError, note, one_line
-from pbrg_mj.errors import InputError, PbrgError, Stopped
+from pbrg_mj.errors import SHORTAGES, InputError, PbrgError, Stopped
+from pbrg_mj.plugin_failures import failure_of_thread, forget_calls
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 
 FAILED, WRONG_INPUT, DEFECT, STDOUT_CLOSED = 1, 2, 3, 141  # the last one as after a signal
-# The machine is short of something: neither wrong input nor a defect.
-RESOURCE_ERRORS = {
-    errno.ENOSPC,
-    errno.EDQUOT,
-    errno.EFBIG,
-    errno.EIO,
-    errno.ENOMEM,
-    errno.EMFILE,
-    errno.ENFILE,
-    errno.EAGAIN,
-}
 # typer has it only as the base of what it exports.
 ClickError: type[Exception] = typer.BadParameter.__mro__[2]
 
@@ -69,15 +58,21 @@ def signals_as_codes(command: Callable[Arguments, Result]) -> Callable[Arguments
 
 
 @contextmanager
-def failures_on_one_line(*, debug: bool) -> Iterator[list[BaseException]]:
-    """Print failures of threads and destructors, and Python's warnings, a line each; give those of threads."""
-    failed: list[BaseException] = []
+def failures_on_one_line(*, debug: bool) -> Iterator[list[int]]:
+    """Print failures of threads and destructors, and Python's warnings, a line each; give exit codes for threads'.
+
+    Of threads that plug-ins start the first failure is printed: there may be one in every tick.
+    """
+    failed: list[int] = []
     hooks = threading.excepthook, sys.unraisablehook, warnings.showwarning
 
     def in_thread(hook: threading.ExceptHookArgs) -> None:
-        if hook.exc_value is not None:
-            explain(hook.exc_value, debug=debug)
-            failed.append(hook.exc_value)
+        if hook.exc_value is None:
+            return
+        of_plug_in = failure_of_thread(hook.exc_value)
+        if of_plug_in is None or FAILED not in failed:
+            explain(of_plug_in or hook.exc_value, debug=debug)
+        failed.append(DEFECT if of_plug_in is None else FAILED)
 
     def unraisable(hook: sys.UnraisableHookArgs) -> None:
         if hook.exc_value is not None:
@@ -90,6 +85,7 @@ def failures_on_one_line(*, debug: bool) -> Iterator[list[BaseException]]:
         note(f"warning: {one_line(text)}{f' ({file}:{line})' if debug else ''}")
 
     threading.excepthook, sys.unraisablehook, warnings.showwarning = in_thread, unraisable, warn  # type: ignore
+    forget_calls()
     try:
         yield failed
     finally:
@@ -108,9 +104,9 @@ def _verdict(error: BaseException) -> tuple[int, str]:
         return WRONG_INPUT, f"{error.format_message()} See: pbrg --help"  # type: ignore[attr-defined]
     if isinstance(error, MemoryError):
         return FAILED, f"out of memory{_place(error.__traceback__)}: a smaller scenario, shorter run or log needs less"
-    if isinstance(error, OSError) and (error.filename or error.errno in RESOURCE_ERRORS):
+    if isinstance(error, OSError) and (error.filename or error.errno in SHORTAGES):
         name = f"{os.fsdecode(error.filename)}: " if isinstance(error.filename, str | bytes) else ""
-        return (FAILED if error.errno in RESOURCE_ERRORS else WRONG_INPUT), f"{name}{error.strerror or error}"
+        return (FAILED if error.errno in SHORTAGES else WRONG_INPUT), f"{name}{error.strerror or error}"
     text = _text(error)
     message = f"{type(error).__name__}{': ' if text else ''}{text}{_place(error.__traceback__)}"
     return DEFECT, f"{message}; this is a defect of pbrg, `pbrg --debug` prints where"

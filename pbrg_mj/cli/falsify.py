@@ -12,7 +12,7 @@ from pbrg_mj.api.files import check_scenario, check_study_file
 from pbrg_mj.cli.arguments import ScenarioName, ignore_mujoco_gl
 from pbrg_mj.cli.console import emit, emit_json
 from pbrg_mj.cli.study import Json, Study, StudyFolder, with_study_options
-from pbrg_mj.text import counted
+from pbrg_mj.text import counted, format_significant
 
 
 @with_study_options
@@ -35,7 +35,7 @@ def falsify(
     if json:
         emit_json(made.as_dict())
     elif made.found is None:
-        emit(f"no {made.kind} in {counted(made.runs, 'run')}; the nearest one by {made.nearest:.3g}")
+        emit(f"no {made.kind} in {counted(made.runs, 'run')}; the nearest one by {format_significant(made.nearest, 3)}")
     else:
         shows = f"{made.path} shows it in {made.found['asked_s']:g} s with {counted(made.found['robots'], 'robot')}"
         shorter = f"after {counted(made.shrinking, 'run')} to make it shorter"

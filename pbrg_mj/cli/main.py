@@ -38,7 +38,7 @@ from pbrg_mj.cli import (
     tune,
 )
 from pbrg_mj.cli.console import WarningNotes, emit, keep_standard_streams
-from pbrg_mj.cli.failures import DEFECT, explain, failures_on_one_line, signals_as_codes
+from pbrg_mj.cli.failures import explain, failures_on_one_line, signals_as_codes
 from pbrg_mj.cli.stdout import protect_stdout
 
 WARNING_NOTES = WarningNotes(logging.WARNING)
@@ -114,7 +114,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 raise
             return explain(error, debug=debug)
     code = code if isinstance(code, int) else 0
-    return DEFECT if failed and code == 0 else code
+    return max(failed, default=0) if code == 0 else code
 
 
 @cache

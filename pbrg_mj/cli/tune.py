@@ -12,7 +12,7 @@ from pbrg_mj.api.files import check_study_file
 from pbrg_mj.cli.arguments import ignore_mujoco_gl
 from pbrg_mj.cli.console import emit, emit_json
 from pbrg_mj.cli.study import Json, Study, StudyFolder, with_study_options
-from pbrg_mj.text import counted
+from pbrg_mj.text import counted, format_significant
 
 
 @with_study_options
@@ -29,9 +29,11 @@ def tune(
     if json:
         emit_json(made.as_dict())
         return 0
-    best, given = made.best, made.trace[0]["value"]
+    best = made.best
     keys = ", ".join(f"{key}={value}" for key, value in best["keys"].items()) or "as given"
-    emit(f"best of {counted(len(made.trace), 'trial')}: {best['value']:.4g} with {keys}; as given: {given:.4g}")
+    value, as_given = (format_significant(one, 4) for one in (best["value"], made.trace[0]["value"]))
+    emit(f"best of {counted(len(made.trace), 'trial')}: {value} with {keys}; as given: {as_given}")
     if made.held_out:
-        emit(f"on other seeds: {made.held_out['best']:.4g}; as given: {made.held_out['as_given']:.4g}")
+        value, as_given = (format_significant(made.held_out[one], 4) for one in ("best", "as_given"))
+        emit(f"on other seeds: {value}; as given: {as_given}")
     return 0

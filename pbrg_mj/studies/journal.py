@@ -9,10 +9,11 @@ import fcntl
 import json
 import os
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from pbrg_mj.errors import InputError
+from pbrg_mj.errors import InputError, write_error
 from pbrg_mj.studies.run_task import Record, Result
 
 FILE = "runs.jsonl"
@@ -35,18 +36,19 @@ class Journal:
                 raise InputError("is no file; allowed: a new folder", file=str(self.path))
             self._stream = os.fdopen(os.open(self.path, os.O_RDWR | os.O_CREAT, 0o666), "r+b")
         except OSError as error:
-            raise InputError(f"cannot be written: {error.strerror}", file=str(self.path)) from None
+            raise write_error(error, "cannot be written", self.path) from None
         try:
             self._read(self._stream)
         except BaseException:
-            self._stream.close()
+            self.__exit__()
             raise
         return self
 
     def __exit__(self, *_: object) -> None:
         """Close the file, which unlocks it."""
         if self._stream is not None:
-            self._stream.close()
+            with suppress(OSError):  # what the buffer still holds is a line that was refused
+                self._stream.close()
 
     def __contains__(self, digest: str) -> bool:
         """Whether a run is finished."""
@@ -57,7 +59,7 @@ class Journal:
         return self._done[digest]
 
     def add(self, result: Result) -> None:
-        """Write down a finished run, for good before this returns."""
+        """Write down a finished run, for good before this returns. Raises ShortageError on a full disk."""
         self._write({"run": result.digest, "record": result.record, "timings": result.timings})
         self._done[result.digest] = (result.record, result.timings)
 
@@ -88,6 +90,9 @@ class Journal:
 
     def _write(self, line: Mapping[str, Any]) -> None:
         assert self._stream is not None
-        self._stream.write(json.dumps(line, allow_nan=False).encode() + b"\n")
-        self._stream.flush()
-        os.fsync(self._stream.fileno())
+        try:
+            self._stream.write(json.dumps(line, allow_nan=False).encode() + b"\n")
+            self._stream.flush()
+            os.fsync(self._stream.fileno())
+        except OSError as error:
+            raise write_error(error, "cannot be written", self.path) from error

@@ -14,6 +14,7 @@ from typing import Any, get_type_hints
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics
 from pbrg_mj.analysis.metrics.samples import Statistics, WallClock
 from pbrg_mj.api.simulate import measure, record
+from pbrg_mj.errors import ShortageError
 from pbrg_mj.log.write.provenance import versions
 from pbrg_mj.studies.task import Task
 from pbrg_mj.studies.worker import become_worker
@@ -39,8 +40,8 @@ def run_task(task: Task, keep_log: bool = False, parent: int | None = None, plac
     """Run a task. A run that fails is a record whose `status` is `failed`, with the `error` in one line.
 
     `parent`: the process that wants the run, where this one was started for it; it ends with that one. `place`: the
-    folder for its files, which stay there if the process is killed. Raises OSError and MemoryError when the machine is
-    short of something: that is no property of the run.
+    folder for its files, which stay there if the process is killed. Raises OSError, MemoryError and ShortageError
+    when the machine is short of something: that is no property of the run.
     """
     if parent is not None:
         become_worker(parent, place)
@@ -48,7 +49,7 @@ def run_task(task: Task, keep_log: bool = False, parent: int | None = None, plac
         log = Path(folder) / "run.mcap" if folder else None
         try:
             metrics = record(task.scenario(), log) if log else measure(task.scenario())
-        except (OSError, MemoryError):
+        except (OSError, MemoryError, ShortageError):
             raise
         except Exception as error:  # of whatever kind: the other runs go on
             text = " ".join(f"{type(error).__name__}: {error}".split())[:LONGEST]

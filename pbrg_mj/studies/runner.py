@@ -11,7 +11,7 @@ from types import TracebackType
 from typing import NamedTuple, Self, TypedDict
 
 from pbrg_mj.analysis.output_file import remove_unfinished, write_atomically
-from pbrg_mj.errors import InputError, Interrupted, PbrgError, Stopped
+from pbrg_mj.errors import InputError, Interrupted, PbrgError, Stopped, write_error
 from pbrg_mj.studies.backends import Backend
 from pbrg_mj.studies.journal import FILE, Journal
 from pbrg_mj.studies.run_task import Record, Result, packages
@@ -177,7 +177,7 @@ def _prepare(folder: Path, name: str, content: bytes, *, force: bool) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         there = (folder / name).read_bytes() if (folder / name).is_file() else None
     except OSError as error:
-        raise InputError(f"cannot be used: {error.strerror}", file=str(folder)) from None
+        raise write_error(error, "cannot be used", folder) from None
     if force:
         (folder / FILE).unlink(missing_ok=True)
     elif there is None and (folder / FILE).exists():

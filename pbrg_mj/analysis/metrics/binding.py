@@ -19,6 +19,7 @@ from pbrg_mj.governor.distributed.from_scenario import multiplier_cap
 from pbrg_mj.log.read.run import Run
 from pbrg_mj.scenario.robots import robot_size
 from pbrg_mj.scenario.schema import WITHOUT_GOVERNOR, Scenario
+from pbrg_mj.text import format_significant
 from pbrg_mj.world.scene.footprints import least_along, signed_distance
 
 Kind = Literal[
@@ -65,7 +66,7 @@ def _constraints(run: Run) -> Iterator[Binding]:
     cap, largest = multiplier_cap(run.scenario), multipliers.max(initial=0.0)
     if largest >= cap * (1 - 1e-9):
         robots = np.flatnonzero(multipliers.max(axis=1) >= cap * (1 - 1e-9)) + 1
-        yield Binding("cap", f"multipliers of {_listed(robots)} at their cap {cap:.3g}")
+        yield Binding("cap", f"multipliers of {_listed(robots)} at their cap {format_significant(cap, 3)}")
     rows, inputs = by_half_space(run.scenario, run.ticks.half_space_h.shape[2], multipliers)
     weights, ball = rows.sum(axis=2), run.scenario.governor.certificate == "ball"
     by_robot = has_rows_of_robots(run.scenario)
@@ -76,8 +77,9 @@ def _constraints(run: Run) -> Iterator[Binding]:
     if ball and weights.max(initial=0.0) >= least:
         yield from _ball(run)
     for robot in np.flatnonzero(inputs >= least)[:MOST].tolist():
-        limit = run.scenario.control.speed_limit
-        yield Binding("input", f"robot {robot + 1}'s input rows, {limit:g} m/s, lambda {inputs[robot]:.2g}")
+        limit = f"{run.scenario.control.speed_limit:g} m/s"
+        multiplier = format_significant(float(inputs[robot]), 2)
+        yield Binding("input", f"robot {robot + 1}'s input rows, {limit}, lambda {multiplier}")
 
 
 def _multipliers(run: Run) -> np.ndarray | None:
@@ -119,7 +121,7 @@ def _half_space(run: Run, line: list[tuple[int, int]], held: int | None, multipl
     )
     origin = f" ({source})" if source else ""
     held_back = "" if held is None or owners == [held] else f", holding robot {held + 1}"
-    return f"{whose} {half_space_text(G, h)}{origin}{held_back}, lambda {multiplier:.2g}"
+    return f"{whose} {half_space_text(G, h)}{origin}{held_back}, lambda {format_significant(multiplier, 2)}"
 
 
 def half_space_text(G: np.ndarray, h: float) -> str:
@@ -127,8 +129,8 @@ def half_space_text(G: np.ndarray, h: float) -> str:
     x, y = map(float, G)
     for name, value in (("x", x), ("y", y)):
         if abs(value) > AXIS_COSINE:
-            return f"{name} {'<=' if value > 0 else '>='} {h / value:.3g}"
-    return f"{x:.2g} x {'-' if y < 0 else '+'} {abs(y):.2g} y <= {h:.3g}"
+            return f"{name} {'<=' if value > 0 else '>='} {format_significant(h / value, 3)}"
+    return f"{x:.2g} x {'-' if y < 0 else '+'} {abs(y):.2g} y <= {format_significant(h, 3)}"  # x and y are up to 1
 
 
 def _source(run: Run, owner: int, G: np.ndarray, h: float) -> str | None:
@@ -150,14 +152,15 @@ def _ball(run: Run) -> Iterator[Binding]:
     rho = float(ball_radius(m, p, xi)[0])
     if rho > run.scenario.outcome.tolerance:
         spread, states = float(np.linalg.norm(p[0] - m[0])), float(np.linalg.norm(xi))
-        parts = f"robots' distances from m {spread:.2g}, integral states {states:.2g}"
-        yield Binding("ball", f"the ball holds m {rho:.2g} m off it ({parts})")
+        spread_text, states_text = format_significant(spread, 2), format_significant(states, 2)
+        parts = f"robots' distances from m {spread_text}, integral states {states_text}"
+        yield Binding("ball", f"the ball holds m {format_significant(rho, 2)} m off it ({parts})")
 
 
 def _lag(run: Run) -> Iterator[Binding]:
     gap = _gap_to_optimum(run)
     if run.scenario.governor.kind not in WITHOUT_GOVERNOR and gap is not None and gap > run.scenario.outcome.tolerance:
-        yield Binding("network", f"the leaders' m is {gap:.2g} m from the optimum m*")
+        yield Binding("network", f"the leaders' m is {format_significant(gap, 2)} m from the optimum m*")
 
 
 def _gap_to_optimum(run: Run) -> float | None:
@@ -213,7 +216,8 @@ def _motors(run: Run, late: np.ndarray, short: np.ndarray) -> Iterator[Binding]:
         share = (voltage / breakaway[:, None])[stuck].max(axis=1)
         nearest = np.flatnonzero(stuck)[share.argmax()]  # to breaking away
         most, needed = float(voltage[nearest].max()), float(breakaway[nearest])
-        text = f"wheels of {_listed(np.flatnonzero(stuck) + 1)} below breakaway, {most:.2g} of {needed:.2g} V"
+        volts = f"{format_significant(most, 2)} of {format_significant(needed, 2)} V"
+        text = f"wheels of {_listed(np.flatnonzero(stuck) + 1)} below breakaway, {volts}"
         yield Binding("friction", f"static friction: {text}")
     limited = short & (voltage >= robot.voltage).any(axis=1)
     if limited.any():

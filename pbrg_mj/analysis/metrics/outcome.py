@@ -48,6 +48,18 @@ class Outcome:
     kind: Violation | None = None  # with what
     trend: Trend | None = None
 
+    @property
+    def reason_text(self) -> str | None:
+        """The reason as people read it; of a violation with robot and time."""
+        return reason_text(self.reason, self.robot, self.time)
+
+
+def reason_text(reason: str | None, robot: int | None, time: float | None) -> str | None:
+    """Return a reason with the robot and the time [s] of a violation: at 4.82 s robot 1 passed a wall's line."""
+    if reason is None or robot is None or time is None:
+        return reason
+    return f"at {format_significant(time, 4)} s robot {robot} {reason}"
+
 
 def outcome(run: Run) -> Outcome:
     """Return the outcome by ground truth: violated before diverged, before converged, before what the trend says."""
@@ -115,7 +127,7 @@ def _diverged(run: Run) -> Outcome | None:
     if not np.isfinite(size).all():
         return Outcome("diverged", "not finite")
     if np.any(size > limit):
-        return Outcome("diverged", f"beyond {limit:g} m")
+        return Outcome("diverged", f"beyond {format_significant(limit, 6)} m")
     return None
 
 
@@ -129,7 +141,8 @@ def _ended(run: Run) -> Outcome:
     changed = last_change(run)
     window = _last(time[changed:], min(rules.trend_time, float(time[-1] - time[changed])))
     if time[-1] - time[changed] < rules.rest_time - CLOCK_ROUNDING or window is None:
-        return Outcome("unfinished", f"the reference changed {time[-1] - time[changed]:.3g} s before the end")
+        since = format_significant(float(time[-1] - time[changed]), 3)
+        return Outcome("unfinished", f"the reference changed {since} s before the end")
     target = run.ticks.reference[-1] if best.point is None else best.point
     seen = slice(changed + window.start, None)
     distance = formation_error(run, target)[seen]

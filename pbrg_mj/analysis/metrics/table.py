@@ -7,8 +7,9 @@ from itertools import chain, repeat, zip_longest
 from textwrap import wrap
 from typing import Any
 
+from pbrg_mj.analysis.metrics.outcome import reason_text
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics
-from pbrg_mj.text import plain
+from pbrg_mj.text import format_significant, plain
 
 LABEL_WIDTH = 38
 COLUMN_WIDTH = 29  # two runs fit 100 columns
@@ -153,7 +154,7 @@ def short_summary(run: RunMetrics) -> str:
     labels = {key: label.strip() for rows in LAYOUT.values() for label, key in rows}
     lines: list[str] = []
     for key in SHORT:
-        texts = sentences(look_up(data, key)) if key in WRAPPED else [text(shown(data, key))]
+        texts = sentences(shown(data, key)) if key in WRAPPED else [text(shown(data, key))]
         lines += [f"{label:<{LABEL_WIDTH}}  {line}" for label, line in zip_longest([labels[key]], texts, fillvalue="")]
     return "\n".join(lines)
 
@@ -169,9 +170,11 @@ def shown(data: dict[str, Any], key: str) -> Any:
     """Return the value at a key as it stands in a table: numbers of bytes with the unit a person reads.
 
     Of a governor that sees the whole team its name says so, and so does what stands in place of bytes. The violated
-    share of the run's own certificate is marked.
+    share of the run's own certificate is marked, and the reason of a violation has its robot and time.
     """
     value = look_up(data, key)
+    if key == "reason":
+        return reason_text(value, data["violation_robot"], data["violation_time_s"])
     if data["centralized"] and key.endswith("_bytes"):
         return CENTRALIZED
     if data["centralized"] and key == "governor" and value != CENTRALIZED:
@@ -184,7 +187,7 @@ def shown(data: dict[str, Any], key: str) -> Any:
 def amount(count: float) -> str:
     """Return a number of bytes in B, kB, MB, GB or TB, by powers of 1000: 704 kB."""
     unit = next((name for name in BYTES if abs(count) < 1000.0 * BYTES[name]), "TB")
-    return f"{count / BYTES[unit]:.4g} {unit}"
+    return f"{format_significant(count / BYTES[unit], 4)} {unit}"
 
 
 def cell(value: Any) -> str:
@@ -222,7 +225,7 @@ def _wrapped(label: str, values: list[Any]) -> list[str]:
 
 
 def _number(value: float) -> str:
-    return f"{value:.0f}" if value.is_integer() and abs(value) < 1e15 else f"{value:.4g}"
+    return f"{value:.0f}" if value.is_integer() and abs(value) < 1e15 else format_significant(value, 4)
 
 
 def _line(label: str, values: list[Any]) -> str:

@@ -58,7 +58,8 @@ def versions(report_runs: Sequence[ReportRun]) -> str:
 def _card(number: int, one: ReportRun) -> str:
     data = one.numbers.as_dict()
     facts = "".join(_fact(label, shown(data, key), unit) for label, key, unit in CARD)
-    reason = f" <small>{_text(one.numbers.reason)}</small>" if one.numbers.reason else ""
+    why = shown(data, "reason")
+    reason = f" <small>{_text(why)}</small>" if why else ""
     binds = "".join(f"<li>{_text(one)}</li>" for one in one.numbers.binding)
     binding = f'<p class="binding">Binds at the end:</p><ul class="binding">{binds}</ul>' if binds else ""
     style = one.numbers.outcome.replace(" ", "-")

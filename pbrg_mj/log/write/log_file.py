@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from pbrg_mj.errors import InputError, PbrgError
+from pbrg_mj.errors import InputError, PbrgError, write_error
 
 
 def partial_path(path: Path) -> Path:
@@ -51,14 +51,15 @@ class LogFile:
     def open(self) -> BinaryIO:
         """Create the temporary file, empty, and return it.
 
-        Raises InputError when a file cannot be written or may not be replaced, or another run writes it.
+        Raises InputError when a file cannot be written or may not be replaced, or another run writes it;
+        ShortageError on a full disk.
         """
         check_writable(self._target, force=self._force)
         check_regular(self.partial)
         try:
             handle = os.open(self.partial, os.O_WRONLY | os.O_CREAT, 0o666)
         except OSError as error:
-            raise InputError(f"cannot write {self.path}: {error.strerror}") from error
+            raise write_error(error, "cannot write", self.path) from error
         self._file = os.fdopen(handle, "wb")
         try:
             self._take()

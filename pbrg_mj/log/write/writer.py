@@ -6,7 +6,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from pbrg_mj.errors import PbrgError
+from pbrg_mj.errors import ShortageError
 from pbrg_mj.log.schema import channels
 from pbrg_mj.log.schema.ending import Ending
 from pbrg_mj.log.write.log_file import LogFile
@@ -34,7 +34,7 @@ class LogWriter:
     `centralized` says whether the governor sees the whole team; None: as its name in the scenario says. `processes`:
     whether the robots' programs run in processes of their own.
 
-    Raises InputError when the path cannot be written or another run writes it, PbrgError when the disk fails later.
+    Raises InputError when the path cannot be written or another run writes it, ShortageError when the disk fails later.
     """
 
     def __init__(
@@ -114,7 +114,7 @@ class LogWriter:
         except OSError as error:
             writer.abandon()
             self._log_file.discard()
-            raise PbrgError(f"cannot write {self.path}: {error.strerror or error}") from error
+            raise ShortageError(f"cannot write {self.path}: {error.strerror or error}") from error
         return writer
 
     def _write_buffer(self, writer: McapWriter) -> None:
@@ -140,10 +140,10 @@ class LogWriter:
                 reproducible += len(data)
         return reproducible
 
-    def _failed(self, writer: McapWriter, error: OSError) -> PbrgError:
+    def _failed(self, writer: McapWriter, error: OSError) -> ShortageError:
         """Close what is left of the file; `__exit__` then has nothing more to do."""
         writer.abandon()
         self._log_file.close_partial()
         self._writer = None
         kept = f"what is whole is in {self._log_file.partial}, of which `pbrg repair` makes a log"
-        return PbrgError(f"cannot write {self.path}: {error.strerror or error}; {kept}")
+        return ShortageError(f"cannot write {self.path}: {error.strerror or error}; {kept}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Iterator
-from itertools import count
+from itertools import count, pairwise
 from pathlib import Path
 from time import sleep
 from typing import Any
@@ -100,6 +100,25 @@ def test_a_robot_waits_for_a_world_that_waits_for_others(monkeypatch: pytest.Mon
     monkeypatch.setattr(Mailbox, "receive", lambda self, timeout: next(came))
     with pytest.raises(PbrgError, match=r"the world at .* sends robot 1 away"):
         robot.run()
+
+
+def test_a_robot_greets_again_after_a_while_and_not_for_every_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A world that waits for others answers at once: robot and world filled the network with greetings."""
+    world, clock, greetings = Address("127.0.0.1", 9), [0.0], []
+    robot = robots.RobotProcess(robot_programs(SCENARIO), network(SCENARIO), 0, world, DIGEST)
+
+    def receive(_self: Mailbox, timeout: float) -> tuple[Datagram, Address]:
+        clock[0] += max(1e-6, min(timeout, 0.001))
+        return Datagram(Kind.STOP if clock[0] > 2.0 else Kind.HELLO, WORLD, body=b""), world
+
+    monkeypatch.setattr(robots, "monotonic", lambda: clock[0])
+    monkeypatch.setattr(Mailbox, "receive", receive)
+    monkeypatch.setattr(Mailbox, "send", lambda self, to, one: greetings.append((clock[0], one.kind)))
+    with pytest.raises(PbrgError, match="sends robot 1 away"):
+        robot.run()
+    times = [at for at, kind in greetings if kind is Kind.HELLO]
+    assert 9 <= len(times) <= 11
+    assert min(later - sooner for sooner, later in pairwise(times)) >= robots.RETRY_PERIOD
 
 
 def test_a_world_answers_greetings_until_all_have_come(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,6 +7,7 @@ is missed; a neighbour that was missed is not waited for until it is heard in ti
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -88,17 +89,19 @@ class RobotProcess:
             self.mailbox.close()
 
     def _connected(self) -> StartData:
-        until = monotonic() + CONNECT_TIMEOUT
-        while monotonic() < until and self.wanted():
-            self.mailbox.send(self.world, Datagram(Kind.HELLO, self.robot, body=self.digest))
-            came = self.mailbox.receive(RETRY_PERIOD)
+        greeted, until = -math.inf, monotonic() + CONNECT_TIMEOUT
+        while (now := monotonic()) < until and self.wanted():
+            if now - greeted >= RETRY_PERIOD:  # not for every answer, which may come at once
+                self.mailbox.send(self.world, Datagram(Kind.HELLO, self.robot, body=self.digest))
+                greeted = now
+            came = self.mailbox.receive(greeted + RETRY_PERIOD - now)
             if came is None or came[1] != self.world:
                 continue
             if came[0].kind is Kind.STOP:
                 away = f"the world at {self.world} sends robot {self.robot + 1} away"
                 raise PbrgError(f"{away}: another scenario, or the run is over")
             if came[0].kind is Kind.HELLO:
-                until = monotonic() + WORLD_TIMEOUT  # it is there, and waits for others
+                until = now + WORLD_TIMEOUT  # it is there, and waits for others
             if came[0].kind is Kind.START:
                 return self._started(came[0])
         raise PbrgError(f"no world answers at {self.world}, UDP")

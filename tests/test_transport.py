@@ -167,7 +167,6 @@ def test_a_robot_listens_to_nobody_but_the_world_that_it_greets() -> None:
     with pytest.raises(pbrg.PbrgError, match=r"sends robot 1 away"):
         robot.run()
     assert world.receive(5.0)[0].kind is wire.Kind.HELLO  # type: ignore[index]
-    assert all(world.receive(0.0) is not None for _ in range(2))  # it greeted again after each stranger
     world.close()
     stranger.close()
 

@@ -81,7 +81,8 @@ def known_free(axes: Axes, seen: Seen) -> None:
     parameters, ranges = seen.estimator.parameters, seen.readings.ranges[ROBOT]
     points = np.concatenate([seen.memory.points[ROBOT], no_points(1, len(ranges))[0]])
     beams, places = SeenBeams(ranges, parameters.directions), seen.readings.body_pose[None, :, :2].copy()
-    echoes = add_scan(points, seen.memory.scans, beams, pose, (places, ROBOT), parameters)
+    before = seen.memory.past[ROBOT], seen.memory.past_poses[ROBOT]
+    echoes = add_scan(points, seen.memory.scans, beams, pose, (places, ROBOT), before, parameters)
     edge = edge_of_free(echoes, beams, pose, parameters)
     axes.plot(edge.x, edge.y, ".", color=EDGE, markersize=3)
     axes.plot(echoes.x[echoes.binds], echoes.y[echoes.binds], ".", color=ECHO, markersize=3)

@@ -92,7 +92,8 @@ def test_half_spaces_of_what_comes_are_ahead_of_it_by_the_time_to_react():
     now, resting = (int(np.argmax(one.G[0, :, 0])) for one in (known, still))
     ahead = made.parameters.reaction * known.closing[0, now]
     assert still.closing is not None and not still.closing_speeds.any()
-    assert known.h[0, now] == pytest.approx(still.h[0, resting] - ahead, abs=0.02)
+    # Of a face that moves the nearest echo counts, of one at rest the line: 3 cm are its 5 mm of noise, and the pose's.
+    assert -0.04 < known.h[0, now] - (still.h[0, resting] - ahead) < 0.0
     assert made.parameters.reaction > period("default") + ROBOT.time_constant
 
 
@@ -111,13 +112,12 @@ def test_walls_beside_the_robot_do_not_tell_of_the_box_before_it(preset: str):
 
 @pytest.mark.parametrize("preset", ["default", "lidar"])
 def test_a_box_that_comes_behind_what_stands_is_known_to_come(preset: str):
-    """Two boards stand 5 cm nearer along the same normal: one half-space keeps off all three."""
+    """Two boards stand 5 cm nearer along the same normal: a half-space that keeps off one keeps off all three."""
     time, boards = times(preset, 1.6), Scene(((0.5, -0.8, 0.5, -0.2), (0.5, 0.2, 0.5, 0.8)))
     for seed in range(6):
         scenes = [together(box(0.7 + 0.25 * left, 0.0, 0.3), boards) for left in time[-1] - time]
         *_, known = seen(preset, seed, scenes, sideways(time, 0.0))
-        ahead = int(np.argmax(np.where(known.active[0], known.G[0, :, 0], -1.0)))
-        assert known.closing_speeds[0, ahead] > 0.15
+        assert known.closing_speeds[0, known.G[0, :, 0] > 0.9].max() > 0.15  # a board may have one of its own
 
 
 @pytest.mark.parametrize("preset", ["default", "lidar"])
@@ -138,6 +138,11 @@ def scanned(made: PointEstimator, scene: Scene) -> np.ndarray:
     return memory.past[0, int(np.argmax(memory.past_poses[0]["known"]))]
 
 
+def nothing_before(beams: int) -> tuple[np.ndarray, np.ndarray]:
+    """The scans before the first one, for `add_scan`."""
+    return np.zeros((1, beams), PAST_ECHO), np.zeros(1, PAST_POSE)
+
+
 def test_a_face_ends_where_beams_pass_by_and_not_where_it_is_slanted():
     scan = scanned(estimator()[0], together(box(0.9, 0.0, 0.4), Scene(((-3.0, -0.3, 3.0, -0.3),))))
     face = np.flatnonzero((scan["x"] > 0.69) & (np.abs(scan["y"]) < 0.21))
@@ -156,9 +161,11 @@ def test_the_flow_of_free_ends_is_the_speed_along_the_face():
         for time, y in ((0.0, shift), (elapsed, shift + speed * elapsed)):
             scan = SeenBeams(cast(box(0.75, y - 0.15, 0.5), np.zeros(3), beams, made.range_max), made.directions)
             pose = ScanPose(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, time, elapsed)
-            echoes = add_scan(no_points(1, beams)[0], 1, scan, pose, team, made)
+            echoes = add_scan(no_points(1, beams)[0], 1, scan, pose, team, nothing_before(beams), made)
             ends = free_ends(echoes, scan.ranges, made)
-            flows, count = range_flow((echoes, scan.ranges), ends, (past, place[0]), pose, made)
+            flows, count = range_flow(
+                (echoes, scan.ranges), (ends, np.zeros(beams, bool)), (past, place[0]), pose, made
+            )
             store_scan(past, place, (echoes, scan), ends, pose)
         along = np.abs(flows.ny[:count]) > 0.7
         errors += list(flows.speed[:count][along] - flows.ny[:count][along] * speed)
@@ -179,9 +186,9 @@ def test_a_box_that_slides_along_its_face_is_not_told_to_stand(preset: str):
         y, time = -0.1 + speed * elapsed * (frame % 2), frame * elapsed
         ranges = scan(given, box(0.6, y, 0.4), np.zeros((1, 3)), frame).ranges[0]
         pose, read = ScanPose(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, time, elapsed), SeenBeams(ranges, numbers.directions)
-        echoes = add_scan(no_points(1, beams)[0], 1, read, pose, team, numbers)
+        echoes = add_scan(no_points(1, beams)[0], 1, read, pose, team, nothing_before(beams), numbers)
         ends = free_ends(echoes, ranges, numbers)
-        flows, count = range_flow((echoes, ranges), ends, (past, past_pose[0]), pose, numbers)
+        flows, count = range_flow((echoes, ranges), (ends, np.zeros(beams, bool)), (past, past_pose[0]), pose, numbers)
         store_scan(past, past_pose, (echoes, read), ends, pose)
         if frame % 2:
             x, across, ny = flows.x[:count], flows.y[:count], flows.ny[:count]

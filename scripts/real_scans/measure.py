@@ -11,6 +11,7 @@ from pbrg_mj.perception.points.beams import SeenBeams
 from pbrg_mj.perception.points.detect import add_scan
 from pbrg_mj.perception.points.memory import no_points
 from pbrg_mj.perception.points.parameters import PointParameters, point_parameters
+from pbrg_mj.perception.points.range_flow import PAST_ECHO, PAST_POSE
 from pbrg_mj.perception.scan.extract_lines import extract_lines
 from pbrg_mj.perception.setup import perception_setup
 from pbrg_mj.perception.track.world_frame import ScanPose
@@ -49,7 +50,8 @@ def binding(ranges: np.ndarray, parameters: PointParameters) -> np.ndarray:
     points = no_points(1, len(ranges))[0]
     pose = ScanPose(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     beams = SeenBeams(ranges, parameters.directions)
-    add_scan(points, 1, beams, pose, (np.zeros((1, 1, 2)), 0), parameters)
+    before = np.zeros((1, len(ranges)), PAST_ECHO), np.zeros(1, PAST_POSE)
+    add_scan(points, 1, beams, pose, (np.zeros((1, 1, 2)), 0), before, parameters)
     bound = points[(points["live"] == 1) & (points["binds"] == 1)]
     echo = ranges * parameters.directions.T
     places = {(x, y) for x, y in zip(bound["x"].tolist(), bound["y"].tolist(), strict=True)}

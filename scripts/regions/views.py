@@ -176,7 +176,8 @@ def seen(
 def timed(memory: PointMemory, hand: np.ndarray, target: np.ndarray, made: PointEstimator) -> float:
     """Return the median time [s] of making half-spaces of the places."""
     known = memory.half_spaces
-    before = known.G[0], known.h[0], known.active[0], np.empty((known.h.shape[1], 2))
+    slots = known.h.shape[1]
+    before = known.G[0], known.h[0], known.active[0], np.empty((slots, 2)), np.zeros((slots, 7))
     inputs = [tuple(array.copy() for array in before) for _ in range(REPEATS)]
     return repeated(
         [lambda one=one: separate((memory.points[0], NO_EDGE), hand, target, made.parameters, one) for one in inputs]

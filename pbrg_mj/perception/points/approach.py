@@ -16,6 +16,7 @@ import math
 import numpy as np
 
 from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.points.lines import echoes_on_lines, line_at
 from pbrg_mj.perception.points.motion import (
     BESIDE,
     count_flows_in_gate,
@@ -37,9 +38,9 @@ def move_half_spaces(seen, motion, pose, parameters, half_spaces, closing):
 
     `closing` (K,) [m/s] becomes how fast it comes along the normal from then on, 0 for what rests. `seen` are a scan's
     echoes and its beams; `motion` past (lag, beams) of PAST_ECHO, past_poses (lag,) of PAST_POSE and tracks (T,);
-    `half_spaces` those of `separate`: G (K, 2), h (K,), active (K,), near (K, 2). The scan is stored in `past`.
+    `half_spaces` those of `separate`. The scan is stored in `past`.
     """
-    (echoes, beams), (past, past_poses, tracks), (G, h, active, near) = seen, motion, half_spaces
+    (echoes, beams), (past, past_poses, tracks), (G, h, active, near, lines) = seen, motion, half_spaces
     oldest = 0
     for i in range(len(past_poses)):
         if not past_poses[i]["known"] or (
@@ -47,28 +48,35 @@ def move_half_spaces(seen, motion, pose, parameters, half_spaces, closing):
         ):
             oldest = i
     ends, before = free_ends(echoes, beams.ranges, parameters), (past[oldest], past_poses[oldest])
-    flows, count = range_flow((echoes, beams.ranges), ends, before, pose, parameters)
+    resting = echoes_on_lines(echoes, lines)
+    flows, count = range_flow((echoes, beams.ranges), (ends, resting), before, pose, parameters)
     for k in range(len(h)):
         closing[k] = 0.0
         if active[k]:
             half_space = (G[k, 0], G[k, 1]), h[k] + parameters.clearance, (near[k, 0], near[k, 1])
-            closing[k], lead = _approach(echoes, tracks, half_space, (flows, count), pose.time, parameters.reaction)
+            faces = tracks, line_at(lines, k).found
+            closing[k], lead = _approach(echoes, faces, half_space, (flows, count), pose.time, parameters.reaction)
             h[k] -= lead
     store_scan(past[oldest], past_poses[oldest : oldest + 1], seen, ends, pose)
 
 
 @kernel
-def _approach(echoes, tracks, half_space, measured, time, reaction):
+def _approach(echoes, faces, half_space, measured, time, reaction):
     """Return how fast what a half-space keeps off comes [m/s], and by how much h falls [m].
 
     The half-space is its normal, its edge where faces begin, h + clearance, and its nearest place. The first face is
-    where the scan says; each other where the flow that is left is nearest along the normal.
+    where the scan says; each other where the flow that is left is nearest along the normal. `faces` are the tracks and
+    whether the first one is a straight face at rest.
     """
-    normal, edge, near = half_space
+    (normal, edge, near), (tracks, rests) = half_space, faces
     flows, left = measured[0], _kept_off(measured, half_space)
     place, closing, lead = _nearest_place(echoes, normal, edge, near), 0.0, 0.0
     first = normal[0] * place[0] + normal[1] * place[1]
-    for face in range(FACES):
+    if rests:
+        if len(left) < AGREEING:
+            return 0.0, 0.0
+        place = _nearest_flow(flows, left, normal)
+    for face in range(1 if rests else 0, FACES):
         beside, rest = flows_beside(flows, left, place, normal), left
         if face == 0 or len(beside) >= AGREEING:
             track = track_at(tracks, place, (flows, beside), time)

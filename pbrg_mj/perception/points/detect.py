@@ -13,7 +13,8 @@ from pbrg_mj.perception.points.confirm import confirm_echo, recent_echoes
 from pbrg_mj.perception.points.corner_bound import MOST_LOST, corner_bound, share_corner_bounds
 from pbrg_mj.perception.points.memory import free_slot
 from pbrg_mj.perception.points.parameters import LEAST_JOINING
-from pbrg_mj.perception.scan.team_mates import is_team_mate
+from pbrg_mj.perception.points.unexpected import unexpected_echoes
+from pbrg_mj.perception.scan.team_mates import is_team_mate, reach_of_team_mate
 
 
 class Echoes(NamedTuple):
@@ -31,26 +32,31 @@ class Echoes(NamedTuple):
 
 
 @kernel
-def add_scan(points, scan, beams, pose, team, parameters):
+def add_scan(points, scan, beams, pose, team, before, parameters):
     """Add the echoes of a scan, `SeenBeams`, to the memory `points`, and return them.
 
     `team` are the places of all robots' bodies, (beams, n, 2) [m] when each beam was taken or (1, n, 2) for all beams,
     and this robot's number. Echoes within the body's radius and three standard deviations of a team-mate are the
     team-mate's; where a beam is a cone, those that may be so near anywhere in it.
 
+    `before` are the past and past_poses of `unexpected_echoes`.
+
     Echoes in a row, neighbours nearer than `JOINING` gaps between beams or `LEAST_JOINING`, bind at once: two where one
     earlier echo at its place confirms a lone one, three where outliers are so frequent that it needs more. What is less
-    binds when earlier echoes at its place make up for it.
+    binds when earlier echoes at its place make up for it. An echo where the scan before saw nothing is a lone one if
+    its neighbours are none of those.
     """
     ranges, echoes = beams.ranges, _echoes(beams, pose, team, parameters)
     recents, place = recent_echoes(points, scan, parameters.recent), -1
+    unexpected = unexpected_echoes(echoes, before, pose, parameters)
     for k in range(len(ranges)):
         if not echoes.external[k]:
             continue
         std = math.sqrt(echoes.variance[k])
         joins = _neighbour(echoes, ranges, k, -1, parameters), _neighbour(echoes, ranges, k, 1, parameters)
         echo = echoes.x[k], echoes.y[k], std, echoes.pose_std[k]
-        needed = parameters.confirmations + 1 - _run(echoes, ranges, k, joins, parameters)
+        run = 1 if unexpected[k] and not _any_of(unexpected, joins) else _run(echoes, ranges, k, joins, parameters)
+        needed = parameters.confirmations + 1 - run
         echoes.binds[k] = needed <= 0 or confirm_echo(points, recents, (echo, needed), pose, parameters)
         place = free_slot(points, place + 1)
         point = points[place]
@@ -88,7 +94,7 @@ def _echoes(seen, pose, team, parameters):
         x[k], y[k] = pose.x + r * ux[k], pose.y + r * uy[k]
         variance[k] = parameters.range_std**2 + (parameters.noise_ratio * r) ** 2
         pose_std[k] = math.sqrt(pose.position_var + r * r * pose.heading_var)
-        reach = parameters.body_radius + 3.0 * (math.sqrt(variance[k]) + pose_std[k])
+        reach = reach_of_team_mate(parameters.body_radius, math.sqrt(variance[k]) + pose_std[k])
         mates, start = places[min(k, len(places) - 1)], (pose.x, pose.y)
         if len(places) > 1:
             start = mates[own, 0], mates[own, 1]
@@ -111,6 +117,15 @@ def _neighbour(echoes, ranges, k, step, parameters):
                 limit += 3.0 * math.sqrt(echoes.variance[k] + echoes.variance[other])
             return other if squared <= limit * limit else -1
     return -1
+
+
+@kernel
+def _any_of(flags, chosen):
+    """Tell whether any of the flags with the numbers `chosen` is set; -1 is none."""
+    found = False
+    for k in chosen:
+        found = found or (k >= 0 and flags[k])
+    return found
 
 
 @kernel

@@ -15,11 +15,13 @@ from pbrg_mj.perception.points.beams import SeenBeams
 from pbrg_mj.perception.points.deskew import deskewed
 from pbrg_mj.perception.points.detect import add_scan
 from pbrg_mj.perception.points.known_free import edge_of_free
+from pbrg_mj.perception.points.lines import line_at
 from pbrg_mj.perception.points.memory import capacity_after, copy_records, delete_stale, no_points, slots_used
 from pbrg_mj.perception.points.motion import TRACK, TRACKS
 from pbrg_mj.perception.points.parameters import PointParameters
 from pbrg_mj.perception.points.range_flow import PAST_ECHO, PAST_POSE
 from pbrg_mj.perception.points.separate import separate
+from pbrg_mj.perception.track.confirmation import LONG_EXTENT
 from pbrg_mj.perception.track.pose_history import PoseHistory, no_poses, poses_at_scan, with_poses
 from pbrg_mj.perception.track.world_frame import ANCHOR, pose_at_scan
 from pbrg_mj.sensing.readings import Readings
@@ -119,22 +121,43 @@ def perceive_points(scans, parameters, robots, targets, before, after):
         pose = pose_at_scan(poses[robot], variances[robot], time, anchors[robot])
         beams = SeenBeams(ranges[row], directions[row if len(directions) > 1 else 0])
         delete_stale(points[robot], scan, beams, pose, parameters)
-        echoes = add_scan(points[robot], scan, beams, pose, (bodies, robot), parameters)
+        motion = past[robot], past_poses[robot], tracks[robot]
+        echoes = add_scan(points[robot], scan, beams, pose, (bodies, robot), motion[:2], parameters)
         edge = edge_of_free(echoes, beams, pose, parameters)
         q = np.empty(2)
         q[0] = pose.x + parameters.hand_offset * math.cos(pose.heading)
         q[1] = pose.y + parameters.hand_offset * math.sin(pose.heading)
         target = q if math.isnan(targets[robot, 0]) else targets[robot]
-        half_spaces = G[robot], h[robot], active[robot], np.empty((len(h[robot]), 2))
+        slots = len(h[robot])
+        half_spaces = G[robot], h[robot], active[robot], np.empty((slots, 2)), np.zeros((slots, 7))
         separate((points[robot], edge), q, target, parameters, half_spaces)
-        motion = past[robot], past_poses[robot], tracks[robot]
         move_half_spaces((echoes, beams), motion, pose, parameters, half_spaces, closing[robot])
+        bind_robots_without_beams(half_spaces, (poses, robots), parameters, binds[robot])
     used = 0
     for robot in range(len(points)):
         used = max(used, slots_used(points[robot]))
         for k in range(active.shape[1]):
             binds[robot, k, robot] = active[robot, k]
     return used
+
+
+@kernel
+def bind_robots_without_beams(half_spaces, team, parameters, binds):
+    """Let long straight faces bind the robots that see nothing themselves, as walls bind the team of `scope: team`.
+
+    `half_spaces` are those of `separate`; `team` poses (n, 3) and which robots have beams (R,); binds (K, n) is
+    written. A robot that is behind the face already is on its other side, or beside it.
+    """
+    (G, h, active, _, lines), (poses, robots) = half_spaces, team
+    for other in range(len(poses)):
+        if (robots == other).any():
+            continue
+        x = poses[other, 0] + parameters.hand_offset * math.cos(poses[other, 2])
+        y = poses[other, 1] + parameters.hand_offset * math.sin(poses[other, 2])
+        for k in range(len(h)):
+            behind = G[k, 0] * x + G[k, 1] * y > h[k] + parameters.clearance
+            line = line_at(lines, k)
+            binds[k, other] = active[k] and line.high - line.low >= LONG_EXTENT and not behind
 
 
 @kernel

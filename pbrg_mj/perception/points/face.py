@@ -6,6 +6,7 @@ import math
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.hull import distance_to_hull
+from pbrg_mj.perception.points.lines import is_on_line
 from pbrg_mj.perception.points.obstacle_points import copy_point, inset_along, nearest_point, swap_points
 
 WINDOWS = (1.0, 0.5, 0.25, 0.125)  # [m] around the nearest place
@@ -79,14 +80,20 @@ def offset(window, size, normal, parameters):
 
 
 @kernel
-def points_not_separated(places, count, half_space, parameters):
-    """Put the places that a half-space (normal, nearest, h) leaves before the others; return how many there are."""
+def points_not_separated(places, count, half_space_and_line, parameters):
+    """Put the places that a half-space (normal, nearest, h) leaves before the others; return how many there are.
+
+    `half_space_and_line` has the `Line` of its face, too: places on that are kept off.
+    """
+    half_space, line = half_space_and_line
     normal, nearest, h = half_space
     (gx, gy), near, left = normal, min(nearest, h), 0  # what is nearer by the clearance alone is left in any case
     for i in range(count):
         along = gx * places.x[i] + gy * places.y[i]
         may = along - places.inset[i] < min(nearest, h + parameters.sigmas * places.std[i])
-        if may and (along - parameters.clearance < near or _is_left(places, i, along, half_space, parameters)):
+        if not may or is_on_line(places, i, line):
+            continue
+        if along - parameters.clearance < near or _is_left(places, i, along, half_space, parameters):
             swap_points(places, i, left)
             left += 1
     return left

@@ -43,6 +43,7 @@ FASTEST = 0.7  # [m/s] more is no motion, but another thing
 LONGEST = 1.0  # [s] between two scans
 ANY_SPEED = 0.3  # [m/s] standard deviation of the velocity of what is seen first
 LEFT, RIGHT = 1, 2  # sides of a face, as its robot sees it
+BEYOND = 1.0 + 1e-6  # times the distance of a line: a beam goes past it, and not for the rounding of exact ranges
 SLANTED = 0.5  # cosine between a face's normal and its beam below which normal flow tells little
 
 
@@ -59,13 +60,13 @@ class RangeFlow(NamedTuple):
 
 
 @kernel
-def range_flow(seen, ends, before, pose, parameters):
+def range_flow(seen, told, before, pose, parameters):
     """Return the `RangeFlow` of a scan's near echoes against an older one, and how many entries it has.
 
-    `seen` are `Echoes` and ranges (beams,) [m], `ends` (beams,) their `free_ends`, `before` past (beams,) of PAST_ECHO
-    and past_pose, a PAST_POSE record.
+    `seen` are `Echoes` and ranges (beams,) [m], `told` (beams,) their `free_ends` and which of them are known to rest,
+    `before` past (beams,) of PAST_ECHO and past_pose, a PAST_POSE record.
     """
-    (echoes, ranges), (past, past_pose) = seen, before
+    (echoes, ranges), (ends, resting), (past, past_pose) = seen, told, before
     most, elapsed = 2 * len(ranges), pose.time - past_pose["time"]
     x, y, nx, ny = np.empty(most), np.empty(most), np.empty(most), np.empty(most)
     flows = RangeFlow(x, y, nx, ny, np.empty(most), np.empty(most), np.empty(most))
@@ -73,7 +74,7 @@ def range_flow(seen, ends, before, pose, parameters):
         return flows, 0
     count, directions = 0, _directions(past, parameters)
     for i in range(len(ranges)):
-        if not echoes.external[i] or ranges[i] > NEAR:
+        if not echoes.external[i] or ranges[i] > NEAR or resting[i]:
             continue
         echo = echoes.x[i], echoes.y[i], echoes.variance[i]
         found, n, moved, variance = _along_normal(echo, (past, past_pose, directions), elapsed, parameters)
@@ -197,9 +198,9 @@ def free_ends(echoes, ranges, parameters):
             near -= 3.0 * math.sqrt(4.0 * here + there)
             if near * parameters.range_max <= 1.0:
                 continue
-            passes = ranges[outer] * near > 1.0
+            passes = ranges[outer] * near > BEYOND
             if math.isnan(ranges[outer]) and not parameters.blocked[beyond]:
-                passes = math.isnan(ranges[beyond]) or ranges[beyond] * near > 1.0
+                passes = math.isnan(ranges[beyond]) or ranges[beyond] * near > BEYOND
             if passes:
                 ends[i] |= side
     return ends

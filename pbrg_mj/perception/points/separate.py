@@ -21,6 +21,7 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.face import clearance_along, next_face, offset, points_not_separated
+from pbrg_mj.perception.points.lines import write_line
 from pbrg_mj.perception.points.obstacle_points import (
     copy_point,
     empty_points,
@@ -28,6 +29,7 @@ from pbrg_mj.perception.points.obstacle_points import (
     measure_from,
     obstacle_points,
 )
+from pbrg_mj.perception.points.straight_face import straight_face
 
 SIDES = 4  # of the box around the path
 SAME_FACE = math.cos(math.radians(20.0))  # between the normals of one face in two scans
@@ -38,12 +40,13 @@ STEADY = 0.01  # [m] of distance that may be lost so that a normal does not turn
 def separate(seen, q, target, parameters, half_spaces):
     """Write half-spaces for the hand point q (2,) [m] on its way to `target` (2,) [m].
 
-    They are G (K, 2), h (K,), active (K,) and nearest (K, 2), the place of each that is nearest to the path [m].
+    They are G (K, 2), h (K,), active (K,), nearest (K, 2), the place of each that is nearest to the path [m], and
+    lines (K, 7), the `Line`s of their faces as `write_line` writes them.
 
     `seen` (points, edge) are the memory and the `Edge`. On entry the half-spaces are those of the scan before, whose
     slots and, where they serve as well, normals are taken over. K is four or more.
     """
-    G, h, active, _ = half_spaces
+    G, h, active, _, _ = half_spaces
     places, count = obstacle_points(seen[0], seen[1], parameters)
     window = empty_points(count, seen[0])
     path = free_path(places, count, q, target, parameters)
@@ -58,8 +61,8 @@ def separate(seen, q, target, parameters, half_spaces):
         if size == 0:
             count = 0
             break
-        half_space = _write((window, size, path), (normal, nearest), before, half_spaces, parameters)
-        count = points_not_separated(places, count, half_space, parameters)
+        half_space, line = _write((window, size, path), (normal, nearest), before, half_spaces, parameters)
+        count = points_not_separated(places, count, (half_space, line), parameters)
         faces += 1
     if count > 0:
         taken[:] = taken_before_box
@@ -104,22 +107,28 @@ def _side(along, across):
 
 @kernel
 def _write(face, normal_and_nearest, before, half_spaces, parameters):
-    """Write the half-space of a face to its slot; return it as `points_not_separated` takes it.
+    """Write the half-space of a face to its slot; return it as `points_not_separated` takes it, with its `Line`.
 
     `face` (window, size, path); `normal_and_nearest` are its normal (2,) and its nearest_place (2,) [m]; `before` are
     the normals of the scan before, old (K, 2), was_active (K,) and taken (K,) bool, whether a slot has a half-space of
-    this scan; `half_spaces` G, h, active, nearest_places (K, 2).
+    this scan; `half_spaces` those of `separate`.
     """
-    G, h, _, nearest_places = half_spaces
+    G, h, _, nearest_places, lines = half_spaces
     (normal, nearest_place), (old, was_active, taken) = normal_and_nearest, before
+    line = straight_face(face, normal, parameters)
+    if line.found:
+        normal = line.gx, line.gy
     k = _slot(face, normal, before)
-    if was_active[k] and normal[0] * old[k, 0] + normal[1] * old[k, 1] > SAME_FACE:
+    if not line.found and was_active[k] and normal[0] * old[k, 0] + normal[1] * old[k, 1] > SAME_FACE:
         normal = (old[k, 0], old[k, 1])
     taken[k] = True
     G[k, 0], G[k, 1] = normal
     nearest_places[k, 0], nearest_places[k, 1] = nearest_place
+    write_line(line, lines, k)
     nearest, h[k] = offset(face[0], face[1], normal, parameters)
-    return normal, nearest, h[k]
+    if line.found:
+        h[k] = line.offset - parameters.clearance - parameters.sigmas * line.std
+    return (normal, nearest, h[k]), line
 
 
 @kernel

@@ -8,12 +8,20 @@ from typing import NamedTuple
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.scan.points import VARIANCE, R, X, Y
 
+TILTED = 1e-3  # [m] that a body which tilts, as it drives off and brakes, is wider than its radius
+
 
 class TeamMateModel(NamedTuple):
     """What beams see of a team-mate."""
 
     body_radius: float  # [m]; 0: places of team-mates are not known
     half_cone: float  # half the width of a beam's view [rad]; 0: a ray
+
+
+@kernel
+def reach_of_team_mate(body_radius, std):
+    """Return how far from a team-mate's place its echoes may be [m]; `std` is the deviation of both from each other."""
+    return body_radius + max(3.0 * std, TILTED)
 
 
 @kernel
@@ -84,7 +92,7 @@ def _has_points_enough(work, line, pose, team, params):
             point = work.points[b]
             echo = pose.x + cos * point[X] - sin * point[Y], pose.y + sin * point[X] + cos * point[Y]
             pose_std = math.sqrt(pose.position_var + point[R] ** 2 * pose.heading_var)
-            reach = model.body_radius + 3.0 * (math.sqrt(point[VARIANCE]) + pose_std)
+            reach = reach_of_team_mate(model.body_radius, math.sqrt(point[VARIANCE]) + pose_std)
             if not is_team_mate(echo, (pose.x, pose.y), reach, (poses, own), model.half_cone):
                 count += 1
                 if count >= params.min_points:

@@ -10,17 +10,7 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.diagnostics import KeyPath, dotted_key, yaml_text
 from pbrg_mj.scenario.parse.document import DEEPEST, Document, read_document
 from pbrg_mj.scenario.parse.renamed_keys import renamed_path
-
-SET_UP = "set_up"
-SET_UPS: dict[str, tuple[str, ...]] = {
-    "recommended": (
-        "governor.kind=certified",
-        "estimator.source=points",
-        "estimator.scope=own",
-        "estimator.half_spaces_per_robot=8",
-    ),
-}
-"""Overrides that go by one name, `set_up=NAME`; those after it win."""
+from pbrg_mj.scenario.parse.set_ups import SET_UP, SET_UPS, overrides_of_set_up, plant_and_drive
 
 
 def apply_overrides(document: Document, overrides: Sequence[str]) -> Document:
@@ -29,20 +19,28 @@ def apply_overrides(document: Document, overrides: Sequence[str]) -> Document:
     An entry of a list goes by its index from 0; sections that are not there yet are made. Whether a key is known is for
     the validation to say. Raises InputError naming the override for one that has no place to go.
     """
+    named = [text for text in overrides if _parse(text)[0] == (SET_UP,)]
+    if not named:
+        return _all_applied(document, overrides)
+    others = _all_applied(document, [text for text in overrides if text not in named])
+    given = overrides_of_set_up(*plant_and_drive(others.data))
     for text in overrides:
-        for one in _keys_of(text):
-            document = _apply(document, one)
+        document = _all_applied(document, given if _is_set_up(text) else (text,))
     return document
 
 
-def _keys_of(text: str) -> Sequence[str]:
-    """Return what `set_up=NAME` stands for; of any other override itself."""
+def _is_set_up(text: str) -> bool:
+    """Tell whether an override is `set_up=NAME`. Raises InputError for a name that there is not."""
     path, name = _parse(text)
-    if path != (SET_UP,):
-        return (text,)
-    if not isinstance(name, str) or name not in SET_UPS:
+    if path == (SET_UP,) and name not in SET_UPS:
         raise InputError(f"override {yaml_text(text)}; allowed: {SET_UP}={' or '.join(SET_UPS)}")
-    return SET_UPS[name]
+    return path == (SET_UP,)
+
+
+def _all_applied(document: Document, overrides: Sequence[str]) -> Document:
+    for text in overrides:
+        document = _apply(document, text)
+    return document
 
 
 def _apply(document: Document, text: str) -> Document:

@@ -1,0 +1,131 @@
+"""The line through the places of a face, by weighted least squares.
+
+y = a + b s is fitted, y along the face's normal and s across it, and the normal is turned until b = 0. Places behind
+the line are left out: what no beam reaches is an outlier, the rest is another thing. Where a sensor has outliers, so is
+a place ahead of the line that one scan alone has seen.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from pbrg_mj.kernel import kernel
+
+LEAST_PLACES = 12  # that make a line
+OFF_LINE = 25.0  # squared standard deviations: of 10^4 faces that are straight fewer than one seems bent
+BENT = 4.0 * OFF_LINE  # ahead of the first line, whose normal is not that of the places yet
+TURNS = 2  # of the normal: the second leaves out what is behind the line without what the first left out
+SAME_PLACE = 0.02  # [m] besides the noise of ranges, as far as two echoes of one thing are apart
+EXACT = 1e-4  # [m] least standard deviation of a place
+
+
+class Fit(NamedTuple):
+    """Sums over the places of a face, seen from the first one, and the line through them."""
+
+    weight: float  # sum of w [1/m^2]
+    middle: float  # mean of s [m]
+    spread: float  # sum of w (s - middle)^2
+    mean: float  # of y [m]
+    slope: float
+
+
+@kernel
+def fitted_line(window, size, normal, parameters):
+    """Return (found, normal, places, fit) of a face whose normal is about the unit vector given.
+
+    `places` (3, size) are s, y [m] and weight [1/m^2] of the face's places in `window`, 0 of those that are left out.
+    Not found is a line of fewer than `LEAST_PLACES`, and one that a place is far ahead of.
+    """
+    places, (gx, gy) = np.empty((3, size)), normal
+    none = False, normal, places, Fit(0.0, 0.0, 0.0, 0.0, 0.0)
+    if size < LEAST_PLACES or not _write_places(window, normal, places):
+        return none
+    for turn in range(TURNS):
+        ahead = _leave_out_behind(places)
+        if parameters.outliers:
+            _leave_out_outliers(window, (gx, gy), places)
+        elif turn == 0 and ahead > BENT:
+            return none
+        slope = _fit(places).slope
+        length = math.sqrt(1.0 + slope * slope)
+        gx, gy = (gx + slope * gy) / length, (gy - slope * gx) / length
+        _turn(window, (gx, gy), places)
+    return (places[2] > 0.0).sum() >= LEAST_PLACES, (gx, gy), places, _fit(places)
+
+
+@kernel
+def _write_places(window, normal, places):
+    """Write s, y and weight of the places of a window to `places` (3, size); tell whether all are echoes."""
+    for i in range(places.shape[1]):
+        if window.point[i] < 0:
+            return False
+        places[2, i] = 1.0
+    _turn(window, normal, places)
+    return True
+
+
+@kernel
+def _turn(window, normal, places):
+    """Write the places again, with another normal; those without weight stay without."""
+    (gx, gy), x0, y0 = normal, window.x[0], window.y[0]
+    for i in range(places.shape[1]):
+        point = window.memory[window.point[i]]
+        x, y = window.x[i] - x0, window.y[i] - y0
+        std = max(window.std[i] * min(abs(gx * point["ux"] + gy * point["uy"]), 1.0), EXACT)
+        places[0, i], places[1, i] = gx * y - gy * x, gx * x + gy * y
+        places[2, i] = 1.0 / (std * std) if places[2, i] > 0.0 else 0.0
+
+
+@kernel
+def _leave_out_behind(places):
+    """Take the weight of places behind the line of all; return the most squared deviations that one is ahead of it."""
+    fit, most = _fit(places), 0.0
+    for i in range(places.shape[1]):
+        off = places[1, i] - fit.mean - fit.slope * (places[0, i] - fit.middle)
+        deviations = off * off * places[2, i]
+        if off > 0.0 and deviations > OFF_LINE:
+            places[2, i] = 0.0
+        elif off < 0.0:
+            most = max(most, deviations)
+    return most
+
+
+@kernel
+def _leave_out_outliers(window, normal, places):
+    """Take the weight of places ahead of the line of all that one scan alone has seen."""
+    fit = _fit(places)
+    for i in range(places.shape[1]):
+        off = places[1, i] - fit.mean - fit.slope * (places[0, i] - fit.middle)
+        if off < 0.0 and off * off * places[2, i] > OFF_LINE and not _is_seen_again(window, normal, i, -off):
+            places[2, i] = 0.0
+
+
+@kernel
+def _is_seen_again(window, normal, i, ahead):
+    """Tell whether another scan has an echo beside echo i, whether that binds or not, half as far ahead or more [m]."""
+    own, (gx, gy) = window.memory[window.point[i]], normal
+    for point in window.memory:
+        if point["live"] and point["scan"] != own["scan"]:
+            x, y, reach = point["x"] - own["x"], point["y"] - own["y"], 3.0 * (point["std"] + own["std"]) + SAME_PLACE
+            if x * x + y * y <= reach * reach and gx * x + gy * y <= 0.5 * ahead:
+                return True
+    return False
+
+
+@kernel
+def _fit(places):
+    """Return the `Fit` of places (3, size)."""
+    weight, middle, mean, spread, slope = 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(places.shape[1]):
+        weight += places[2, i]
+        middle += places[2, i] * places[0, i]
+        mean += places[2, i] * places[1, i]
+    middle, mean = middle / weight, mean / weight
+    for i in range(places.shape[1]):
+        aside = places[2, i] * (places[0, i] - middle)
+        spread += aside * (places[0, i] - middle)
+        slope += aside * places[1, i]
+    return Fit(weight, middle, spread, mean, slope / spread if spread > 0.0 else 0.0)

@@ -1,0 +1,169 @@
+"""The line of a straight face at rest: its places together tell better where it is than the nearest of them does.
+
+Noise of ranges is independent from echo to echo. The errors of a pose are the same for all echoes of a scan, and
+independent from scan to scan. A face may be a little bent, c q(s) with q the quadratic that is orthogonal to 1 and s
+(Forsythe, J. SIAM 5(2), 1957): the line goes through where the bent face is nearest.
+
+No line is what is off it by more than `OFF_LINE` deviations, one place or the mean of those in a part of it: things
+that lie against a wall are kept off echo by echo. Nor is what may come nearer at `MAX_REST_SPEED`, as the means of the
+scans tell: places of several scans are where it was, not where it is.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.points.fitted_line import OFF_LINE, fitted_line
+from pbrg_mj.perception.points.lines import Line
+from pbrg_mj.perception.track.confirmation import MAX_REST_SPEED
+
+LEAST_LENGTH = 0.25  # [m] as the line estimator's
+PARTS = 16  # of a face's length
+SCANS = 16  # that are told apart, by their number modulo this
+
+
+@kernel
+def straight_face(face, normal, parameters):
+    """Return the `Line` of a face (window, size, path) whose normal is about the unit vector given.
+
+    Where a sensor has outliers, an echo ahead of the line binds no more until a second one confirms it.
+    """
+    window, size, path = face
+    nothing = Line(False, normal[0], normal[1], 0.0, 0.0, 0.0, 0.0)
+    if parameters.half_cone > 0.0:  # which do not tell where in their view a thing is
+        return nothing
+    found, normal, places, fit = fitted_line(window, size, normal, parameters)
+    if not found:
+        return nothing
+    left = places[2] > 0.0
+    low, high = places[0][left].min(), places[0][left].max()
+    if high - low < LEAST_LENGTH:
+        return nothing
+    shares, pose_var = _shares(window, places, (low, high)), _pose_variance(window, normal, places, fit)
+    if not _is_straight(places, fit, (low, high), (shares, pose_var)):
+        return nothing
+    approach = _approach(window, places, fit, pose_var)
+    if approach < 0.0:
+        return nothing
+    for i in range(size):
+        if places[2, i] == 0.0 and places[1, i] < fit.mean:
+            window.memory[window.point[i]]["binds"] = False
+    pose_var *= ((shares.sum(axis=0) / fit.weight) ** 2).sum()
+    (bulge, bulge_std), (gx, gy), x0, y0 = _bulge(places, fit, (low, high)), normal, window.x[0], window.y[0]
+    variance = _variance_beside(path, (normal, x0, y0), fit, (low, high)) + pose_var + bulge_std**2
+    offset, along = gx * x0 + gy * y0 + fit.mean - bulge - approach, gx * y0 - gy * x0
+    return Line(True, gx, gy, offset, math.sqrt(variance), along + low, along + high)
+
+
+@kernel
+def _variance_beside(path, frame, fit, ends):
+    """Return what ranges add to the variance of a line beside the path, or at its end nearest to the path [m^2].
+
+    `frame` are the normal and the place x0, y0 [m] where s = 0.
+    """
+    ((gx, gy), x0, y0), variance = frame, 0.0
+    for end in (0, 2):
+        s = gx * (path[end + 1] - y0) - gy * (path[end] - x0)
+        aside = min(max(s, ends[0]), ends[1]) - fit.middle
+        variance = max(variance, 1.0 / fit.weight + aside * aside / fit.spread)
+    return variance
+
+
+@kernel
+def _pose_variance(window, normal, places, fit):
+    """Return the variance along the normal that its pose adds to a place, the mean of all places [m^2]."""
+    variance = 0.0
+    for i in range(places.shape[1]):
+        point = window.memory[window.point[i]]
+        turn, aside = point["turn_std"] ** 2, normal[0] * point["uy"] - normal[1] * point["ux"]
+        variance += places[2, i] / fit.weight * (max(point["pose_std"] ** 2 - turn, 0.0) + turn * aside * aside)
+    return variance
+
+
+@kernel
+def _shares(window, places, ends):
+    """Return the weight of each part of a face that is of each scan, (PARTS, SCANS)."""
+    shares, ratio = np.zeros((PARTS, SCANS)), PARTS / (ends[1] - ends[0])
+    for i in range(places.shape[1]):
+        if places[2, i] > 0.0:
+            scan = window.memory[window.point[i]]["scan"] % SCANS
+            shares[min(int((places[0, i] - ends[0]) * ratio), PARTS - 1), scan] += places[2, i]
+    return shares
+
+
+@kernel
+def _approach(window, places, fit, pose_var):
+    """Return how much nearer a face surely is now than in the mean of its scans [m]; -1 if it may not be at rest."""
+    newest = 0
+    for i in range(places.shape[1]):
+        newest = max(newest, window.memory[window.point[i]]["scan"])
+    weight, off, time, now = np.zeros(SCANS), np.zeros(SCANS), np.zeros(SCANS), 0.0
+    for i in range(places.shape[1]):
+        point = window.memory[window.point[i]]
+        if newest - point["scan"] < SCANS and places[2, i] > 0.0:
+            k = point["scan"] % SCANS
+            weight[k], time[k] = weight[k] + places[2, i], point["time"]
+            off[k] += places[2, i] * (places[1, i] - fit.mean)
+            now = max(now, point["time"])
+    total, middle, spread, drift = 0.0, 0.0, 0.0, 0.0
+    for k in range(SCANS):
+        if weight[k] > 0.0:
+            off[k], weight[k] = off[k] / weight[k], weight[k] / (1.0 + weight[k] * pose_var)
+            total, middle = total + weight[k], middle + weight[k] * (now - time[k])
+    middle /= total
+    for k in range(SCANS):
+        if weight[k] > 0.0:
+            age = now - time[k] - middle
+            spread, drift = spread + weight[k] * age * age, drift + weight[k] * age * off[k]
+    if not spread > 0.0:
+        return -1.0
+    speed, std = drift / spread, math.sqrt(1.0 / spread)  # towards the robot
+    if abs(speed) + 3.0 * std > MAX_REST_SPEED:
+        return -1.0
+    return max(speed - std, 0.0) * middle
+
+
+@kernel
+def _is_straight(places, fit, ends, noise):
+    """Tell whether no place and no part of a face is off its line.
+
+    `noise` are the `_shares` and the `_pose_variance`: places of one scan are off by the error of the same pose.
+    """
+    shares, pose_var = noise
+    off, ratio = np.zeros(PARTS), PARTS / (ends[1] - ends[0])
+    for i in range(places.shape[1]):
+        y = places[1, i] - fit.mean
+        if y * y * places[2, i] > OFF_LINE * (1.0 + places[2, i] * pose_var):
+            return False
+        if places[2, i] > 0.0:
+            off[min(int((places[0, i] - ends[0]) * ratio), PARTS - 1)] += places[2, i] * y
+    for part in range(PARTS):
+        weight, squared = shares[part].sum(), (shares[part] ** 2).sum()
+        if off[part] ** 2 > OFF_LINE * (weight + pose_var * squared):
+            return False
+    return True
+
+
+@kernel
+def _bulge(places, fit, ends):
+    """Return how far the quadratic through a face surely comes nearer than its line, and the deviation of that [m]."""
+    second, third, fourth = fit.spread / fit.weight, 0.0, 0.0
+    for i in range(places.shape[1]):
+        s = places[0, i] - fit.middle
+        third += places[2, i] * s**3
+        fourth += places[2, i] * s**4
+    skew = third / fit.spread
+    square, product = fourth - skew * third - second * fit.spread, 0.0
+    if not square > 0.0:
+        return 0.0, 0.0
+    for i in range(places.shape[1]):
+        s = places[0, i] - fit.middle
+        product += places[2, i] * places[1, i] * (s * s - skew * s - second)
+    bend, std, (low, high) = product / square, math.sqrt(1.0 / square), (ends[0] - fit.middle, ends[1] - fit.middle)
+    reach = second + 0.25 * skew * skew  # of a convex face, whose middle is nearest; of a hollow one the ends are
+    if bend < 0.0:
+        reach = max(low * (low - skew), high * (high - skew)) - second
+    return max(abs(bend) - std, 0.0) * reach, std * reach

@@ -1,0 +1,210 @@
+"""Straight faces among points: where the line is, what is none, and whom it binds."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pbrg_mj.perception.points.estimator import PointEstimator
+from pbrg_mj.perception.points.lines import line_at
+from pbrg_mj.perception.points.memory import no_points
+from pbrg_mj.perception.points.obstacle_points import ObstaclePoints
+from pbrg_mj.perception.points.straight_face import straight_face
+from tests.perceiving import rows
+from tests.raycast import Scene
+from tests.seeing_points import PERIOD, ROBOT, estimator, scan, sensor
+from tests.test_perception_motion import box, together
+
+WALL = Scene(((0.6, -6.0, 0.6, 6.0),))
+PATH = np.zeros(4)  # a hand point that stays at the origin
+
+
+def face_of(xy: np.ndarray, std: float, pose_std: float, scans: np.ndarray) -> tuple[ObstaclePoints, int, np.ndarray]:
+    """Return a window of echoes at places (k, 2) [m], each of one of the `scans` (k,), 0.1 s apart."""
+    count = len(xy)
+    points = no_points(1, count)[0]
+    for name, values in (("x", xy[:, 0]), ("y", xy[:, 1]), ("std", std), ("pose_std", pose_std)):
+        points[name] = values
+    points["scan"], points["time"] = scans, 0.1 * scans
+    points["live"] = points["binds"] = True
+    far = np.hypot(*xy.T)
+    points["ux"], points["uy"] = (xy / far[:, None]).T
+    x, y = points["x"].copy(), points["y"].copy()
+    window = ObstaclePoints(x, y, points["std"].copy(), np.full(count, 0.1), np.zeros(count), np.arange(count), points)
+    return window, count, PATH
+
+
+def places(rng: np.random.Generator, angle: float, std: float, pose_std: float, speed: float = 0.0, bend: float = 0.0):
+    """Return a `face_of` 120 echoes of a face 0.6 m away, and its normal; `speed` [m/s] is towards the robot."""
+    normal, along = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+    s, scans = rng.uniform(-0.7, 0.7, 120), np.repeat(np.arange(1, 7), 20)
+    true = (0.6 + speed * 0.1 * (6 - scans) + bend * s**2)[:, None] * normal + s[:, None] * along
+    beam = true / np.hypot(*true.T)[:, None]
+    poses = pose_std * rng.standard_normal((7, 2))
+    return face_of(true + std * rng.standard_normal((120, 1)) * beam + poses[scans], std, pose_std, scans), normal
+
+
+def hull_normal(normal: np.ndarray, rng: np.random.Generator) -> tuple[float, float]:
+    """Return the normal turned by up to 10 deg, as that of a hull is."""
+    turn = rng.uniform(-0.17, 0.17)
+    return tuple(np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]) @ normal)
+
+
+def test_the_line_is_the_wall_s_with_the_deviation_that_it_tells():
+    """500 planted walls: errors over the deviation told have that of a standard normal, or less."""
+    made, _ = estimator()
+    rng, errors, turned = np.random.default_rng(5), [], []
+    for _ in range(500):
+        face, normal = places(rng, rng.uniform(-3.0, 3.0), 0.005, 0.002)
+        line = straight_face(face, hull_normal(normal, rng), made.parameters)
+        assert line.found
+        turned.append(np.arctan2(line.gx * normal[1] - line.gy * normal[0], line.gx * normal[0] + line.gy * normal[1]))
+        errors.append((line.offset - 0.6) / line.std)  # seen from abreast, a turned line is as far
+    assert np.std(errors) < 1.15
+    assert -0.7 < np.mean(errors) < 0.1  # never sure that it bulges, it still allows for it
+    assert np.max(errors) < 3.5
+    assert np.std(turned) < 0.004
+
+
+@pytest.mark.parametrize(("speed", "bend"), [(0.15, 0.0), (0.3, 0.0), (0.0, 0.2), (0.0, -0.2)])
+def test_what_comes_nearer_or_is_bent_is_no_line(speed: float, bend: float):
+    made, _ = estimator()
+    rng = np.random.default_rng(6)
+    for _ in range(50):
+        face, normal = places(rng, 0.3, 0.005, 0.001, speed, bend)
+        assert not straight_face(face, hull_normal(normal, rng), made.parameters).found
+
+
+@pytest.mark.parametrize(("speed", "bend"), [(0.03, 0.0), (-0.03, 0.0), (0.0, 0.01), (0.0, -0.01)])
+def test_a_line_of_what_is_hardly_bent_or_slow_is_not_behind_it(speed: float, bend: float):
+    """By 1 cm once in 300 at most; both are within what passes for a line at rest."""
+    made, _ = estimator()
+    rng, ahead = np.random.default_rng(7), []
+    for _ in range(300):
+        face, normal = places(rng, 0.3, 0.005, 0.001, speed, bend)
+        line = straight_face(face, hull_normal(normal, rng), made.parameters)
+        if line.found:
+            nearest = 0.6 + min(bend, 0.0) * 0.7**2
+            ahead.append(line.offset - 3.0 * line.std - nearest)
+    assert len(ahead) > 100
+    assert np.count_nonzero(np.array(ahead) > 0.01) <= 1
+
+
+def known_at(scene: Scene, preset: str, frames: int, seed: int = 0, pose: np.ndarray | None = None):
+    """Yield (estimator, half-spaces, memory) of a robot that rests at the origin, scan after scan."""
+    made, given = estimator(sensor(preset))
+    given, memory = given.model_copy(update={"seed": seed}), made.init()
+    pose = np.zeros((1, 3)) if pose is None else pose
+    for frame in range(frames):
+        known, memory = made.step_towards(scan(given, scene, pose, frame), frame * PERIOD, memory, np.array([[3.0, 0]]))
+        yield made, known, memory
+
+
+@pytest.mark.parametrize("depth", [0.03, 0.05])
+def test_a_board_on_the_wall_is_kept_off(depth: float):
+    """0.2 m wide and flush: the half-space ends before it, not at the wall's line."""
+    board = Scene(((0.6, -6.0, 0.6, -0.2), (0.6 - depth, -0.2, 0.6 - depth, 0.0), (0.6, 0.0, 0.6, 6.0)))
+    for seed in range(20):
+        *_, (_, known, _) = known_at(board, "default", 8, seed)
+        G, h = rows(known)
+        ahead = G[:, 0] > 0.9
+        reach = np.min((h + 0.1 * G[:, 1])[ahead] / G[ahead, 0])  # abreast of the board
+        assert reach < 0.6 - depth - ROBOT.clearance + 0.005
+
+
+def test_half_spaces_at_a_wall_hardly_move_from_scan_to_scan():
+    """By 2 mm (standard deviation), where the nearest of the echoes moves by four times that."""
+    made, given = estimator()
+    *_, last = known_at(WALL, "default", 60)
+    ends = [
+        np.min(known.h[0, known.G[0, :, 0] > 0.9] / known.G[0, known.G[0, :, 0] > 0.9, 0])
+        for frame, (_, known, _) in enumerate(known_at(WALL, "default", 60))
+        if frame >= 8
+    ]
+    assert np.std(ends) < 0.002
+    assert 0.6 - made.parameters.clearance - 0.015 < np.mean(ends) < 0.6 - made.parameters.clearance
+    assert not last[1].closing_speeds.any()
+    assert given.sensors.beams.noise_std > 0.003
+
+
+@pytest.mark.parametrize("preset", ["robotarium", "tof_ring", "lidar"])
+def test_an_outlier_ahead_of_a_wall_waits_and_what_stays_there_does_not(preset: str):
+    """One echo 15 cm ahead of the wall, in the tenth scan alone and from the thirteenth on."""
+    made, given = estimator(sensor(preset))
+    quiet = given.model_copy(update={"seed": 4})
+    memory, pose = made.init(), np.zeros((1, 3))
+    beam = int(np.argmax(made.parameters.directions[:, 0]))
+    ends = []
+    for frame in range(18):
+        readings = scan(quiet, WALL, pose, frame)
+        if frame == 9 or frame >= 12:
+            readings.ranges[0, beam] = 0.45
+        known, memory = made.step_towards(readings, frame * PERIOD, memory, np.array([[3.0, 0.0]]))
+        ahead = known.G[0, :, 0] > 0.9
+        ends.append(np.min((known.h[0] / np.where(ahead, known.G[0, :, 0], 1.0))[ahead]))
+    assert min(ends[9:12]) > ends[8] - 0.03
+    assert ends[-1] < 0.45 - made.parameters.clearance
+
+
+def test_exact_ranges_make_neither_ends_nor_motion_of_a_wall():
+    """Rounding alone tells whether a beam passes by the line of exact echoes."""
+    made, given = estimator({"beams": {"preset": "ideal"}, "camera": {"position_std": 0.0, "heading_std_deg": 0.0}})
+    for turn in np.linspace(0.0, 0.08, 9):
+        pose, memory = np.array([[0.0, 0.0, turn]]), made.init()
+        for frame in range(8):
+            known, memory = made.step_towards(scan(given, WALL, pose, frame), frame * PERIOD, memory, None)
+            assert not known.closing_speeds.any()
+        inner = np.abs(memory.past["y"][0]) < 0.5
+        assert not (memory.past["ends"][0] * (inner & memory.past["external"][0])).any()
+
+
+def test_a_body_that_tilts_is_still_a_team_mate_for_exact_beams():
+    made, given = estimator(
+        {"beams": {"preset": "ideal"}, "camera": {"position_std": 0.0, "heading_std_deg": 0.0}},
+        formation=((0.0, 0.0), (0.5, 0.0)),
+    )
+    poses, memory = np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 0.0]]), made.init()
+    wider = Scene((), ((0.5, 0.0, ROBOT.body_radius + 5e-4),))
+    for frame in range(4):
+        readings = scan(given, [wider, Scene(())], poses, frame)
+        known, memory = made.step_towards(readings, frame * PERIOD, memory, None)
+    assert np.isfinite(readings.ranges[0]).any()
+    assert not known.active.any()
+
+
+def blind_team(scene: Scene, blind: np.ndarray) -> tuple[PointEstimator, np.ndarray]:
+    """Return which half-spaces of robot 1 bind robot 2, which has no beams and stands at `blind` (3,)."""
+    made, given = estimator({"beams": {"robots": [1]}}, formation=((0.0, 0.0), (0.0, 1.0)))
+    memory, poses = made.init(), np.array([[0.0, 0.0, 0.0], blind])
+    for frame in range(6):
+        readings = scan(given, [scene, Scene(())], poses, frame)
+        known, memory = made.step_towards(
+            type(readings)(readings.body_pose, readings.ranges[:1], True, readings.pose_frame, readings.scan_frame),
+            frame * PERIOD,
+            memory,
+            None,
+        )
+    return made, known.binds[0, :, 1] & known.active[0]
+
+
+def test_a_long_wall_binds_the_robots_that_see_nothing():
+    assert blind_team(WALL, np.array([0.0, 1.0, 0.0]))[1].any()
+    assert not blind_team(WALL, np.array([0.9, 1.0, 0.0]))[1].any()  # on its other side, or beyond its end
+    assert not blind_team(box(0.8, 0.0, 0.4), np.array([0.0, 1.0, 0.0]))[1].any()  # too short to tell of others' ways
+
+
+def test_a_wall_beside_a_box_that_comes_is_at_rest_and_the_box_is_not():
+    time = np.arange(0.0, 1.6, PERIOD)
+    made, given = estimator()
+    memory = made.init()
+    for frame, left in enumerate(time[-1] - time):
+        scene = together(box(0.7 + 0.25 * left, 0.0, 0.3), Scene(((-2.0, 0.5, 2.0, 0.5),)))
+        readings = scan(given, scene, np.zeros((1, 3)), frame)
+        known, memory = made.step_towards(readings, frame * PERIOD, memory, np.array([[3.0, 0.0]]))
+    beside, ahead = known.G[0, :, 1] > 0.95, known.G[0, :, 0] > 0.6
+    assert beside.any() and not known.closing_speeds[0, beside].any()
+    assert known.closing_speeds[0, ahead].max() > 0.15
+
+
+def test_no_line_is_remembered_as_none():
+    assert not line_at(np.zeros((1, 7)), 0).found

@@ -49,11 +49,13 @@ def fitted_line(window, size, normal, parameters):
             _leave_out_outliers(window, (gx, gy), places)
         elif turn == 0 and ahead > BENT:
             return none
+        if (places[2] > 0.0).sum() < LEAST_PLACES:
+            return none
         slope = _fit(places).slope
         length = math.sqrt(1.0 + slope * slope)
         gx, gy = (gx + slope * gy) / length, (gy - slope * gx) / length
         _turn(window, (gx, gy), places)
-    return (places[2] > 0.0).sum() >= LEAST_PLACES, (gx, gy), places, _fit(places)
+    return True, (gx, gy), places, _fit(places)
 
 
 @kernel

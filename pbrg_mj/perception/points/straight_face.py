@@ -99,7 +99,8 @@ def _approach(window, places, fit, pose_var):
     """Return how much nearer a face surely is now than in the mean of its scans [m]; -1 if it may not be at rest."""
     newest = 0
     for i in range(places.shape[1]):
-        newest = max(newest, window.memory[window.point[i]]["scan"])
+        if places[2, i] > 0.0:
+            newest = max(newest, window.memory[window.point[i]]["scan"])
     weight, off, time, now = np.zeros(SCANS), np.zeros(SCANS), np.zeros(SCANS), 0.0
     for i in range(places.shape[1]):
         point = window.memory[window.point[i]]

@@ -2,7 +2,7 @@
 
 python scripts/measure_scenarios.py [--recommended] [--jobs N] [--logs DIR] [NAME ...]    # DIR keeps the logs
 
-With names only these are run, and the page keeps the rows of the others. `--recommended` runs them with the governor
+With names only these are run, and the page keeps the rows of the others. `--recommended` runs them with the set-up
 that we recommend instead of their own, for the page's table of that.
 """
 
@@ -25,15 +25,11 @@ from pbrg_mj.analysis.metrics.run_metrics import RunMetrics, metrics
 from pbrg_mj.log.read.run import Run, open_run
 from pbrg_mj.log.write.writer import LogWriter
 from pbrg_mj.loop.simulation import Simulation
-from pbrg_mj.perception.track.confirmation import LONG_EXTENT
 from pbrg_mj.scenario.bundled import bundled_scenarios
 from pbrg_mj.scenario.load import load_scenario
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "scenarios.md"
-CERTIFIED = ("governor.kind=certified", "governor.optimizer=flooding", "governor.certificate=predictive")
-NO_LEAK = ("control.leak=0",)
-COMPENSATED = ("drive.friction_compensation=true",)
-POINTS = ("estimator.source=points", "estimator.scope=own", "estimator.half_spaces_per_robot=6")
+RECOMMENDED = ("set_up=recommended",)
 FLOORS = ("floor/friction_patches", "floor/even_floor", "floor/frictionless")
 
 
@@ -48,21 +44,9 @@ class Measured:
     static_error: np.ndarray | None  # (n,) [m]
 
 
-def set_up(name: str) -> tuple[str, ...]:
-    """Return the overrides of the set-up that we recommend for a scenario.
-
-    Motors make up for their own friction where they have some: the ideal plant has no motors. Sight rows count on walls
-    of `LONG_EXTENT` metres; obstacles that may be shorter need points instead of lines.
-    """
-    scenario = load_scenario(name).scenario
-    motors = scenario.plant == "physics" and scenario.drive.kind == "voltage"
-    short = any(min(box.size) < LONG_EXTENT for box in scenario.world.boxes)
-    return (*CERTIFIED, *NO_LEAK, *(COMPENSATED if motors else ()), *(POINTS if short else ()))
-
-
 def measure(name: str, folder: Path, recommended: bool) -> Measured:
     """Run a bundled scenario into a log, and measure it from there."""
-    loaded = load_scenario(name, ["log.timings=false", *(set_up(name) if recommended else ())])
+    loaded = load_scenario(name, ["log.timings=false", *(RECOMMENDED if recommended else ())])
     path = folder / f"{name.replace('/', '-')}.mcap"
     simulation = Simulation.build(loaded.scenario)
     with LogWriter(path, loaded, simulation.model_xml, force=True) as write:
@@ -109,7 +93,7 @@ def row_of_outcomes(one: Measured) -> str:
 
 
 def recommended(rows: dict[str, str]) -> Iterator[str]:
-    """Yield the lines of the table of the recommended governor, likewise."""
+    """Yield the lines of the table of the recommended set-up, likewise."""
     yield (
         "| scenario | outcome | settled after [s] | terminal gap [m] | least true margin [m] "
         "| least gap between robots [m] | binds at the end |"
@@ -173,7 +157,7 @@ def between(page: str, mark: str, lines: Iterator[str]) -> str:
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     options.add_argument("names", nargs="*", metavar="NAME", help="scenarios to run; none: all")
-    options.add_argument("--recommended", action="store_true", help="with the governor that we recommend")
+    options.add_argument("--recommended", action="store_true", help="with the set-up that we recommend")
     options.add_argument("--jobs", type=int, default=2, help="runs at the same time")
     options.add_argument("--logs", type=Path, help="folder that keeps the logs")
     given = options.parse_args()

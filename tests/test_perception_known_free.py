@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-import pbrg_mj as pbrg
 from pbrg_mj.errors import InputError
 from pbrg_mj.governor.certificate.sight import SightLimit
 from pbrg_mj.governor.certified.governor import CertifiedGovernor
@@ -177,22 +176,6 @@ def test_half_spaces_replace_the_rows_of_sight() -> None:
 def test_points_bring_their_scope_and_slots() -> None:
     one = load_scenario("obstacles/box", ["estimator.source=points"]).scenario.estimator
     assert (one.scope, one.half_spaces_per_robot) == ("own", 8)
-
-
-def test_the_recommended_set_up_goes_by_one_name() -> None:
-    keys = [
-        "seed=3",
-        "set_up=recommended",
-        "estimator.unknown=closed",
-    ]  # of a family whose worlds have scopes of their own
-    one = load_scenario("families/boxes", keys).scenario
-    assert (one.governor.kind, one.governor.certificate) == ("certified", "predictive")
-    assert (one.estimator.source, one.estimator.scope, one.estimator.unknown) == ("points", "own", "closed")
-    later = load_scenario("families/boxes", ["set_up=recommended", "estimator.half_spaces_per_robot=5"]).scenario
-    assert later.estimator.half_spaces_per_robot == 5
-    assert pbrg.load("families/boxes", {"set_up": "recommended"}, seed=3).yaml.count("points") == 1
-    with pytest.raises(InputError, match=r"set_up=best.*allowed: set_up=recommended"):
-        load_scenario("families/boxes", ["set_up=best"])
 
 
 def test_what_cannot_be_is_refused() -> None:

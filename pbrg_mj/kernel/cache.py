@@ -78,3 +78,14 @@ class _KernelCacheImplementation(CompileResultCacheImpl):
 
 class _KernelCache(FunctionCache):
     _impl_class = _KernelCacheImplementation
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return the compiled code for a signature, None where the cache has none, or none that this version reads.
+
+        The index names the types of arguments, which may since have moved to another module.
+        """
+        try:
+            return super().load_overload(sig, target_context)
+        except (AttributeError, ImportError):
+            self.flush()
+            return None

@@ -76,9 +76,22 @@ def _turn(window, normal, places):
     for i in range(places.shape[1]):
         point = window.memory[window.point[i]]
         x, y = window.x[i] - x0, window.y[i] - y0
-        std = max(window.std[i] * min(abs(gx * point["ux"] + gy * point["uy"]), 1.0), EXACT)
         places[0, i], places[1, i] = gx * y - gy * x, gx * x + gy * y
-        places[2, i] = 1.0 / (std * std) if places[2, i] > 0.0 else 0.0
+        variance = range_variance(window.std[i], point, normal) + pose_variance(point, normal)
+        places[2, i] = 1.0 / max(variance, EXACT * EXACT) if places[2, i] > 0.0 else 0.0
+
+
+@kernel
+def range_variance(std, point, normal):
+    """Return what the noise of an echo's range adds along a normal [m^2]: it is wrong along its beam, by `std` [m]."""
+    return (std * (normal[0] * point["ux"] + normal[1] * point["uy"])) ** 2
+
+
+@kernel
+def pose_variance(point, normal):
+    """Return what the pose of an echo's scan adds along a normal [m^2]; a heading is wrong across the beam."""
+    turn, aside = point["turn_std"] ** 2, normal[0] * point["uy"] - normal[1] * point["ux"]
+    return max(point["pose_std"] ** 2 - turn, 0.0) + turn * aside * aside
 
 
 @kernel

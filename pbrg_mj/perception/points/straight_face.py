@@ -16,7 +16,7 @@ import math
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.points.fitted_line import OFF_LINE, fitted_line
+from pbrg_mj.perception.points.fitted_line import OFF_LINE, fitted_line, pose_variance
 from pbrg_mj.perception.points.lines import Line
 from pbrg_mj.perception.track.confirmation import MAX_REST_SPEED
 
@@ -77,9 +77,7 @@ def _pose_variance(window, normal, places, fit):
     """Return the variance along the normal that its pose adds to a place, the mean of all places [m^2]."""
     variance = 0.0
     for i in range(places.shape[1]):
-        point = window.memory[window.point[i]]
-        turn, aside = point["turn_std"] ** 2, normal[0] * point["uy"] - normal[1] * point["ux"]
-        variance += places[2, i] / fit.weight * (max(point["pose_std"] ** 2 - turn, 0.0) + turn * aside * aside)
+        variance += places[2, i] / fit.weight * pose_variance(window.memory[window.point[i]], normal)
     return variance
 
 
@@ -137,7 +135,7 @@ def _is_straight(places, fit, ends, noise):
     off, ratio = np.zeros(PARTS), PARTS / (ends[1] - ends[0])
     for i in range(places.shape[1]):
         y = places[1, i] - fit.mean
-        if y * y * places[2, i] > OFF_LINE * (1.0 + places[2, i] * pose_var):
+        if y * y * places[2, i] > OFF_LINE:
             return False
         if places[2, i] > 0.0:
             off[min(int((places[0, i] - ends[0]) * ratio), PARTS - 1)] += places[2, i] * y

@@ -15,7 +15,12 @@ def overrides_of_set_up(plant: str, drive: str) -> Sequence[str]:
     The ideal plant has neither beams nor motors. Motors make up for their own friction where voltage drives them; then
     xi need not leak, because the governor keeps them from the saturation that the leak counteracts.
     """
-    given = ["governor.kind=certified", "control.leak=0"]
+    given = [
+        "governor.kind=certified",
+        "governor.certificate=predictive",
+        "governor.optimizer=flooding",
+        "control.leak=0",
+    ]
     if plant == "physics":
         given += ["estimator.source=points", "estimator.scope=own", "estimator.half_spaces_per_robot=8"]
         if drive == "voltage":

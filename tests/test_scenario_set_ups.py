@@ -1,0 +1,53 @@
+"""What `set_up=NAME` stands for, whatever the plant and wherever it is among the overrides."""
+
+import pytest
+
+import pbrg_mj as pbrg
+from pbrg_mj.errors import InputError
+from pbrg_mj.scenario.bundled import bundled_scenarios
+from pbrg_mj.scenario.load import load_scenario
+from pbrg_mj.scenario.schema import Scenario
+
+
+def recommended(name: str, *overrides: str) -> Scenario:
+    return load_scenario(name, ["set_up=recommended", *overrides]).scenario
+
+
+@pytest.mark.parametrize("name", bundled_scenarios())
+def test_every_bundled_scenario_takes_the_recommended_set_up(name: str):
+    """The ideal plant has neither beams nor motors."""
+    own, scenario = load_scenario(name).scenario, recommended(name)
+    physics = scenario.plant == "physics"
+    assert (scenario.governor.kind, scenario.governor.certificate, scenario.control.leak) == (
+        "certified",
+        "predictive",
+        0,
+    )
+    assert scenario.drive.friction_compensation == physics
+    assert scenario.estimator.source == ("points" if physics else own.estimator.source)
+    assert scenario.estimator.scope == ("own" if physics else own.estimator.scope)
+    assert scenario.world == own.world and scenario.team == own.team
+
+
+def test_overrides_after_it_win_and_those_before_do_not():
+    assert recommended("obstacles/box", "estimator.half_spaces_per_robot=5").estimator.half_spaces_per_robot == 5
+    before = load_scenario("obstacles/box", ["control.leak=0.3", "set_up=recommended"]).scenario
+    assert before.control.leak == 0.0
+
+
+def test_it_goes_by_the_plant_and_the_drive_that_the_scenario_has_in_the_end():
+    assert not recommended("obstacles/box", "drive.kind=speed_loop").drive.friction_compensation
+    assert recommended("obstacles/box", "drive.kind=voltage").drive.friction_compensation
+
+
+def test_of_a_family_it_is_in_the_world_that_is_drawn():
+    drawn = pbrg.load("families/boxes", {"set_up": "recommended"}, seed=3)
+    assert drawn.yaml.count("points") == 1
+    assert drawn.settings.drive.friction_compensation
+    assert recommended("families/boxes", "seed=3", "estimator.unknown=closed").estimator.unknown == "closed"
+
+
+@pytest.mark.parametrize("name", ["best", "[1]", "", "{recommended: true}"])
+def test_a_name_that_there_is_not_is_refused(name: str):
+    with pytest.raises(InputError, match=r"set_up=.*allowed: set_up=recommended"):
+        load_scenario("families/boxes", [f"set_up={name}"])

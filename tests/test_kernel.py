@@ -296,6 +296,44 @@ def test_a_copy_of_the_package_shares_the_cache(tmp_path):
     assert done.stdout.strip() == fingerprint(perceive_scans.py_func)
 
 
+OF_A_TYPE = """
+import numpy as np
+
+from TYPES import Pair
+from pbrg_mj.kernel import kernel
+
+
+@kernel
+def total(pair):
+    return pair.a + pair.b
+
+
+if __name__ == "__main__":
+    print(total(Pair(1.0, 2.0)))
+"""
+PAIR = """
+from typing import NamedTuple
+
+
+class Pair(NamedTuple):
+    a: float
+    b: float
+"""
+
+
+@compiled
+def test_a_kernel_whose_argument_s_type_has_moved_is_compiled_again(project, tmp_path):
+    """The cache's index names the type by its module, which there is no more."""
+    (tmp_path / "program.py").write_text(OF_A_TYPE.replace("TYPES", "earlier"))
+    (tmp_path / "earlier.py").write_text(PAIR)
+    assert project.python("program.py") == "3.0"
+    assert list((tmp_path / "cache").glob("*total*"))
+    (tmp_path / "earlier.py").rename(tmp_path / "later.py")
+    (tmp_path / "program.py").write_text(OF_A_TYPE.replace("TYPES", "later"))
+    for _ in range(2):
+        assert project.python("program.py") == "3.0"
+
+
 WITH_ANOTHER_NUMBA = """
 import sys
 

@@ -5,13 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pbrg_mj.perception.points.beams import SeenBeams
+from pbrg_mj.perception.points.detect import add_scan
 from pbrg_mj.perception.points.estimator import PointEstimator
 from pbrg_mj.perception.points.lines import line_at
 from pbrg_mj.perception.points.memory import no_points
 from pbrg_mj.perception.points.obstacle_points import ObstaclePoints
+from pbrg_mj.perception.points.range_flow import store_scan
 from pbrg_mj.perception.points.straight_face import straight_face
+from pbrg_mj.perception.points.unexpected import EXPECTED, UNEXPECTED, unexpected_echoes
+from pbrg_mj.perception.track.world_frame import ScanPose
 from tests.perceiving import rows
-from tests.raycast import Scene
+from tests.raycast import Scene, cast
 from tests.seeing_points import PERIOD, ROBOT, estimator, scan, sensor
 from tests.test_perception_motion import box, together
 
@@ -73,6 +78,33 @@ def test_what_comes_nearer_or_is_bent_is_no_line(speed: float, bend: float):
     for _ in range(50):
         face, normal = places(rng, 0.3, 0.005, 0.001, speed, bend)
         assert not straight_face(face, hull_normal(normal, rng), made.parameters).found
+
+
+def test_a_face_that_comes_at_a_tenth_of_a_metre_a_second_is_no_line():
+    """No place is off the line of all by more than noise explains; the means of the scans are."""
+    made, _ = estimator()
+    rng = np.random.default_rng(9)
+    for _ in range(50):
+        face, normal = places(rng, 0.3, 0.008, 0.001, speed=0.1)
+        assert not straight_face(face, hull_normal(normal, rng), made.parameters).found
+
+
+@pytest.mark.parametrize(("ahead", "again"), [(0.036, False), (0.3, False), (0.036, True), (0.3, True)])
+def test_one_echo_ahead_of_a_line_binds_no_more_until_another_scan_has_it(ahead: float, again: bool):
+    """Of a sensor with outliers alone."""
+    made, _ = estimator(sensor("lidar"))
+    exact, _ = estimator()
+    rng = np.random.default_rng(10)
+    (window, count, path), _ = places(rng, 0.0, 0.004, 0.0)
+    for i in (0, 119) if again else (0,):  # of the first and of the last scan
+        window.x[i], window.y[i] = 0.6 - ahead, 0.1
+        window.memory["x"][i], window.memory["y"][i] = 0.6 - ahead, 0.1
+    assert not straight_face((window, count, path), (1.0, 0.0), exact.parameters).found
+    assert window.memory["binds"].all()
+    line = straight_face((window, count, path), (1.0, 0.0), made.parameters)
+    assert line.found != again
+    assert window.memory["binds"][0] == again
+    assert window.memory["binds"][1:].all()
 
 
 @pytest.mark.parametrize(("speed", "bend"), [(0.03, 0.0), (-0.03, 0.0), (0.0, 0.01), (0.0, -0.01)])
@@ -170,6 +202,55 @@ def test_a_body_that_tilts_is_still_a_team_mate_for_exact_beams():
         known, memory = made.step_towards(readings, frame * PERIOD, memory, None)
     assert np.isfinite(readings.ranges[0]).any()
     assert not known.active.any()
+
+
+def unexpected(preset: str, change, poses: tuple[float, float] = (0.0, 0.0)) -> tuple[np.ndarray, np.ndarray]:
+    """Return which echoes of a second scan are unexpected, and their places; `change` made its ranges."""
+    made, given = estimator(sensor(preset))
+    made = PointEstimator(made.parameters._replace(range_std=1e-3, noise_ratio=0.0), made.robots, made.formation, 6)
+    numbers, memory = made.parameters, made.init()
+    ranges = []
+    for k, y in enumerate(poses):
+        clear = cast(WALL, np.array([0.0, y, 0.0]), given.sensors.beams.count, numbers.range_max)
+        ranges.append(change(clear) if k else clear)
+    for k, y in enumerate(poses):
+        pose = ScanPose(0.0, y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1 * k, 0.1)
+        beams, before = SeenBeams(ranges[k], numbers.directions), (memory.past[0], memory.past_poses[0])
+        bodies = np.zeros((1, 1, 2)), 0
+        echoes = add_scan(no_points(1, 2 * len(ranges[k]))[0], k + 1, beams, pose, bodies, before, numbers)
+        if k:
+            return unexpected_echoes(echoes, before, pose, numbers), np.column_stack([echoes.x, echoes.y])
+        store_scan(memory.past[0, 0], memory.past_poses[0, :1], (echoes, beams), np.zeros(len(ranges[k]), int), pose)
+    raise AssertionError
+
+
+def test_an_echo_ahead_of_what_was_seen_before_is_unexpected():
+    def one_ahead(ranges: np.ndarray) -> np.ndarray:
+        ranges[[3, 10]] -= 0.06  # the second one at 70 deg to the wall's normal
+        return ranges
+
+    for y in (0.0, 0.02):
+        found, _ = unexpected("robotarium", one_ahead, (0.0, y))
+        np.testing.assert_array_equal(np.flatnonzero(found == UNEXPECTED), [3, 10])
+        assert unexpected("robotarium", lambda ranges: ranges, (0.0, y))[0].max() == EXPECTED
+        assert not unexpected("default", one_ahead, (0.0, y))[0].any()  # which has no outliers
+    assert unexpected("robotarium", lambda ranges: ranges + 0.1)[0].max() == EXPECTED
+
+
+def test_echoes_that_came_nearer_together_bind_at_once():
+    """As those of a thing that drives; one by itself waits."""
+    made, given = estimator(sensor("robotarium"))
+    for beams, binds in (((0,), False), ((71, 0, 1), True)):
+        memory = made.init()
+        for frame in range(3):
+            readings = scan(given.model_copy(update={"seed": 12}), WALL, np.zeros((1, 3)), frame)
+            if frame == 2:
+                readings.ranges[0, list(beams)] = 0.35
+            _, memory = made.step_towards(readings, frame * PERIOD, memory, np.array([[3.0, 0.0]]))
+        points = memory.points[0]
+        there = points["live"] & (np.abs(points["x"] - 0.35) < 0.01) & (points["scan"] == 3)
+        assert there.sum() == len(beams)
+        assert (points["binds"][there] == binds).all()
 
 
 def blind_team(scene: Scene, blind: np.ndarray) -> tuple[PointEstimator, np.ndarray]:

@@ -13,7 +13,7 @@ from pbrg_mj.perception.points.confirm import confirm_echo, recent_echoes
 from pbrg_mj.perception.points.corner_bound import MOST_LOST, corner_bound, share_corner_bounds
 from pbrg_mj.perception.points.memory import free_slot
 from pbrg_mj.perception.points.parameters import LEAST_JOINING
-from pbrg_mj.perception.points.unexpected import unexpected_echoes
+from pbrg_mj.perception.points.unexpected import EXPECTED, UNEXPECTED, unexpected_echoes
 from pbrg_mj.perception.scan.team_mates import is_team_mate, reach_of_team_mate
 
 
@@ -44,18 +44,18 @@ def add_scan(points, scan, beams, pose, team, before, parameters):
     Echoes in a row, neighbours nearer than `JOINING` gaps between beams or `LEAST_JOINING`, bind at once: two where one
     earlier echo at its place confirms a lone one, three where outliers are so frequent that it needs more. What is less
     binds when earlier echoes at its place make up for it. An echo where the scan before saw nothing is a lone one if
-    its neighbours are none of those.
+    its neighbours are not.
     """
     ranges, echoes = beams.ranges, _echoes(beams, pose, team, parameters)
     recents, place = recent_echoes(points, scan, parameters.recent), -1
-    unexpected = unexpected_echoes(echoes, before, pose, parameters)
+    expected = unexpected_echoes(echoes, before, pose, parameters)
     for k in range(len(ranges)):
         if not echoes.external[k]:
             continue
         std = math.sqrt(echoes.variance[k])
         joins = _neighbour(echoes, ranges, k, -1, parameters), _neighbour(echoes, ranges, k, 1, parameters)
         echo = echoes.x[k], echoes.y[k], std, echoes.pose_std[k]
-        run = 1 if unexpected[k] and not _any_of(unexpected, joins) else _run(echoes, ranges, k, joins, parameters)
+        run = 1 if _is_lone(expected, k, joins) else _run(echoes, ranges, k, joins, parameters)
         needed = parameters.confirmations + 1 - run
         echoes.binds[k] = needed <= 0 or confirm_echo(points, recents, (echo, needed), pose, parameters)
         place = free_slot(points, place + 1)
@@ -120,12 +120,12 @@ def _neighbour(echoes, ranges, k, step, parameters):
 
 
 @kernel
-def _any_of(flags, chosen):
-    """Tell whether any of the flags with the numbers `chosen` is set; -1 is none."""
-    found = False
-    for k in chosen:
-        found = found or (k >= 0 and flags[k])
-    return found
+def _is_lone(expected, k, joins):
+    """Tell whether echo k is unexpected, and both that it joins, -1 for none, are not: they are of what was there."""
+    lone = expected[k] == UNEXPECTED
+    for other in joins:
+        lone = lone and (other < 0 or expected[other] == EXPECTED)
+    return lone
 
 
 @kernel

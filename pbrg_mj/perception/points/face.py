@@ -8,9 +8,9 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.hull import distance_to_hull
 from pbrg_mj.perception.points.lines import is_on_line
 from pbrg_mj.perception.points.obstacle_points import copy_point, inset_along, nearest_point, swap_points
+from pbrg_mj.perception.points.parameters import LEAST_FREE
 
 WINDOWS = (1.0, 0.5, 0.25, 0.125)  # [m] around the nearest place
-ROOM = 0.8  # of the distance to the nearest place that its hull must leave to the path
 LOSS = 0.03  # [m] of it that a hull may take in any case: two places before a robot make no wedge around its target
 
 
@@ -23,7 +23,7 @@ def next_face(places, count, window, path):
     nearest, best, gx, gy = nearest_point(places, count, path)
     if nearest < 0:
         return 0, (0.0, 0.0), (0.0, 0.0)
-    enough, around = min(ROOM * best, best - LOSS), (places.x[nearest], places.y[nearest])
+    enough, around = min(LEAST_FREE * best, best - LOSS), (places.x[nearest], places.y[nearest])
     wider, size = places, count
     for radius in WINDOWS:
         size, wider = _places_within(radius, around, wider, size, window), window

@@ -2,7 +2,7 @@
 
 y = a + b s is fitted, y along the face's normal and s across it, and the normal is turned until b = 0. Places behind
 the line are left out: what no beam reaches is an outlier, the rest is another thing. Where a sensor has outliers, so is
-a place ahead of the line that one scan alone has seen.
+a place ahead of the line that has no other beside it.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.points.parameters import LEAST_JOINING
 
 LEAST_PLACES = 12  # that make a line
 OFF_LINE = 25.0  # squared standard deviations: of 10^4 faces that are straight fewer than one seems bent
@@ -110,21 +111,26 @@ def _leave_out_behind(places):
 
 @kernel
 def _leave_out_outliers(window, normal, places):
-    """Take the weight of places ahead of the line of all that one scan alone has seen."""
+    """Take the weight of lone places ahead of the line of all."""
     fit = _fit(places)
     for i in range(places.shape[1]):
         off = places[1, i] - fit.mean - fit.slope * (places[0, i] - fit.middle)
-        if off < 0.0 and off * off * places[2, i] > OFF_LINE and not _is_seen_again(window, normal, i, -off):
+        if off < 0.0 and off * off * places[2, i] > OFF_LINE and not _has_company(window, normal, i, -off):
             places[2, i] = 0.0
 
 
 @kernel
-def _is_seen_again(window, normal, i, ahead):
-    """Tell whether another scan has an echo beside echo i, whether that binds or not, half as far ahead or more [m]."""
+def _has_company(window, normal, i, ahead):
+    """Tell whether an echo beside echo i is half as far ahead [m] or more, whether it binds or not.
+
+    Beside it is in the same scan what may be of the same thing, and in another what is at the same place.
+    """
     own, (gx, gy) = window.memory[window.point[i]], normal
-    for point in window.memory:
-        if point["live"] and point["scan"] != own["scan"]:
+    for k in range(len(window.memory)):
+        point = window.memory[k]
+        if point["live"] and k != window.point[i]:
             x, y, reach = point["x"] - own["x"], point["y"] - own["y"], 3.0 * (point["std"] + own["std"]) + SAME_PLACE
+            reach = max(reach, LEAST_JOINING) if point["scan"] == own["scan"] else reach
             if x * x + y * y <= reach * reach and gx * x + gy * y <= 0.5 * ahead:
                 return True
     return False

@@ -9,7 +9,6 @@ import numpy as np
 from scipy.special import ndtr, ndtri, pdtrc  # scipy.stats has the same, but takes a second to import
 
 from pbrg_mj.perception.points.corner_bound import MOST_LOST
-from pbrg_mj.perception.points.face import ROOM
 from pbrg_mj.perception.scan.self_occlusion import blocked_beams
 from pbrg_mj.perception.track.world_frame import PoseModel, pose_model
 from pbrg_mj.scenario.schema import Beams, Scenario, beam_angles
@@ -20,6 +19,7 @@ MOST_ECHOES = 16
 ENOUGH = 432  # echoes that are remembered, six scans of 72 beams: what a noisy sensor misses in one is in another
 FALSE_ECHOES = 1e-5  # confirmed outliers a scan: one in three hours of scans
 SPAN = 0.3  # [s] between the scans whose difference is a speed: a thing at 0.1 m/s moves by more than ranges are wrong
+LEAST_FREE = 0.8  # of the distance to the nearest place of a face, that its hull must leave to the path
 LEAST_JOINING = 0.2  # [m] robots are 0.2 m wide: they pass between no two echoes that are nearer than that
 
 
@@ -101,7 +101,7 @@ def blind_radius(robot: RobotModel, error: float) -> float:
 
     Its hand point may then go round it, whatever a hull takes of the room.
     """
-    return (robot.clearance + robot.hand_offset + error) / ROOM
+    return (robot.clearance + robot.hand_offset + error) / LEAST_FREE
 
 
 def confirmations(beams: Beams, recent: int) -> int:

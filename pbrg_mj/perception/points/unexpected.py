@@ -17,16 +17,19 @@ from pbrg_mj.perception.points.older_line import may_share_face
 from pbrg_mj.perception.points.range_flow import LONGEST
 
 DEVIATIONS = 5.0  # of ranges and poses
+UNKNOWN, EXPECTED, UNEXPECTED = 0, 1, 2
 
 
 @kernel
 def unexpected_echoes(echoes, before, pose, parameters):
-    """Return which echoes (beams,) are so; none of a sensor without outliers, or where the scan before is not known.
+    """Return what each echo (beams,) is: `UNEXPECTED`, `EXPECTED`, or `UNKNOWN` where the scan before saw no face.
+
+    All are unknown of a sensor without outliers.
 
     `before` are past (lag, beams) of PAST_ECHO and past_poses (lag,) of PAST_POSE.
     """
     past, past_poses = before
-    found, newest = np.zeros(len(echoes.x), np.bool_), 0
+    found, newest = np.full(len(echoes.x), UNKNOWN), 0
     for i in range(len(past_poses)):
         if past_poses[i]["known"] and not past_poses[newest]["time"] >= past_poses[i]["time"]:
             newest = i
@@ -46,12 +49,12 @@ def unexpected_echoes(echoes, before, pose, parameters):
             if b < 0:
                 continue
             if may_share_face(past[newest], a, b, parameters):
-                found[k] = _is_ahead(echoes, k, (past[newest], a, b), then)
+                found[k] = UNEXPECTED if _is_ahead(echoes, k, (past[newest], a, b), then) else EXPECTED
                 continue
             for near, far in ((a, next_beam(a, -1, parameters)), (b, next_beam(b, 1, parameters))):
                 if far >= 0 and may_share_face(past[newest], near, far, parameters):
-                    found[k] = _is_ahead(echoes, k, (past[newest], near, far), then)
-                    if not found[k]:
+                    found[k] = UNEXPECTED if _is_ahead(echoes, k, (past[newest], near, far), then) else EXPECTED
+                    if found[k] == EXPECTED:
                         break
     return found
 
@@ -70,10 +73,15 @@ def _is_ahead(echoes, k, line, then):
     nx, ny = -y / length, x / length
     if nx * (past[a]["x"] - then["x"]) + ny * (past[a]["y"] - then["y"]) > 0.0:  # towards where the robot was
         nx, ny = -nx, -ny
-    dx, dy = echoes.x[k] - past[a]["x"], echoes.y[k] - past[a]["y"]
-    share = (dx * x + dy * y) / length**2
+    ahead = nx * (echoes.x[k] - past[a]["x"]) + ny * (echoes.y[k] - past[a]["y"])
+    dx, dy = echoes.x[k] - then["x"], echoes.y[k] - then["y"]
+    meets = dx * y - dy * x
+    if meets == 0.0:  # along the line
+        return False
+    # Noise of two ranges turns a short line: it is asked where the way to the echo meets it, not where it is nearest.
+    share = (dy * (past[a]["x"] - then["x"]) - dx * (past[a]["y"] - then["y"])) / meets
     variance = echoes.variance[k] * (nx * echoes.ux[k] + ny * echoes.uy[k]) ** 2 + 2.0 * echoes.pose_std[k] ** 2
     for end, weight in ((a, 1.0 - share), (b, share)):
         ux, uy = (past[end]["x"] - then["x"]) / past[end]["range"], (past[end]["y"] - then["y"]) / past[end]["range"]
         variance += weight * weight * past[end]["variance"] * (nx * ux + ny * uy) ** 2
-    return nx * dx + ny * dy > DEVIATIONS * math.sqrt(variance)
+    return ahead > DEVIATIONS * math.sqrt(variance)

@@ -122,6 +122,20 @@ def test_a_line_of_what_is_hardly_bent_or_slow_is_not_behind_it(speed: float, be
     assert np.count_nonzero(np.array(ahead) > 0.01) <= 1
 
 
+def test_the_line_of_a_face_does_not_close_the_way_past_its_end():
+    """The path passes 0.3 m beside the end of a wall that stands across it."""
+    wall = Scene(((0.6, 0.3, 0.6, 3.0),))
+    made, given = estimator()
+    memory = made.init()
+    for frame in range(8):
+        readings = scan(given, wall, np.zeros((1, 3)), frame)
+        known, memory = made.step_towards(readings, frame * PERIOD, memory, np.array([[2.0, 0.0]]))
+    G, h = rows(known)
+    assert len(G)
+    assert np.all(h > G @ [2.0, 0.0])
+    assert np.all(h < G @ [0.6, 0.3])
+
+
 def known_at(scene: Scene, preset: str, frames: int, seed: int = 0, pose: np.ndarray | None = None):
     """Yield (estimator, half-spaces, memory) of a robot that rests at the origin, scan after scan."""
     made, given = estimator(sensor(preset))

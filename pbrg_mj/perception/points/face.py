@@ -11,6 +11,7 @@ from pbrg_mj.perception.points.obstacle_points import copy_point, inset_along, n
 from pbrg_mj.perception.points.parameters import LEAST_FREE
 
 WINDOWS = (1.0, 0.5, 0.25, 0.125)  # [m] around the nearest place
+STEADY = 0.01  # [m] of distance that may be lost so that a normal does not turn with the noise of every scan
 LOSS = 0.03  # [m] of it that a hull may take in any case: two places before a robot make no wedge around its target
 
 

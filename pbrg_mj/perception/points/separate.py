@@ -20,7 +20,7 @@ import math
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.points.face import clearance_along, next_face, offset, points_not_separated
+from pbrg_mj.perception.points.face import STEADY, clearance_along, next_face, offset, points_not_separated
 from pbrg_mj.perception.points.lines import write_line
 from pbrg_mj.perception.points.obstacle_points import (
     copy_point,
@@ -33,7 +33,6 @@ from pbrg_mj.perception.points.straight_face import straight_face
 
 SIDES = 4  # of the box around the path
 SAME_FACE = math.cos(math.radians(20.0))  # between the normals of one face in two scans
-STEADY = 0.01  # [m] of distance that may be lost so that a normal does not turn with the noise of every scan
 
 
 @kernel

@@ -16,6 +16,7 @@ import math
 import numpy as np
 
 from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.points.face import STEADY, clearance_along
 from pbrg_mj.perception.points.fitted_line import OFF_LINE, fitted_line, pose_variance
 from pbrg_mj.perception.points.lines import Line
 from pbrg_mj.perception.track.confirmation import MAX_REST_SPEED
@@ -26,17 +27,18 @@ SCANS = 16  # that are told apart, by their number modulo this
 
 
 @kernel
-def straight_face(face, normal, parameters):
-    """Return the `Line` of a face (window, size, path) whose normal is about the unit vector given.
+def straight_face(face, about, parameters):
+    """Return the `Line` of a face (window, size, path) with `about` (2,) the normal of the widest gap to the path.
 
-    Where a sensor has outliers, an echo ahead of the line binds no more until a second one confirms it.
+    It is none where the path passes by the end of the face: the line goes on there, the face does not. Where a sensor
+    has outliers, an echo ahead of the line binds no more until a second one confirms it.
     """
     window, size, path = face
-    nothing = Line(False, normal[0], normal[1], 0.0, 0.0, 0.0, 0.0)
+    nothing = Line(False, about[0], about[1], 0.0, 0.0, 0.0, 0.0)
     if parameters.half_cone > 0.0:  # which do not tell where in their view a thing is
         return nothing
-    found, normal, places, fit = fitted_line(window, size, normal, parameters)
-    if not found:
+    found, normal, places, fit = fitted_line(window, size, about, parameters)
+    if not found or _passes_beside(face, normal, about, fit):
         return nothing
     left = places[2] > 0.0
     low, high = places[0][left].min(), places[0][left].max()
@@ -56,6 +58,15 @@ def straight_face(face, normal, parameters):
     variance = _variance_beside(path, (normal, x0, y0), fit, (low, high)) + pose_var + bulge_std**2
     offset, along = gx * x0 + gy * y0 + fit.mean - bulge - approach, gx * y0 - gy * x0
     return Line(True, gx, gy, offset, math.sqrt(variance), along + low, along + high)
+
+
+@kernel
+def _passes_beside(face, normal, about, fit):
+    """Tell whether the path keeps farther from a face's places along `about` than from the line along its normal."""
+    window, _, path = face
+    (gx, gy), x0, y0 = normal, window.x[0], window.y[0]
+    ahead = gx * x0 + gy * y0 + fit.mean - max(gx * path[0] + gy * path[1], gx * path[2] + gy * path[3])
+    return ahead < clearance_along(face, about) - STEADY
 
 
 @kernel

@@ -9,10 +9,11 @@ from typing import Unpack
 
 from pbrg_mj.analysis.output_file import write_text_atomically
 from pbrg_mj.errors import InputError
+from pbrg_mj.studies.bench.markdown import as_markdown, runs_markdown
 from pbrg_mj.studies.bench.page import page
 from pbrg_mj.studies.bench.suite import Suite, copy_scenarios, read_suite
 from pbrg_mj.studies.bench.table import BenchRun, Row, bench_runs, table
-from pbrg_mj.studies.bench.text import as_markdown, as_text, runs_markdown
+from pbrg_mj.studies.bench.text import as_text
 from pbrg_mj.studies.records import rows, write_records
 from pbrg_mj.studies.run_task import Record, packages
 from pbrg_mj.studies.runner import Runner, RunOptions

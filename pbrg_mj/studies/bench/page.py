@@ -9,10 +9,19 @@ from html import escape
 from pathlib import Path
 
 from pbrg_mj.api.logs import open as open_log
+from pbrg_mj.studies.bench.columns import (
+    COLUMNS,
+    DIFFERENCES,
+    DIFFERENCES_TITLE,
+    NAMES,
+    Columns,
+    compared,
+    name,
+    quartiles_text,
+)
 from pbrg_mj.studies.bench.pictures import picture
 from pbrg_mj.studies.bench.suite import Suite
 from pbrg_mj.studies.bench.table import BenchRun, Row
-from pbrg_mj.studies.bench.text import COLUMNS, NAMES, cells, quartiles_text
 from pbrg_mj.studies.runner import LOGS
 from pbrg_mj.text import counted
 
@@ -32,15 +41,15 @@ def page(suite: Suite, rows: Sequence[Row], folder: Path, versions: Mapping[str,
     digest = "sha256-" + b64encode(sha256(STYLE.encode()).digest()).decode()
     policy = f"default-src 'none'; style-src '{digest}'; base-uri 'none'; form-action 'none'"
     title = escape(suite.title)
-    made = ", ".join(f"{escape(name)} {escape(version)}" for name, version in versions.items())
+    made = ", ".join(f"{escape(package)} {escape(version)}" for package, version in versions.items())
     parts = [
         f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>',
         f'<meta http-equiv="Content-Security-Policy" content="{escape(policy)}"><style>{STYLE}</style></head><body>',
         f"<h1>{title}</h1><p>{counted(len(suite.tasks), 'run')}. {made}</p>",
-        *(_table(rows, group) for group in NAMES),
+        *(_tables(rows, group) for group in NAMES),
         _timings(rows),
         "<h2>Tunings</h2><ul>",
-        *(f"<li>{escape(name)}: {escape(tuning)}</li>" for name, tuning in suite.tunings.items()),
+        *(f"<li>{escape(governor)}: {escape(tuning)}</li>" for governor, tuning in suite.tunings.items()),
         "</ul><h2>Runs</h2>",
         *(_runs(row, folder) for row in rows),
         "</body></html>\n",
@@ -48,21 +57,25 @@ def page(suite: Suite, rows: Sequence[Row], folder: Path, versions: Mapping[str,
     return "\n".join(parts)
 
 
-def _table(rows: Sequence[Row], group: str) -> str:
+def _tables(rows: Sequence[Row], group: str) -> str:
     shown = [row for row in rows if row.group == group]
-    lines = [
-        "".join(f"<td>{_cell(row, name, cell)}</td>" for name, cell in zip(COLUMNS, cells(row), strict=True))
-        for row in shown
-    ]
-    head = "".join(f"<th>{escape(name)}</th>" for name in COLUMNS)
+    title, pairs = escape(NAMES[group].capitalize()), compared(shown)
+    differences = f"<h3>{title}: {escape(DIFFERENCES_TITLE)}</h3>{_table(DIFFERENCES, pairs)}" if pairs else ""
+    return f"<h2>{title}</h2>{_table(COLUMNS, shown)}{differences}"
+
+
+def _table(columns: Columns, rows: Sequence[Row]) -> str:
+    lines = ["".join(f"<td>{_cell(row, columns, title)}</td>" for title in columns) for row in rows]
+    head = "".join(f"<th>{escape(title)}</th>" for title in columns)
     body = "".join(f"<tr>{line}</tr>" for line in lines)
-    return f"<h2>{escape(NAMES[group].capitalize())}</h2><table><tr>{head}</tr>{body}</table>"
+    return f"<table><tr>{head}</tr>{body}</table>"
 
 
-def _cell(row: Row, name: str, cell: str) -> str:
-    if name == "least margin [m]" and (ordered := row.by_margin()):
-        return f'<a href="{LOGS}/{escape(ordered[0].log)}">{escape(cell)}</a>'
-    return f'<a href="#{_anchor(row)}">{escape(cell)}</a>' if name == "runs" else escape(cell)
+def _cell(row: Row, columns: Columns, title: str) -> str:
+    cell = escape(columns[title](row))
+    if columns is COLUMNS and title == "least margin [m]" and (ordered := row.by_margin()):
+        return f'<a href="{LOGS}/{escape(ordered[0].log)}">{cell}</a>'
+    return f'<a href="#{_anchor(row)}">{cell}</a>' if title == "runs" else cell
 
 
 def _timings(rows: Sequence[Row]) -> str:
@@ -71,13 +84,13 @@ def _timings(rows: Sequence[Row]) -> str:
         one = row.compute_us()
         text = quartiles_text(one)
         where = f"<td>{escape(NAMES[row.group])}</td><td>{escape(row.network)}</td>"
-        lines.append(f"<tr><td>{escape(cells(row)[0])}</td>{where}<td>{text}</td></tr>")
+        lines.append(f"<tr><td>{escape(name(row))}</td>{where}<td>{text}</td></tr>")
     head = "<tr><th>governor</th><th>seeds</th><th>network</th><th>compute a robot and tick [us]</th></tr>"
     return f"<h2>Wall clock, not reproducible</h2><table>{head}{''.join(lines)}</table>"
 
 
 def _runs(row: Row, folder: Path) -> str:
-    title = f"{cells(row)[0]}, {row.network}, {NAMES[row.group]}"
+    title = f"{name(row)}, {row.network}, {NAMES[row.group]}"
     ordered = row.by_margin()
     shown = {"worst": ordered[0], "median": ordered[(len(ordered) - 1) // 2]} if ordered else {}
     figures = "".join(_figure(word, one, folder) for word, one in shown.items())

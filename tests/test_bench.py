@@ -103,7 +103,7 @@ def test_the_page_names_every_log_and_command_and_marks_the_centralized(made):
     assert "&lt;b&gt;in&lt;/b&gt;" in page and "<b>" not in page and "<script" not in page
     assert page.count("<svg") == 2 * len(made.rows)
     table = (made.folder / "table.md").read_text()
-    assert "| centralized (centralized) |" in table and table.count("| none |") == 2
+    assert "| [centralized (centralized)](runs.md#" in table and table.count("| [none](runs.md#") == 2
     linked = set(re.findall(r'(?:href="|\()(logs/[^")]+)', page + table + (made.folder / "runs.md").read_text()))
     assert linked == {f"logs/{one.log}" for one in made.runs}
     assert all((made.folder / log).is_file() for log in linked)

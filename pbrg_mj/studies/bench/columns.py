@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from pbrg_mj.analysis.metrics.rates import Rate
 from pbrg_mj.studies.bench.statistics import Difference, Quartiles
-from pbrg_mj.studies.bench.table import CERTIFICATES, WITHOUT, Row
+from pbrg_mj.studies.bench.table import CERTIFICATES, WITHOUT, BenchRun, Row
+from pbrg_mj.studies.runner import LOGS
 from pbrg_mj.text import format_significant
 
 NONE = "-"
 MARGIN, GAP, LEFT = "true_margin_min_m", "optimality_gap_m.mean", "terminal_gap_m"
 SETTLING = "settling_time_including_violated_s"  # without governor robots touch each other, and settle all the same
 NAMES = {"held_out": "held-out seeds", "train": "train seeds"}
+
+
+def title(row: Row) -> str:
+    """Return what stands above a row's runs."""
+    return f"{name(row)}, {row.network}, {NAMES[row.group]}"
 
 
 def name(row: Row) -> str:
@@ -55,6 +61,10 @@ def _settling(row: Row) -> str:
     return f"{format_significant(ratios.median, 3)} ({settled})" if ratios else f"{NONE} ({settled})"
 
 
+def _yes(happened: bool) -> str:
+    return "yes" if happened else "no"
+
+
 def _bytes(row: Row) -> str:
     return "centralized" if row.centralized else number_text(row.mean("sent_per_robot_per_tick_bytes"))
 
@@ -64,7 +74,10 @@ def _messages(row: Row) -> str:
 
 
 def _shares(row: Row) -> str:
-    shares = [row.mean(name) for name in CERTIFICATES]
+    return _shares_text([row.mean(name) for name in CERTIFICATES])
+
+
+def _shares_text(shares: Sequence[float | None]) -> str:
     return " / ".join(NONE if share is None else f"{100 * share:.1f}" for share in shares)
 
 
@@ -104,9 +117,39 @@ DIFFERENCES: Columns = dict(list(COLUMNS.items())[:NAMED]) | {
 DIFFERENCES_TITLE = f"differences to {WITHOUT} in the same world, mean [95 %] (pairs)"
 
 
+RUN_COLUMNS: Mapping[str, Callable[[BenchRun], str]] = {
+    "contact": lambda one: _yes(one.touched),
+    "crossing": lambda one: _yes(one.crossed),
+    "least margin [m]": lambda one: number_text(one.number(MARGIN)),
+    "gap to the optimum [m]": lambda one: number_text(one.number(GAP)),
+    "distance left [m]": lambda one: number_text(one.number(LEFT)),
+    "settling time [s]": lambda one: number_text(one.number(SETTLING)),
+    "violated: ball / directional / predictive [%]": lambda one: _shares_text(list(map(one.number, CERTIFICATES))),
+    "infeasible [s]": lambda one: number_text(one.infeasible),
+    "rounds": lambda one: number_text(one.number("rounds_per_tick")),
+    "messages": lambda one: number_text(one.messages),
+    "bytes": lambda one: number_text(one.number("sent_per_robot_per_tick_bytes")),
+}
+"""What a run has of the tables' columns."""
+
+
 def cells(row: Row, columns: Columns) -> list[str]:
     """Return a row's cells."""
     return [cell(row) for cell in columns.values()]
+
+
+def run_cells(one: BenchRun) -> list[str]:
+    """Return how a run ended, and its cells of `RUN_COLUMNS`."""
+    if not one.ok:
+        return [f"failed: {one.record['error']}", *[NONE] * len(RUN_COLUMNS)]
+    return [str(one.record["outcome"]), *(cell(one) for cell in RUN_COLUMNS.values())]
+
+
+def link(row: Row, columns: Columns, column: str, runs: str = "") -> str | None:
+    """Return where a cell leads: an extreme to its log, the governor to its runs in the file `runs`; None: nowhere."""
+    if columns is COLUMNS and column == "least margin [m]" and (ordered := row.by_margin()):
+        return f"{LOGS}/{ordered[0].log}"
+    return f"{runs}#{row.anchor}" if column in ("governor", "runs") else None
 
 
 def compared(rows: Iterable[Row]) -> list[Row]:

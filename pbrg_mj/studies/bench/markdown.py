@@ -8,54 +8,68 @@ from pbrg_mj.studies.bench.columns import (
     COLUMNS,
     DIFFERENCES,
     DIFFERENCES_TITLE,
-    GAP,
-    MARGIN,
     NAMES,
+    NONE,
+    RUN_COLUMNS,
     Columns,
     compared,
-    number_text,
+    link,
+    run_cells,
+    title,
 )
 from pbrg_mj.studies.bench.suite import Suite
 from pbrg_mj.studies.bench.table import BenchRun, Row
 from pbrg_mj.studies.runner import LOGS
 from pbrg_mj.text import counted
 
+RUNS = "runs.md"
+
 
 def as_markdown(suite: Suite, rows: Sequence[Row]) -> str:
-    """Return the table in Markdown, the same at every repetition; margins lead to the logs that made them."""
+    """Return the table in Markdown, the same at every repetition.
+
+    The least margin leads to the log that has it, each governor to `runs.md`, which has the logs of its row.
+    """
     parts = [f"{suite.title}: {counted(len(suite.tasks), 'run')}.\n"]
-    for group, title in NAMES.items():
+    for group, name in NAMES.items():
         shown = [row for row in rows if row.group == group]
-        parts.append(f"## {title.capitalize()}\n\n{_table(COLUMNS, shown)}")
+        parts.append(f"## {name.capitalize()}\n\n{_table(COLUMNS, shown)}")
         if pairs := compared(shown):
-            parts.append(f"{title.capitalize()}: {DIFFERENCES_TITLE}\n\n{_table(DIFFERENCES, pairs)}")
-    tunings = "\n".join(f"- {name}: {tuning}" for name, tuning in suite.tunings.items())
+            parts.append(f"{name.capitalize()}: {DIFFERENCES_TITLE}\n\n{_table(DIFFERENCES, pairs)}")
+    tunings = "\n".join(f"- {governor}: {tuning}" for governor, tuning in suite.tunings.items())
     return "\n".join([*parts, f"## Tunings\n\n{tunings}\n"])
 
 
-def runs_markdown(runs: Sequence[BenchRun]) -> str:
-    """Return all runs with their logs and the commands that make them."""
-    head = ["log", "outcome", "least margin [m]", "gap to the optimum [m]", "command"]
-    lines = [*_head(head)]
-    for one in runs:
-        ended = str(one.record["outcome"]) if one.ok else f"failed: {one.record['error']}"
-        numbers = [number_text(one.number(name)) for name in (MARGIN, GAP)]
-        log = f"[{one.log}]({LOGS}/{one.log})" if one.ok else one.log
-        lines.append(_line([log, ended, *numbers, f"`{one.task.command(one.log)}`"]))
-    return "\n".join(lines) + "\n"
+def runs_markdown(rows: Sequence[Row]) -> str:
+    """Return the runs of each row: logs, what the table has of them, and the commands that make the logs."""
+    return "\n".join(f'## <a id="{row.anchor}"></a>{title(row)}\n\n{_runs(row)}' for row in rows)
+
+
+def _runs(row: Row) -> str:
+    others = row.others()
+    head = ["log", "ended", *RUN_COLUMNS, "compared with", "command"]
+    lines = [
+        _line([_log(one), *run_cells(one), _log(others.get(one.log)), f"`{one.task.command(one.log)}`"])
+        for one in row.runs
+    ]
+    return "\n".join([*_head(head), *lines]) + "\n"
+
+
+def _log(one: BenchRun | None) -> str:
+    if one is None:
+        return NONE
+    return f"[{one.log}]({LOGS}/{one.log})" if one.ok else one.log
 
 
 def _table(columns: Columns, rows: Sequence[Row]) -> str:
-    lines = [_line([_linked(row, columns, name) for name in columns]) for row in rows]
+    lines = [_line([_linked(row, columns, column) for column in columns]) for row in rows]
     return "\n".join([*_head(list(columns)), *lines]) + "\n"
 
 
-def _linked(row: Row, columns: Columns, name: str) -> str:
-    """Return a cell; the least margin of all runs with a link to the log that has it."""
-    cell = columns[name](row)
-    if columns is not COLUMNS or name != "least margin [m]" or not (ordered := row.by_margin()):
-        return cell
-    return f"[{cell}]({LOGS}/{ordered[0].log})"
+def _linked(row: Row, columns: Columns, column: str) -> str:
+    """Return a cell; the governor with a link to its runs, the least margin of all with one to the log that has it."""
+    cell, place = columns[column](row), link(row, columns, column, RUNS)
+    return f"[{cell}]({place})" if place else cell
 
 
 def _head(names: Sequence[str]) -> tuple[str, str]:

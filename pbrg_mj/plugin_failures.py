@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import signal
 import threading
+from collections.abc import Callable
 from traceback import walk_tb
 
 from pbrg_mj.errors import PlugInError, Stopped
@@ -14,6 +15,12 @@ from pbrg_mj.errors import PlugInError, Stopped
 LONGEST = 300  # characters of a text shown
 # Packages whose threads are our own; what fails in any other thread beside plug-ins is put down to them.
 OWN_THREADS = {"pbrg_mj", "websockets", "joblib"}
+
+
+class ThreadFailure(PlugInError):
+    """What a thread of a part raised in another process, which told this one."""
+
+
 _called: dict[str, str] = {}  # name -> noun of the parts called since `forget_calls`
 
 
@@ -32,6 +39,8 @@ def failure_of_thread(error: BaseException) -> PlugInError | None:
 
     Which of several parts started it cannot be told: all are named.
     """
+    if isinstance(error, ThreadFailure):
+        return error
     packages = [frame.f_globals.get("__name__", "").partition(".")[0] for frame, _ in walk_tb(error.__traceback__)]
     began = next((package for package in packages if package != "threading"), "")
     if not _called or began in OWN_THREADS:
@@ -40,6 +49,25 @@ def failure_of_thread(error: BaseException) -> PlugInError | None:
     failure = raised(whose, "a thread of its own", error)
     failure.__cause__ = error
     return failure
+
+
+def tell_thread_failures(tell: Callable[[str], object]) -> None:
+    """Let this process, which works for another one, `tell` what threads of parts raise, a line each."""
+
+    def in_thread(hook: threading.ExceptHookArgs) -> None:
+        failure = None if hook.exc_value is None else failure_of_thread(hook.exc_value)
+        if failure is None:
+            threading.__excepthook__(hook)
+        else:
+            tell(str(failure))
+
+    threading.excepthook = in_thread
+
+
+def take_thread_failure(text: str) -> None:
+    """Treat what another process told as a failure of a thread of this one."""
+    failure = ThreadFailure(text)
+    threading.excepthook(threading.ExceptHookArgs((type(failure), failure, None, None)))
 
 
 def raised(whose: str, where: str, error: BaseException) -> PlugInError:

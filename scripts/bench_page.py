@@ -21,7 +21,8 @@ from worlds.data import ROOT, version
 
 from pbrg_mj.log.read.ticks import read_header
 from pbrg_mj.log.write.provenance import code_digest
-from pbrg_mj.studies.bench.bench import FILES, PAGE, RUNS, TABLE
+from pbrg_mj.studies.bench.bench import FILES, PAGE, TABLE
+from pbrg_mj.studies.bench.markdown import RUNS
 from pbrg_mj.studies.bench.release import MANIFEST, release_bench
 from pbrg_mj.studies.bench.suite import Suite, read_suite
 from pbrg_mj.studies.bench.table import bench_runs, table

@@ -103,7 +103,7 @@ def test_the_page_names_every_log_and_command_and_marks_the_centralized(made):
     assert "&lt;b&gt;in&lt;/b&gt;" in page and "<b>" not in page and "<script" not in page
     assert page.count("<svg") == 2 * len(made.rows)
     table = (made.folder / "table.md").read_text()
-    assert "| centralized (centralized) |" in table and table.count("| none |") == 2
+    assert "| [centralized (centralized)](runs.md#" in table and table.count("| [none](runs.md#") == 2
     linked = set(re.findall(r'(?:href="|\()(logs/[^")]+)', page + table + (made.folder / "runs.md").read_text()))
     assert linked == {f"logs/{one.log}" for one in made.runs}
     assert all((made.folder / log).is_file() for log in linked)
@@ -162,14 +162,29 @@ def test_a_submission_that_lies_is_refused(made, submission, capsys):
 
 @pytest.mark.parametrize(
     ("change", "suite"),
-    [(("", ""), "standard"), (("  held_out: 1001-", "  held_out: 1000-"), None), (("stride: 10", "stride: 9"), None)],
+    [
+        (("", ""), "standard --quick"),
+        (("  held_out: 1001-", "  held_out: 1000-"), None),
+        (("stride: 10", "stride: 9"), None),
+    ],
 )
-def test_a_submission_is_told_whose_worlds_it_has(change, suite, tmp_path):
+def test_a_submission_is_told_whose_worlds_it_has(change, suite, tmp_path, capsys):
     """Whoever takes part in them; logs there are none."""
     quick = bundled_suites()["standard"].read_text().replace("[none, paper, recommended, centralized]", "[none]")
     (tmp_path / "quick_suite.yaml").write_text(quick.replace(*change))
     found = pbrg.verify_bench(tmp_path)
     assert (found.suite, len(found.bench.runs)) == (suite, 8 if "1000-" in change[1] else 6)
+    main(["bench", "--verify", str(tmp_path)])
+    said = f"the worlds of the suite {suite}; every" if suite else "worlds of its own suite; every"
+    assert capsys.readouterr().out.splitlines()[-1].startswith(said)
+
+
+def test_the_whole_suite_is_told_from_its_quick_one(tmp_path):
+    text = bundled_suites()["standard"].read_text()
+    networks, quick = text.index("networks:\n  perfect"), text.index("quick:")
+    one = "governors: {mine: {settings: {governor.kind: none}, tuning: nothing to tune}}\n"
+    (tmp_path / "suite.yaml").write_text(text[: text.index("governors:")] + one + text[networks:quick])
+    assert pbrg.verify_bench(tmp_path).suite == "standard"
 
 
 OWN = """\

@@ -80,7 +80,7 @@ def test_the_table_marks_who_sees_the_whole_team_and_counts_what_was_sent(made):
         sent = row.mean("sent_per_robot_per_tick_bytes")
         assert (row.messages, sent) == ((None, None) if row.centralized else (20.0, 320.0)), row
     table = (made.folder / "table.md").read_text()
-    assert table.count("| scalar (centralized) |") == 4 and table.count("| consensus |") == 4
+    assert table.count("| [scalar (centralized)](") == 4 and table.count("| [consensus](") == 4
 
 
 def test_it_is_handed_in_as_a_folder_and_verified_where_the_plug_in_is_installed(

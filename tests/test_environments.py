@@ -171,7 +171,7 @@ def test_a_family_draws_another_world_for_every_seed() -> None:
 
 def test_contact_ends_an_episode_and_costs_ten() -> None:
     """The wall stands behind x + y = 3."""
-    env = parallel_env(_towards_the_wall("none"), actions="velocities", speed=1.0)
+    env = parallel_env(_towards_the_wall(), actions="velocities", speed=1.0)
     env.reset(seed=1)
     rewards, ended = {}, {}
     for _ in range(60):
@@ -183,20 +183,73 @@ def test_contact_ends_an_episode_and_costs_ten() -> None:
     assert all(one["touched"] for one in told.values())
 
 
-@pytest.mark.parametrize(("kind", "actions"), [("certified", "references"), ("cbf", "velocities")])
-def test_the_safety_layer_keeps_the_line_that_actions_alone_cross(kind: str, actions: str) -> None:
+@pytest.mark.parametrize(
+    ("layer", "actions"),
+    [
+        ({"governor.kind": "certified"}, "references"),
+        ({"governor.kind": "cbf"}, "velocities"),
+        ({"governor.kind": "potential_field"}, "velocities"),
+        ({"governor.kind": "cbf", "control.separation": 0.22}, "velocities"),
+    ],
+)
+def test_the_safety_layer_keeps_the_line_that_actions_alone_cross(layer: dict[str, object], actions: str) -> None:
     """Robot 5, the leader, alone knows of the line, so it alone moves where robots have velocities."""
-    least = {}
-    for one in ("none", kind):
-        env = parallel_env(_towards_the_wall(one), actions=actions, speed=1.0, reach=5.0)
-        env.reset(seed=1)
-        least[one] = np.inf
-        while env.agents:
-            wanted = dict.fromkeys(env.agents, np.zeros(2)) | {"robot_5": TO_THE_WALL}
-            *_, told = env.step(wanted)
-            least[one] = min(least[one], *(info["wall_margin_m"] for info in told.values()))
-    assert least["none"] < 0.0
-    assert least[kind] > -1e-9
+    assert _least_margin(_towards_the_wall(), actions) < 0.0
+    assert _least_margin(_towards_the_wall().override(layer), actions) > -1e-9
+
+
+def test_separation_alone_stops_a_robot_late_at_a_line_in_physics() -> None:
+    """It takes velocities for those of eq. 2, whose way a certificate keeps; the barrier stops the robot before."""
+    physics = pbrg.load("paper/experiment_near", {"reference.solver": "none", "governor.kind": "none"}, duration=10.0)
+    apart = physics.override({"control.separation": 0.22})
+    least = _least_margin(apart, "velocities", speed=0.3)
+    assert -0.03 < least < -0.01
+    assert _least_margin(apart.override({"governor.kind": "cbf"}), "velocities", speed=0.3) > 0.05
+
+
+def _least_margin(scenario: pbrg.Scenario, actions: str, speed: float = 1.0) -> float:
+    """Return how near robot 5 comes to the wall that it is sent to [m]."""
+    env = parallel_env(scenario, actions=actions, speed=speed, reach=5.0)
+    env.reset(seed=1)
+    least = np.inf
+    while env.agents:
+        wanted = dict.fromkeys(env.agents, np.zeros(2)) | {"robot_5": TO_THE_WALL}
+        *_, told = env.step(wanted)
+        least = min(least, *(info["wall_margin_m"] for info in told.values()))
+    return least
+
+
+@pytest.mark.parametrize("kind", ["none", "cbf", "potential_field"])
+def test_separation_keeps_velocities_from_driving_robots_into_each_other(kind: str) -> None:
+    """All go to the origin."""
+    assert _least_distance({"governor.kind": kind}) < 0.15
+    assert _least_distance({"governor.kind": kind, "control.separation": 0.22}) >= 0.22 - 1e-9
+
+
+def _least_distance(keys: dict[str, object]) -> float:
+    places: list[np.ndarray] = []
+
+    def noted(step: Step) -> np.ndarray:
+        places.append(step.hand_world.copy())
+        return np.zeros(5)
+
+    env = parallel_env(_towards_the_wall().override(keys), actions="velocities", reward=noted)
+    env.reset(seed=1)
+    env.step(dict.fromkeys(env.agents, np.zeros(2)))
+    while env.agents:
+        env.step({name: -places[-1][k] for k, name in enumerate(env.possible_agents)})
+    one, other = np.triu_indices(5, 1)
+    return min(np.linalg.norm(at[one] - at[other], axis=1).min() for at in places)
+
+
+@pytest.mark.parametrize("kind", ["certified", "rollout", "distributed", "centralized"])
+def test_governors_of_references_do_not_stand_between_velocities_and_wheels(kind: str) -> None:
+    with pytest.raises(pbrg.InputError) as error:
+        TeamEnv(_towards_the_wall().override({"governor.kind": kind}), actions="velocities")
+    assert str(error.value) == (
+        f"governor.kind: is {kind}, which governs references alone; "
+        "allowed with velocities as actions: none, cbf, potential_field"
+    )
 
 
 def test_a_reward_of_ones_own_is_taken() -> None:
@@ -218,7 +271,7 @@ def test_a_reward_of_ones_own_is_taken() -> None:
         (IDEAL, {"actions": "torques"}, "allowed: references or velocities"),
         (IDEAL, {"period": 0.0145}, "whole number of ticks"),
         (IDEAL, {"reach": -1.0}, "a number above 0"),
-        (IDEAL, {"actions": "velocities"}, "governor.kind: is distributed; allowed with velocities"),
+        (IDEAL, {"actions": "velocities"}, "governor.kind: is distributed, which governs references alone; allowed"),
         (IDEAL, {"observations": "scans"}, "no robot has beams"),
     ],
 )
@@ -255,8 +308,8 @@ def test_drawing_goes_on_from_a_seed_given() -> None:
     assert [worlds.next_seed(None), worlds.next_seed(None)] == after
 
 
-def _towards_the_wall(kind: str) -> pbrg.Scenario:
-    return pbrg.load("paper/simulation_near", {"reference.solver": "none", "governor.kind": kind}, duration=6.0)
+def _towards_the_wall() -> pbrg.Scenario:
+    return pbrg.load("paper/simulation_near", {"reference.solver": "none", "governor.kind": "none"}, duration=6.0)
 
 
 def test_the_pages_snippet_runs() -> None:

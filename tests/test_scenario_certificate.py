@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import pbrg_mj as pbrg
+from pbrg_mj.cli.main import main
 
 
 @pytest.mark.parametrize(
@@ -51,6 +52,33 @@ def test_what_does_not_go_together_is_refused_in_one_line(overrides: dict, messa
         pbrg.load("paper/experiment_near", overrides)
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("kind", ["none", "cbf", "potential_field"])
+@pytest.mark.parametrize(("solver", "rest"), [("none", ""), ("clarabel", " on the robots")])
+def test_a_certificate_that_no_governor_applies_is_one_warning(kind, solver, rest, tmp_path, caplog, capsys) -> None:
+    """Not an error: the optimum that the run is compared with is that of the certificate."""
+    keys = {"governor.kind": kind, "governor.certificate": "predictive", "reference.solver": solver}
+    scenario = pbrg.load("paper/simulation_near", keys, duration=0.1)
+    why = f"governor.certificate has no effect{rest}: with `governor.kind: {kind}` robots apply r as it comes"
+    why += "" if solver == "none" else "; predictive constrains the centralized optimum alone"
+    assert [one for one in scenario.warnings() if "certificate" in one] == [why]
+    runs = [pbrg.run(one) for one in (scenario, scenario.override({"governor.certificate": "ball"}))]
+    assert [record.getMessage() for record in caplog.records] == [f"paper/simulation_near: {why}"]
+    np.testing.assert_array_equal(runs[0].q_true_m, runs[1].q_true_m)
+    gaps = [one.metrics.optimality_gap_m.mean for one in runs]
+    assert (gaps[0] == gaps[1] or np.isnan(gaps).all()) == (solver == "none")
+    (tmp_path / "given.yaml").write_text(scenario.yaml)
+    capsys.readouterr()
+    assert main(["validate", str(tmp_path / "given.yaml")]) == 0
+    assert capsys.readouterr().err.count(why) == 1
+
+
+@pytest.mark.parametrize("kind", ["none", "distributed", "centralized", "certified", "rollout"])
+def test_the_certificate_of_a_kind_warns_of_nothing(kind: str) -> None:
+    for keys in ({}, {"set_up": "recommended"}):
+        scenario = pbrg.load("paper/experiment_near", {"governor.kind": kind, **keys})
+        assert not [one for one in scenario.warnings() if "governor.certificate" in one]
 
 
 @pytest.mark.slow

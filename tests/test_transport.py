@@ -19,7 +19,7 @@ import pytest
 import pbrg_mj as pbrg
 from pbrg_mj.governor.messaging.networked import NetworkedGovernor
 from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer
-from pbrg_mj.governor.registry import robot_programs
+from pbrg_mj.governor.registry import governor, robot_programs
 from pbrg_mj.log.write.log_file import partial_path
 from pbrg_mj.team.graph import network
 from pbrg_mj.transport import datagrams as wire
@@ -67,12 +67,27 @@ def test_robots_apart_are_the_programs_in_one_process_bit_for_bit(case: str) -> 
     assert sum(one.missed for one in team.traffic) == 0
 
 
+@pytest.mark.parametrize("keys", [{}, {"governor.optimizer": "nids"}, {"team.leaders": [1, 5]}])
+def test_followers_of_certified_programs_report_the_leaders_m_of_the_tick_before(keys: dict[str, Any]) -> None:
+    """Of the governor for all robots at once they report that of the tick; leaders' m are the same bits."""
+    scenario = loaded("paper/experiment_near", **{"governor.kind": "certified", **keys})
+    carried = NetworkedGovernor(**{**vars(robot_programs(scenario)), "channel": None})
+    at_once, separate = (np.array([one.m for one in solutions(scenario, by)]) for by in (governor(scenario), carried))
+    leaders = np.array(scenario.team.leaders) - 1
+    followers = np.setdiff1d(np.arange(5), leaders)
+    np.testing.assert_array_equal(separate[:, leaders], at_once[:, leaders])
+    held = at_once[:, leaders[:1]]
+    assert np.ptp(held, axis=0).max() > 0.01
+    np.testing.assert_array_equal(separate[1:, followers], np.broadcast_to(held[:-1], separate[1:, followers].shape))
+    np.testing.assert_array_equal(at_once, np.broadcast_to(held, at_once.shape))
+
+
 def test_a_robot_that_is_killed_is_silent_and_the_others_go_on(caplog: pytest.LogCaptureFixture) -> None:
     """Prepared for loss, the paper's programs count it as lost after the timeout, and hold."""
     scenario = loaded(duration=0.4, **{"network.loss": 0.1, "network.neighbour_timeout": 0.05})
     whole = robot_programs(scenario)
-    governor = NetworkedGovernor(**{**vars(whole), "program": killed_at(12, 2, whole.program)})
-    with apart(scenario, governor=governor) as team:
+    killed = NetworkedGovernor(**{**vars(whole), "program": killed_at(12, 2, whole.program)})
+    with apart(scenario, governor=killed) as team:
         found = solutions(scenario, team)
     assert team.gone == {2: "killed by SIGKILL"}
     lines = [one.getMessage() for one in caplog.records]
@@ -88,8 +103,8 @@ def test_a_robot_that_is_killed_is_silent_and_the_others_go_on(caplog: pytest.Lo
 def test_the_certified_leader_moves_no_more_without_everybodys_verdict() -> None:
     scenario = loaded(duration=0.3, **{"governor.kind": "certified"})
     whole = robot_programs(scenario)
-    governor = NetworkedGovernor(**{**vars(whole), "program": killed_at(10, 0, whole.program)})
-    with apart(scenario, governor=governor) as team:
+    killed = NetworkedGovernor(**{**vars(whole), "program": killed_at(10, 0, whole.program)})
+    with apart(scenario, governor=killed) as team:
         found = solutions(scenario, team)
     leader = [one.m[4] for one in found]
     assert (leader[9] != leader[5]).any()

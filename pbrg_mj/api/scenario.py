@@ -11,6 +11,7 @@ from typing import Any
 
 from pbrg_mj.analysis.output_file import write_text_atomically
 from pbrg_mj.errors import InputError
+from pbrg_mj.loop.certificate_warnings import certificate_warnings
 from pbrg_mj.loop.network_warnings import network_warnings
 from pbrg_mj.loop.resources import resource_warnings
 from pbrg_mj.loop.response_warnings import response_warnings
@@ -68,7 +69,13 @@ class Scenario:
     def warnings(self) -> list[str]:
         """Return one line for everything that makes a run likely to fail; empty when no risk is known."""
         one = self.settings
-        return [*resource_warnings(one), *network_warnings(one), *stability_warnings(one), *response_warnings(one)]
+        return [
+            *resource_warnings(one),
+            *certificate_warnings(one),
+            *network_warnings(one),
+            *stability_warnings(one),
+            *response_warnings(one),
+        ]
 
     def step_bound(self) -> str:
         """Return one line: how long a round of the distributed governor is and may be, and what that rests on."""

@@ -28,6 +28,7 @@ from pbrg_mj.kernel import clock as clock  # for the command line
 from pbrg_mj.kernel import watching_compilation as watching_compilation
 from pbrg_mj.log.read.run import open_run
 from pbrg_mj.log.write.writer import LogWriter
+from pbrg_mj.loop.certificate_warnings import certificate_warnings
 from pbrg_mj.loop.network_warnings import network_warnings
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.loop.simulation import Simulation
@@ -195,8 +196,8 @@ def _governed_apart(simulation: Simulation, robots: RobotProcesses) -> Simulatio
 
 
 def _warn(scenario: Scenario, governor: Governor | RobotProgram | None) -> None:
-    """Warn of settings of the network that do nothing with this governor."""
-    for line in network_warnings(scenario.settings, governor):
+    """Warn of a certificate and of settings of the network that do nothing with this governor."""
+    for line in certificate_warnings(scenario.settings) + network_warnings(scenario.settings, governor):
         LOG.warning("%s: %s", scenario.name, line)
 
 

@@ -16,7 +16,7 @@ from pbrg_mj.team.network import Network
 Actions = Literal["references", "velocities"]
 Observations = Literal["half_spaces", "scans"]
 FILTERED = ("none", "cbf", "potential_field")
-"""Governors that leave velocities to velocity filters."""
+"""Governors that leave velocities to velocity filters. All others govern m of eq. 2, which a velocity replaces."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,9 @@ class Options:
         """Raise InputError for a scenario in which actions like these would mean nothing."""
         self.ticks(scenario)
         if self.actions == "velocities" and scenario.governor.kind not in FILTERED:
-            allowed = f"allowed with velocities as actions: {', '.join(FILTERED)}, which velocity filters go with"
-            raise InputError(f"is {scenario.governor.kind}; {allowed}", key="governor.kind")
+            allowed = f"allowed with velocities as actions: {', '.join(FILTERED)}"
+            raise InputError(
+                f"is {scenario.governor.kind}, which governs references alone; {allowed}", key="governor.kind"
+            )
         if self.observations == "scans" and not (scenario.plant == "physics" and scenario.beam_robots):
             raise InputError("no robot has beams; allowed with scans as observations: physics", key="plant")

@@ -17,7 +17,7 @@ from pbrg_mj.api.simulate import measure, record
 from pbrg_mj.errors import ShortageError
 from pbrg_mj.log.write.provenance import versions
 from pbrg_mj.studies.task import Task
-from pbrg_mj.studies.worker import become_worker
+from pbrg_mj.studies.worker import become_worker, thread_failure
 
 MACHINE = ("platform", "processor")  # of the versions: runs may be made on several machines
 LEFT_OUT = ("log", "scenario", "seed")  # of the metrics: a record has them already, or they are no property of the run
@@ -34,6 +34,7 @@ class Result:
     timings: Record  # wall-clock times [ms]
     versions: Mapping[str, str]
     log: bytes | None = None
+    thread_failure: str | None = None  # of a plug-in, in a process that was started for this run
 
 
 def run_task(task: Task, keep_log: bool = False, parent: int | None = None, place: str | None = None) -> Result:
@@ -53,9 +54,10 @@ def run_task(task: Task, keep_log: bool = False, parent: int | None = None, plac
             raise
         except Exception as error:  # of whatever kind: the other runs go on
             text = " ".join(f"{type(error).__name__}: {error}".split())[:LONGEST]
-            return Result(task.digest, {"status": "failed", "error": text}, {}, packages())
+            return Result(task.digest, {"status": "failed", "error": text}, {}, packages(), None, thread_failure())
         found = {"status": "ok", "error": None, **numbers(metrics)}
-        return Result(task.digest, found, timings(metrics), packages(), log.read_bytes() if log else None)
+        content = log.read_bytes() if log else None
+        return Result(task.digest, found, timings(metrics), packages(), content, thread_failure())
 
 
 def _folder(place: str | None) -> tempfile.TemporaryDirectory[str]:

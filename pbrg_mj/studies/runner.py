@@ -12,6 +12,7 @@ from typing import NamedTuple, Self, TypedDict
 
 from pbrg_mj.analysis.output_file import remove_unfinished, write_atomically
 from pbrg_mj.errors import InputError, Interrupted, PbrgError, Stopped, write_error
+from pbrg_mj.plugin_failures import take_thread_failure
 from pbrg_mj.studies.backends import Backend
 from pbrg_mj.studies.journal import FILE, Journal
 from pbrg_mj.studies.run_task import Record, Result, packages
@@ -122,6 +123,8 @@ class Runner:
         with closing(self._backend.run(list(left.values()), bool(names))) as results:
             for result in results:
                 self._keep(result, names)
+                if result.thread_failure is not None:
+                    take_thread_failure(result.thread_failure)
                 del left[result.digest]
                 failed += result.record["status"] != "ok"
                 self._tell(part, everything - len(left), failed)

@@ -11,10 +11,12 @@ from pathlib import Path
 from time import sleep
 
 from pbrg_mj.api.interrupt import SIGNALS
+from pbrg_mj.plugin_failures import forget_calls, tell_thread_failures
 
 LOOK_UP = 0.5  # [s] between looks whether the parent is still there
 TRIES = 100  # to remove a folder that a run still writes into
 FAILED = 1  # exit code, which nobody is there to read
+_thread_failures: list[str] = []  # of parts of other packages, since `become_worker`
 
 
 def become_worker(parent: int, place: str | None = None) -> None:
@@ -22,15 +24,23 @@ def become_worker(parent: int, place: str | None = None) -> None:
 
     `parent`: the number of the process that started this one; of this process itself, nothing is done. `place`: the
     folder of this process's files, which is made if it is not there and goes when the parent is gone. A worker may be
-    told so again, with another folder.
+    told so again, with another folder. What threads of plug-ins raise from then on is kept for `thread_failure`.
     """
     if parent == os.getpid():
         return
     for one in SIGNALS:
         signal.signal(one, signal.SIG_IGN)
+    forget_calls()
+    _thread_failures.clear()
+    tell_thread_failures(_thread_failures.append)
     watch = _watch(parent)
     if place is not None:
         watch.make(Path(place))
+
+
+def thread_failure() -> str | None:
+    """Return the first failure of a plug-in's thread since this process became a worker; None without one."""
+    return _thread_failures[0] if _thread_failures else None
 
 
 class _Watch(threading.Thread):

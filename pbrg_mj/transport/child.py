@@ -14,12 +14,14 @@ from pathlib import Path
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.governor.registry import robot_programs
+from pbrg_mj.plugin_failures import tell_thread_failures
 from pbrg_mj.scenario.load import load_text
 from pbrg_mj.team.graph import network
 from pbrg_mj.transport.address import HOST, Address
 from pbrg_mj.transport.robot import RobotProcess
 
 FAILED = 1  # exit code
+THREAD_FAILURE = ".failure"  # ending of the file beside the scenario by which the world is told of a program's thread
 
 
 def digest(text: str) -> bytes:
@@ -41,6 +43,8 @@ def robot_process(text: str, robot: int, world: Address, wanted: Callable[[], bo
 def main() -> int:
     """Run until the world says that the run is over, or the process that started this one is gone."""
     file, robot, port = sys.argv[1:]
+    failure = Path(file).with_name(f"{robot}{THREAD_FAILURE}")
+    tell_thread_failures(lambda text: failure.write_text(text, "utf-8"))
     parent = os.getppid()
     text, world = Path(file).read_text("utf-8"), Address(HOST, int(port))
     process = robot_process(text, int(robot), world, lambda: os.getppid() == parent)

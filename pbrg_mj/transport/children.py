@@ -11,10 +11,11 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from pbrg_mj.governor.registry import robot_programs
+from pbrg_mj.plugin_failures import take_thread_failure
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.graph import network
 from pbrg_mj.transport.address import Address
-from pbrg_mj.transport.child import digest
+from pbrg_mj.transport.child import THREAD_FAILURE, digest
 from pbrg_mj.transport.mailbox import Mailbox
 from pbrg_mj.transport.team import RobotProcesses
 
@@ -47,6 +48,8 @@ def robot_processes(scenario: Scenario, text: str, listen: Address | None = None
         finally:
             team.stop()
             _ended(children)
+            for failure in sorted(Path(folder).glob(f"*{THREAD_FAILURE}")):
+                take_thread_failure(failure.read_text("utf-8"))
 
 
 def _started(file: Path, robot: int, port: int) -> subprocess.Popen[bytes]:

@@ -101,7 +101,8 @@ class Governor(Section):
     certificate: str = Field(
         default="ball",
         description="how half-spaces and state become constraints: ball (eq. 13), directional_ball, predictive, or a "
-        "plug-in's name; `kind: certified` and `rollout` have predictive where none is named",
+        "plug-in's name; `kind: certified` and `rollout` have predictive where none is named; with none, cbf and "
+        "potential_field it constrains the centralized optimum alone, and another than ball is a warning",
     )
     certificate_options: dict[str, Any] = Field(default={}, description="of a plug-in's certificate")
     margin: NonNegative | None = Field(

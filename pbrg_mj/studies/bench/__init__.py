@@ -3,7 +3,9 @@
 suite         SUITE.yaml -> tasks
 statistics    quartiles, shifted geometric means, intervals of paired differences
 table         records -> rows of the table
-text          the table as text and Markdown
+columns       what the columns of the tables hold, in words
+text          the table for a terminal
+markdown      the table and its runs in Markdown
 pictures      a run as a drawing
 page          the table, pictures, logs and commands as one page
 bench         `pbrg bench`

@@ -9,17 +9,18 @@ from typing import Unpack
 
 from pbrg_mj.analysis.output_file import write_text_atomically
 from pbrg_mj.errors import InputError
+from pbrg_mj.studies.bench.markdown import RUNS, as_markdown, runs_markdown
 from pbrg_mj.studies.bench.page import page
 from pbrg_mj.studies.bench.suite import Suite, copy_scenarios, read_suite
 from pbrg_mj.studies.bench.table import BenchRun, Row, bench_runs, table
-from pbrg_mj.studies.bench.text import as_markdown, as_text, runs_markdown
+from pbrg_mj.studies.bench.text import as_text
 from pbrg_mj.studies.records import rows, write_records
 from pbrg_mj.studies.run_task import Record, packages
 from pbrg_mj.studies.runner import Runner, RunOptions
 
 FILES = {False: "suite.yaml", True: "quick_suite.yaml"}
 """The suite's file in a benchmark's folder; another name where it was run with `quick`."""
-TABLE, RUNS, PAGE = "table.md", "runs.md", "index.html"
+TABLE, PAGE = "table.md", "index.html"
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,7 @@ def write(suite: Suite, results: Sequence[tuple[Record, Record]], folder: Path) 
     write_records(folder, *rows(suite.tasks, results))
     texts = {
         TABLE: made.markdown(),
-        RUNS: runs_markdown(made.runs),
+        RUNS: runs_markdown(made.rows),
         PAGE: page(suite, made.rows, folder, packages()),
     }
     for name, text in texts.items():

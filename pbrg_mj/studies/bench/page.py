@@ -9,10 +9,23 @@ from html import escape
 from pathlib import Path
 
 from pbrg_mj.api.logs import open as open_log
+from pbrg_mj.studies.bench.columns import (
+    COLUMNS,
+    DIFFERENCES,
+    DIFFERENCES_TITLE,
+    NAMES,
+    NONE,
+    RUN_COLUMNS,
+    Columns,
+    compared,
+    link,
+    quartiles_text,
+    run_cells,
+    title,
+)
 from pbrg_mj.studies.bench.pictures import picture
 from pbrg_mj.studies.bench.suite import Suite
 from pbrg_mj.studies.bench.table import BenchRun, Row
-from pbrg_mj.studies.bench.text import COLUMNS, NAMES, cells, quartiles_text
 from pbrg_mj.studies.runner import LOGS
 from pbrg_mj.text import counted
 
@@ -31,16 +44,16 @@ def page(suite: Suite, rows: Sequence[Row], folder: Path, versions: Mapping[str,
     """Return the page as HTML; `folder` has the logs. All text is escaped, and the page's policy forbids scripts."""
     digest = "sha256-" + b64encode(sha256(STYLE.encode()).digest()).decode()
     policy = f"default-src 'none'; style-src '{digest}'; base-uri 'none'; form-action 'none'"
-    title = escape(suite.title)
-    made = ", ".join(f"{escape(name)} {escape(version)}" for name, version in versions.items())
+    heading = escape(suite.title)
+    made = ", ".join(f"{escape(package)} {escape(version)}" for package, version in versions.items())
     parts = [
-        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>',
+        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{heading}</title>',
         f'<meta http-equiv="Content-Security-Policy" content="{escape(policy)}"><style>{STYLE}</style></head><body>',
-        f"<h1>{title}</h1><p>{counted(len(suite.tasks), 'run')}. {made}</p>",
-        *(_table(rows, group) for group in NAMES),
+        f"<h1>{heading}</h1><p>{counted(len(suite.tasks), 'run')}. {made}</p>",
+        *(_tables(rows, group) for group in NAMES),
         _timings(rows),
         "<h2>Tunings</h2><ul>",
-        *(f"<li>{escape(name)}: {escape(tuning)}</li>" for name, tuning in suite.tunings.items()),
+        *(f"<li>{escape(governor)}: {escape(tuning)}</li>" for governor, tuning in suite.tunings.items()),
         "</ul><h2>Runs</h2>",
         *(_runs(row, folder) for row in rows),
         "</body></html>\n",
@@ -48,21 +61,23 @@ def page(suite: Suite, rows: Sequence[Row], folder: Path, versions: Mapping[str,
     return "\n".join(parts)
 
 
-def _table(rows: Sequence[Row], group: str) -> str:
+def _tables(rows: Sequence[Row], group: str) -> str:
     shown = [row for row in rows if row.group == group]
-    lines = [
-        "".join(f"<td>{_cell(row, name, cell)}</td>" for name, cell in zip(COLUMNS, cells(row), strict=True))
-        for row in shown
-    ]
-    head = "".join(f"<th>{escape(name)}</th>" for name in COLUMNS)
+    part, pairs = escape(NAMES[group].capitalize()), compared(shown)
+    differences = f"<h3>{part}: {escape(DIFFERENCES_TITLE)}</h3>{_table(DIFFERENCES, pairs)}" if pairs else ""
+    return f"<h2>{part}</h2>{_table(COLUMNS, shown)}{differences}"
+
+
+def _table(columns: Columns, rows: Sequence[Row]) -> str:
+    lines = ["".join(f"<td>{_cell(row, columns, column)}</td>" for column in columns) for row in rows]
+    head = "".join(f"<th>{escape(column)}</th>" for column in columns)
     body = "".join(f"<tr>{line}</tr>" for line in lines)
-    return f"<h2>{escape(NAMES[group].capitalize())}</h2><table><tr>{head}</tr>{body}</table>"
+    return f"<table><tr>{head}</tr>{body}</table>"
 
 
-def _cell(row: Row, name: str, cell: str) -> str:
-    if name == "least margin [m]" and (ordered := row.by_margin()):
-        return f'<a href="{LOGS}/{escape(ordered[0].log)}">{escape(cell)}</a>'
-    return f'<a href="#{_anchor(row)}">{escape(cell)}</a>' if name == "runs" else escape(cell)
+def _cell(row: Row, columns: Columns, column: str) -> str:
+    cell, place = escape(columns[column](row)), link(row, columns, column)
+    return f'<a href="{escape(place)}">{cell}</a>' if place else cell
 
 
 def _timings(rows: Sequence[Row]) -> str:
@@ -71,19 +86,18 @@ def _timings(rows: Sequence[Row]) -> str:
         one = row.compute_us()
         text = quartiles_text(one)
         where = f"<td>{escape(NAMES[row.group])}</td><td>{escape(row.network)}</td>"
-        lines.append(f"<tr><td>{escape(cells(row)[0])}</td>{where}<td>{text}</td></tr>")
+        lines.append(f"<tr><td>{_cell(row, COLUMNS, 'governor')}</td>{where}<td>{text}</td></tr>")
     head = "<tr><th>governor</th><th>seeds</th><th>network</th><th>compute a robot and tick [us]</th></tr>"
     return f"<h2>Wall clock, not reproducible</h2><table>{head}{''.join(lines)}</table>"
 
 
 def _runs(row: Row, folder: Path) -> str:
-    title = f"{cells(row)[0]}, {row.network}, {NAMES[row.group]}"
-    ordered = row.by_margin()
+    ordered, others = row.by_margin(), row.others()
     shown = {"worst": ordered[0], "median": ordered[(len(ordered) - 1) // 2]} if ordered else {}
     figures = "".join(_figure(word, one, folder) for word, one in shown.items())
-    lines = "".join(_run(one) for one in row.runs)
-    head = "<tr><th>log</th><th>ended</th><th>command</th></tr>"
-    return f'<h3 id="{_anchor(row)}">{escape(title)}</h3>{figures}<table>{head}{lines}</table>'
+    lines = "".join(_run(one, others.get(one.log)) for one in row.runs)
+    head = "".join(f"<th>{escape(one)}</th>" for one in ("log", "ended", *RUN_COLUMNS, "compared with", "command"))
+    return f'<h3 id="{row.anchor}">{escape(title(row))}</h3>{figures}<table><tr>{head}</tr>{lines}</table>'
 
 
 def _figure(word: str, one: BenchRun, folder: Path) -> str:
@@ -95,11 +109,13 @@ def _figure(word: str, one: BenchRun, folder: Path) -> str:
     return f"<figure>{picture(open_log(log))}<figcaption>{caption}</figcaption></figure>"
 
 
-def _run(one: BenchRun) -> str:
-    ended = str(one.record["outcome"]) if one.ok else f"failed: {one.record['error']}"
-    log = f'<a href="{LOGS}/{escape(one.log)}">{escape(one.log)}</a>' if one.ok else escape(one.log)
-    return f"<tr><td>{log}</td><td>{escape(ended)}</td><td><code>{escape(one.task.command(one.log))}</code></td></tr>"
+def _run(one: BenchRun, other: BenchRun | None) -> str:
+    command = f"<code>{escape(one.task.command(one.log))}</code>"
+    cells = [_log(one), *map(escape, run_cells(one)), _log(other), command]
+    return f"<tr>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
 
 
-def _anchor(row: Row) -> str:
-    return escape("-".join((row.group, row.network, row.governor)).replace(" ", "_"))
+def _log(one: BenchRun | None) -> str:
+    if one is None:
+        return NONE
+    return f'<a href="{LOGS}/{escape(one.log)}">{escape(one.log)}</a>' if one.ok else escape(one.log)

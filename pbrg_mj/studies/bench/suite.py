@@ -197,7 +197,7 @@ def _check(file: StudyFile[SuiteKeys]) -> None:
     quick, keys = file.keys.quick, file.keys
     for part in ("governors", "networks"):
         known = getattr(keys, part)
-        if len({_plain_name(name) for name in known}) < len(known):
+        if len({plain_name(name) for name in known}) < len(known):
             raise file.error((part,), "has two names that differ in blanks or punctuation alone")
         for k, name in enumerate(getattr(quick, part) if quick else ()):
             if name not in known:
@@ -225,12 +225,13 @@ def _shortened(file: StudyFile[SuiteKeys]) -> StudyFile[SuiteKeys]:
 
 def _log_name(task: Task) -> str:
     labels = (task.labels["governor_name"], task.labels["network_name"], _short_name(task.source))
-    return "-".join([*map(_plain_name, labels), str(task.seed)]) + ".mcap"
+    return "-".join([*map(plain_name, labels), str(task.seed)]) + ".mcap"
 
 
 def _short_name(source: Source) -> str:
     return source.name.rsplit("/", 1)[-1]
 
 
-def _plain_name(name: str) -> str:
+def plain_name(name: str) -> str:
+    """Return a name for files and links: blanks and punctuation are underscores. A suite's names differ in the rest."""
     return re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_")

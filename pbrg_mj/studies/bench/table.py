@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pbrg_mj.analysis.metrics.rates import Rate
 from pbrg_mj.scenario.schema.graph import edge_list
 from pbrg_mj.studies.bench.statistics import Difference, Quartiles, shifted_geometric_mean
-from pbrg_mj.studies.bench.suite import Suite
+from pbrg_mj.studies.bench.suite import Suite, plain_name
 from pbrg_mj.studies.run_task import Record
 from pbrg_mj.studies.task import Task
 
@@ -56,6 +56,11 @@ class BenchRun:
         return margin is not None and margin < 0
 
     @property
+    def infeasible(self) -> float:
+        """Time in which the governor had no solution [s]."""
+        return self.record["governor_not_ok_share"] * self.record["duration_s"]
+
+    @property
     def messages(self) -> float | None:
         """Messages a robot sends in a tick: one to each neighbour in every round; None of a centralized governor."""
         sent, rounds = self.number("sent_per_robot_per_tick_bytes"), self.number("rounds_per_tick")
@@ -74,9 +79,18 @@ class Row:
     paired: tuple[tuple[BenchRun, BenchRun], ...]  # with the same worlds without governor
 
     @property
+    def anchor(self) -> str:
+        """Its name in links."""
+        return "-".join(map(plain_name, (self.group, self.network, self.governor)))
+
+    @property
     def ok(self) -> list[BenchRun]:
         """The runs that have numbers."""
         return [one for one in self.runs if one.ok]
+
+    def others(self) -> dict[str, BenchRun]:
+        """Return the run without governor in the same world, by the names of the runs' logs; none for `none` itself."""
+        return {one.log: other for one, other in self.paired if one is not other}
 
     def rate(self, what: Callable[[BenchRun], bool]) -> Rate | None:
         """Return how often something happened."""
@@ -103,7 +117,7 @@ class Row:
     @property
     def infeasible(self) -> float | None:
         """Mean time in which the governor had no solution [s]."""
-        times = [one.record["governor_not_ok_share"] * one.record["duration_s"] for one in self.ok]
+        times = [one.infeasible for one in self.ok]
         return math.fsum(times) / len(times) if times else None
 
     @property

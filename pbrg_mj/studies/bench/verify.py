@@ -29,7 +29,7 @@ class BenchVerification:
 
     bench: Bench  # made from the logs
     problems: tuple[str, ...]  # a line each
-    suite: str | None  # the bundled suite whose worlds these are; None: worlds of its own
+    suite: str | None  # whose worlds these are, as `pbrg bench` takes it: standard --quick; None: worlds of its own
     release: Release | None = None  # the manifest whose files these are, if there is one
 
     @property
@@ -71,7 +71,7 @@ def verify_bench(
     made = Bench(suite, folder, tuple(bench_runs(suite, results)))
     if (folder / TABLE).is_file() and (folder / TABLE).read_text(encoding="utf-8") != made.markdown():
         problems.append(f"{TABLE}: is not what the logs give")
-    return BenchVerification(made, tuple(problems), _bundled(suite, quick=there[0]), release)
+    return BenchVerification(made, tuple(problems), _bundled(suite), release)
 
 
 def _problems(log: Path, task: Task) -> Iterator[str]:
@@ -96,11 +96,14 @@ def _numbers(log: Path) -> tuple[Record, Record]:
     return {"status": "ok", "error": None, **numbers(metrics)}, timings(metrics)
 
 
-def _bundled(suite: Suite, *, quick: bool) -> str | None:
-    """Return the bundled suite with the same worlds."""
+def _bundled(suite: Suite) -> str | None:
+    """Return the bundled suite with the same worlds, with `--quick` where they are those of its smaller one."""
 
     def worlds(keys: Any) -> list[Any]:
         return [getattr(keys, name) for name in WORLDS]
 
-    found = (name for name, keys in bundled_keys(quick=quick).items() if worlds(keys) == worlds(suite.file.keys))
-    return next(found, None)
+    for quick, option in ((False, ""), (True, " --quick")):
+        for name, keys in bundled_keys(quick=quick).items():
+            if worlds(keys) == worlds(suite.file.keys):
+                return name + option
+    return None

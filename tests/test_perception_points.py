@@ -193,6 +193,22 @@ def test_nothing_is_kept_beyond_the_memory():
     assert not known.active.any()
 
 
+def test_what_is_too_near_to_be_seen_is_kept_beyond_the_memory():
+    """A robot rests where the face is nearer than the shortest range that beams tell, and then drives away."""
+    made, given = estimator(sensor("lidar"))
+    near, memory = made.parameters.range_min - 0.02, made.init()
+    place = np.array([[0.5 - near, 0.0, 0.0]])
+    _, memory = made.step_towards(
+        scan(given, Scene(((0.5, -0.05, 0.5, 0.05),)), np.zeros((1, 3)), 0), 0.0, memory, None
+    )
+    for frame in range(1, 400):
+        known, memory = made.step_towards(scan(given, Scene(), place, frame), frame * PERIOD, memory, None)
+        assert known.active.any()
+    for frame in range(400, 403):
+        known, memory = made.step_towards(scan(given, Scene(), np.zeros((1, 3)), frame), frame * PERIOD, memory, None)
+    assert not known.active.any()
+
+
 def test_the_gap_to_a_hull_is_that_of_an_optimizer():
     rng = np.random.default_rng(5)
     for _ in range(40):

@@ -72,7 +72,8 @@ def delete_stale(points, scan, beams, pose, parameters):
       the point on its face, stops the beams on one side of it, however often those on the other go past its edge. A
       beam without an echo passes nothing: silence is unknown, not free.
     - A point older than the recent scans at a place where there is an echo again is taken over by that echo.
-    - A point that is hidden, or outside of what the beams reach, stays until `memory` is over.
+    - A point that is hidden, or farther than the beams reach, stays until `memory` is over. One nearer than the shortest
+      range that beams tell stays until the robot has gone away: no scan can show that it is gone.
     """
     ranges, directions = beams
     even, (xs, ys, ahead) = layout(parameters), _in_body_frame(points, pose, parameters)
@@ -80,11 +81,12 @@ def delete_stale(points, scan, beams, pose, parameters):
         point = points[i]
         if not point["live"]:
             continue
-        if pose.time - point["time"] > parameters.memory:
+        x, y = xs[i], ys[i]
+        too_near = parameters.range_min + 3.0 * (point["std"] + point["pose_std"])
+        if pose.time - point["time"] > parameters.memory and x * x + y * y > too_near * too_near:
             point["live"] = False
             continue
         point["beam"] = -1
-        x, y = xs[i], ys[i]
         beam = nearest_beam(x, y, ahead[i], even)
         if parameters.scan_time > 0.0 and beam >= 0:
             beam = nearest_from(beam, x, y, directions, parameters)

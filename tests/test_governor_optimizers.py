@@ -20,6 +20,7 @@ from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.team.network import Network
 from scripts.agreement.linear_rate import nids_rate
+from scripts.agreement.moving import certified
 from scripts.agreement.static import BEST, GRAPHS, facts, rounds_to_agree
 from tests.problems import FORMATION, graph, half_spaces
 
@@ -142,3 +143,10 @@ def test_scalar_aims_at_the_reference_and_sends_nothing() -> None:
     content, at = alone.send(at)
     assert content == b""
     np.testing.assert_array_equal(alone.candidate(local, at), [2.0, 3.0])
+
+
+def test_the_mean_gap_of_a_team_under_way_is_below_5_mm_at_one_round_a_tick() -> None:
+    """The recommended optimizer under the certified layer, another robot than the leader knows the line: 20 s."""
+    found = certified("governor.rounds=1")
+    assert 0.0 < found.gap < 0.005
+    assert found.violated == 0.0

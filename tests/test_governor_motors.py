@@ -22,10 +22,12 @@ from pbrg_mj.governor.certified.cycles import CycleGovernor
 from pbrg_mj.governor.certified.governor import CertifiedGovernor
 from pbrg_mj.governor.certified.robot import CertifiedProgram, state_struct
 from pbrg_mj.governor.messaging.networked import NetworkedGovernor
+from pbrg_mj.governor.messaging.program import OwnData
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.governor.problem.motion import prediction_state
 from pbrg_mj.governor.problem.rows import Rows
-from pbrg_mj.governor.registry import governor
+from pbrg_mj.governor.registry import governor, robot_programs
+from pbrg_mj.loop.batch import side_by_side
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.load import load_scenario
@@ -33,6 +35,7 @@ from pbrg_mj.scenario.schema import Control
 from pbrg_mj.team.channel import Channel, Loss
 from pbrg_mj.team.graph import network_of_edges
 from pbrg_mj.team.network import Network
+from pbrg_mj.transport.datagrams import own_message, read_own
 from pbrg_mj.vehicle.motor_lag import MotorLag, latency, motor_lag
 
 TICK, TAU = 0.01, 0.104
@@ -363,6 +366,22 @@ def certificate_metadata(path) -> dict[str, str]:
     return found[channels.CERTIFICATE_METADATA]
 
 
+@pytest.mark.parametrize("rounds", [1, 10])
+def test_a_scenario_s_governor_is_its_robots_programs(rounds: int) -> None:
+    """In physics, in cycles of one tick and of several, bit for bit and byte for byte."""
+    scenario = scenario_of("obstacles/corner", "timing.duration=1.0", f"governor.rounds={rounds}")
+    at_once, carried = governor(scenario), robot_programs(scenario)
+    assert isinstance(at_once, CertifiedGovernor if rounds == 10 else CycleGovernor)
+    leader, ours, theirs = scenario.team.leaders[0] - 1, None, None
+    for tick in Simulation.build(scenario).control_ticks():
+        ours = at_once.init(tick.problem) if ours is None else ours
+        theirs = carried.init(tick.problem) if theirs is None else theirs
+        one, ours = at_once.step(tick.problem, ours)
+        other, theirs = carried.step(tick.problem, theirs)
+        np.testing.assert_array_equal(one.m[leader], other.m[leader])
+        np.testing.assert_array_equal(one.bytes_sent, other.bytes_sent)
+
+
 def test_delays_are_those_that_robots_assume() -> None:
     late = scenario_of("paper/experiment_near", "sensors.camera.delay=0.03", "radio={delay: 0.01, jitter: 0.02}")
     assert motor_lag(late).delay == 7  # 30 ms, half a frame, and 10 to 30 ms
@@ -371,6 +390,13 @@ def test_delays_are_those_that_robots_assume() -> None:
     assert motor_lag(unaware).delay == 2
     kinematic = load_scenario("paper/experiment_near", ["governor.kind=certified"]).scenario
     assert motor_lag(kinematic) is None
+
+
+def test_a_robot_in_a_process_of_its_own_hears_its_motion() -> None:
+    rng = np.random.default_rng(1)
+    for motion in (rng.normal(size=(4, 2)), None):
+        own = OwnData(3, np.ones(2), np.zeros(2), 0.5, HalfSpaces.empty(1, 2), None, motion=motion)
+        np.testing.assert_array_equal(read_own(3, own_message(own)).motion, motion)
 
 
 REFUSED = {
@@ -393,6 +419,11 @@ def test_everything_else_refuses_in_one_line(case: str) -> None:
     ) as error:
         load_scenario(name, [*overrides, "governor.predicted_motion=motors"])
     assert "\n" not in str(error.value)
+
+
+def test_worlds_side_by_side_are_kinematic_and_others_run_one_by_one() -> None:
+    assert side_by_side(load_scenario("paper/experiment_near", ["governor.kind=certified"]).scenario)
+    assert not side_by_side(scenario_of("paper/experiment_near"))
 
 
 def test_a_team_that_swings_up_behind_its_delays_is_refused() -> None:

@@ -120,7 +120,7 @@ def _foreseen(scenario: Scenario) -> Iterator[None]:
     except UnsettledTeamError:
         if (lag := motor_lag(scenario)) is not None:
             late = f"motors, and behind {lag.time_constant:.3g} s of lag and {lag.delay} ticks of delay the team does"
-            allowed = "allowed: kinematic, shorter delays, or another control.alpha_r"
+            allowed = "allowed: kinematic, or shorter delays"
             raise InputError(f"is {late} not settle; {allowed}", key="governor.predicted_motion") from None
         slow = f"is {scenario.control.alpha_r}, with which the team does not settle in the {MOST_TICKS} ticks that"
         raise InputError(f"{slow} certificates foresee; allowed: a larger one", key="control.alpha_r") from None

@@ -30,7 +30,7 @@ class CertifiedGovernor:
     state_bytes: int = 56  # that a robot floods of its state: `robot.state_struct`
 
     def init(self, problem: Problem) -> np.ndarray:
-        """Return the first held reference, the mean of the shifted hand points, behind motors of where they stop, (2,)."""
+        """Return the first held reference, the mean of the shifted hand points, of motors where they stop, (2,)."""
         return problem.prediction_state[0].mean(axis=0)
 
     def step(self, problem: Problem, memory: np.ndarray) -> tuple[Solution, np.ndarray]:

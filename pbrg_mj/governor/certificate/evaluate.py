@@ -84,7 +84,8 @@ def _update_worst(half_spaces, states, start, formation, E, reach, worst):
     """Raise `worst` (T, 3) [m] to what is worst with m (T, 2) applied; `reach` is the largest ||E_j(t)||.
 
     `half_spaces` are G (T, n, K, 2), h (T, n, K), binds (T, n, K, n); `states` p, xi (T, n, 2), m; `start`
-    the prediction's (T, n, 2) and (T, N - n, 2), p and xi if N = 2n; formation (n, 2); E (n, Q, N) at Q ticks.
+    the prediction's: places (T, n, 2) and others (T, N - n, 2), p and xi if N = 2n; formation (n, 2); E (n, Q, N) at
+    the grid's Q ticks.
     """
     G, h, binds = half_spaces
     p, xi, m = states

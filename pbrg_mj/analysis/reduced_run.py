@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from pbrg_mj.analysis.metrics.log_metrics import FinalColumns
-from pbrg_mj.analysis.metrics.per_tick import PerTick
+from pbrg_mj.analysis.metrics.per_tick import PerTick, in_order
 from pbrg_mj.log.read.column_store import Columns
 from pbrg_mj.log.read.run import Run, TickSeries, open_run
 from pbrg_mj.log.read.ticks import read_header
@@ -24,13 +24,14 @@ def open_reduced(path: str | Path, quantities: Sequence[PerTick] = (), *, half_s
     are asked for. Raises what `open_run` raises.
     """
     scenario = read_header(Path(path)).scenario
+    each = {quantity.__name__: in_order(quantity, scenario) for quantity in quantities}
     end, without = FinalColumns(scenario), LEFT_OUT if half_spaces else LEFT_OUT | HALF_SPACES
 
     def of_ticks(block: Columns) -> Columns:
         end.add(block)
         ticks = TickSeries.of(block)
         with np.errstate(all="ignore"):  # as in the metrics
-            taken = {quantity.__name__: quantity(ticks, scenario) for quantity in quantities}
+            taken = {name: quantity(ticks, scenario) for name, quantity in each.items()}
         return {name: values for name, values in block.items() if name not in without} | taken
 
     def of_optima(block: Columns) -> Columns:

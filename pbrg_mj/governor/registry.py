@@ -32,6 +32,7 @@ from pbrg_mj.governor.velocity_filter.separation import SeparationFilter, separa
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.channel import channel
 from pbrg_mj.team.graph import network
+from pbrg_mj.vehicle.motor_lag import motor_lag
 
 
 def _cvxpy() -> CentralizedSolver:
@@ -117,6 +118,10 @@ def _foreseen(scenario: Scenario) -> Iterator[None]:
     try:
         yield
     except UnsettledTeamError:
+        if (lag := motor_lag(scenario)) is not None:
+            late = f"motors, and behind {lag.time_constant:.3g} s of lag and {lag.delay} ticks of delay the team does"
+            allowed = "allowed: kinematic, or shorter delays"
+            raise InputError(f"is {late} not settle; {allowed}", key="governor.predicted_motion") from None
         slow = f"is {scenario.control.alpha_r}, with which the team does not settle in the {MOST_TICKS} ticks that"
         raise InputError(f"{slow} certificates foresee; allowed: a larger one", key="control.alpha_r") from None
 

@@ -46,6 +46,8 @@ def batch_control(scenario: Scenario, half_spaces: HalfSpaces) -> BatchControl:
 
     Raises InputError for what is not compiled for worlds side by side.
     """
+    if scenario.governor.predicted_motion != "kinematic":
+        raise InputError("a batch predicts kinematic robots; run the seeds one by one", key="governor.predicted_motion")
     chosen, rows = governor(scenario), certificate(scenario)
     if isinstance(chosen, DistributedGovernor) and chosen.channel is None and chosen.backend == "compiled":
         if isinstance(rows, StateCertificate):

@@ -15,6 +15,7 @@ from pbrg_mj.sensing.noise import SensorNoise
 from pbrg_mj.team.exchange import Exchange
 from pbrg_mj.team.network import Network
 from pbrg_mj.vehicle.drive import Drive
+from pbrg_mj.vehicle.motor_lag import MotorLag, motor_lag
 from pbrg_mj.world.plant.interface import Plant
 
 
@@ -54,6 +55,11 @@ class ClosedLoop:
     def backend(self) -> str:
         """Of governor and pre-stabiliser."""
         return self.scenario.governor.backend
+
+    @cached_property
+    def motor_lag(self) -> MotorLag | None:
+        """How robots compute their own motion; None where the governor does not ask."""
+        return motor_lag(self.scenario)
 
     @cached_property
     def reference_range(self) -> float:

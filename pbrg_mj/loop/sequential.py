@@ -45,7 +45,8 @@ def run_world(scenario: Scenario) -> BatchHistories:
         histories.diverged[0, k] = tick.solution.status == "diverged"
         spaces, (p, xi, m) = tick.half_spaces, (tick.problem.p, tick.problem.xi, tick.solution.m[leaders])
         at_once = HalfSpaces(spaces.G[None], spaces.h[None], spaces.active[None], spaces.binds[None])
-        worst = worst_rows(at_once, (p[None], xi[None], m[None]), formation, predicted)
+        motion = None if tick.problem.motion is None else tick.problem.motion[None]
+        worst = worst_rows(at_once, (p[None], xi[None], m[None]), formation, predicted, motion)
         histories.certificate_violated[:, k] = worst > VIOLATED
     return histories
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from pbrg_mj.governor.problem.interface import Certificate, Problem, StateCertificate
 from pbrg_mj.governor.problem.lazy_rows import LazyRows
+from pbrg_mj.governor.problem.motion import prediction_state
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.governor.velocity_filter.separation import separation
 from pbrg_mj.kernel import clock
@@ -29,7 +30,8 @@ def initial_state(loop: ClosedLoop) -> LoopState:
     """Return the state before the first tick."""
     xi = np.zeros((loop.network.robots, 2))
     displacement = None if separation(loop.scenario) is None else np.zeros_like(xi)
-    return LoopState(None, loop.estimator.init(), None, None, None, None, None, xi, displacement)
+    motion = None if loop.motor_lag is None else loop.motor_lag.at_rest(len(xi))
+    return LoopState(None, loop.estimator.init(), None, None, None, None, None, xi, displacement, motion=motion)
 
 
 def control_tick(loop: ClosedLoop, state: LoopState, index: int) -> tuple[LoopState, ControlTick]:
@@ -104,6 +106,7 @@ def _problem(loop: ClosedLoop, state: LoopState, sensed: SensedTick, asked: np.n
         half_spaces=sensed.half_spaces,
         heading=sensed.pose.heading,
         reference_range=loop.reference_range,
+        motion=state.motion,
     )
 
 
@@ -113,8 +116,8 @@ def _controlled(
     sensed: SensedTick,
     governed: tuple[Problem, np.ndarray],
     asked: np.ndarray | None,
-) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray | None, ExchangeMemory | None]]:
-    """Return the velocities to drive (n, 2), and xi, displacement and exchange of the next tick.
+) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray | None, ExchangeMemory | None, np.ndarray | None]]:
+    """Return the velocities to drive (n, 2), and xi, displacement, exchange and motion of the next tick.
 
     `governed` are the problem and the governed references, `asked` are velocities in place of those of eq. 2.
     """
@@ -127,7 +130,9 @@ def _controlled(
         driven = one.filtered(problem, sensed.pose.hand_world, m, driven)
     if displacement is not None:
         displacement = displacement + loop.tick * (driven - velocity)
-    return driven, (state.xi + loop.tick * xi_rate, displacement, exchange)
+    # p is q - b less the displacement, so it moves by the velocity before filters.
+    motion = None if loop.motor_lag is None or state.motion is None else loop.motor_lag.after(state.motion, velocity)
+    return driven, (state.xi + loop.tick * xi_rate, displacement, exchange, motion)
 
 
 def _pre_stabilise(
@@ -145,7 +150,7 @@ def _rows(loop: ClosedLoop, state: LoopState, half_spaces: HalfSpaces, p: np.nda
     """Return the certificate's rows: of the state, for who asks, or those of before while the half-spaces stay."""
     if loop.state_certificate is not None:
         owners, slots = half_spaces.h.shape
-        made = partial(_rows_of_the_state, loop, half_spaces, (p, state.xi, state.m))
+        made = partial(_rows_of_the_state, loop, half_spaces, (*prediction_state(p, state.xi, state.motion), state.m))
         return LazyRows(made, (owners, 2 * slots))
     if state.rows is None or half_spaces is not state.half_spaces:
         return cast(Certificate, loop.certificate).rows(half_spaces)

@@ -36,6 +36,7 @@ class LoopState(NamedTuple):
     xi: np.ndarray  # (n, 2) [m]
     displacement: np.ndarray | None  # (n, 2) of q from p + b [m]; None where robots keep no distance
     exchange: ExchangeMemory | None = None  # of the pre-stabiliser's messages; None: before the first, or at once
+    motion: np.ndarray | None = None  # (n, 1 + d, 2) of `vehicle.motor_lag` [m]; None where nobody asks for it
 
 
 class SensedTick(NamedTuple):

@@ -114,6 +114,7 @@ def own_message(own: OwnData) -> Any:
         },
         reference=None if own.reference is None else _vector(own.reference),
         rows=None if rows is None else _rows_message(rows),
+        motion=None if own.motion is None else _flat(own.motion),
     )
 
 
@@ -135,6 +136,7 @@ def read_own(tick: int, message: Any) -> OwnData:
         ),
         reference=_pair(message.reference) if message.HasField("reference") else None,
         rows=_read_rows(message.rows) if message.HasField("rows") else None,
+        motion=_doubles(message, "motion", len(message.motion) // 2, 2) if message.motion else None,
     )
 
 

@@ -72,6 +72,7 @@ MESSAGES: dict[str, tuple[str, tuple[Field, ...]]] = {
             Field("HalfSpaces", "half_spaces", "its own"),
             Field(VECTOR, "reference", "the operator's r [m], where the robot leads"),
             Field("Rows", "rows", "of its half-spaces, where they do not depend on the others' states"),
+            Field("repeated double", "motion", "(1 + d x 2) behind motors and a delay [m], where that is predicted"),
         ),
     ),
     "HalfSpaces": (

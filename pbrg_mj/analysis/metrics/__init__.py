@@ -17,6 +17,7 @@ sensing_gap       what sensing costs: the optimum on sensed against true half-sp
 samples           means and exact percentiles of numbers that are not held
 index_join        ticks and optima brought together while both are read
 settling          since when the team has been there
+logged_motion     the robots' own motion behind motors, from a log's commands
 per_tick          what metrics take from large columns, a number per tick
 safety_totals, certificate_totals, optimum_totals    sums over a run, a block of its log at a time
 run_metrics       all metrics of a run

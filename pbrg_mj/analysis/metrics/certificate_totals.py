@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pbrg_mj.analysis.metrics.per_tick import certificate_rows
+from pbrg_mj.analysis.metrics.per_tick import CertificateRows
 from pbrg_mj.governor.certificate.description import describe
 from pbrg_mj.governor.certificate.evaluate import NAMES, VIOLATED
 from pbrg_mj.log.read.run import TickSeries
@@ -20,14 +20,14 @@ class CertificateTotals:
     """The worst value and the violated share of each certificate; NaN where it is not known at a tick."""
 
     def __init__(self, scenario: Scenario):
-        self._scenario = scenario
+        self._scenario, self._rows = scenario, CertificateRows(scenario)
         self._worst = np.full(len(NAMES), -np.inf)
         self._violated = np.zeros(len(NAMES))
         self._ticks = 0
 
     def add(self, ticks: TickSeries) -> None:
         """Take the next ticks, one or more."""
-        rows = certificate_rows(ticks, self._scenario)
+        rows = self._rows(ticks, self._scenario)
         self._worst = np.maximum(self._worst, rows.max(axis=0))
         self._violated += np.count_nonzero(rows > VIOLATED, axis=0)
         self._ticks += len(rows)

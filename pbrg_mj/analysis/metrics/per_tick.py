@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from pbrg_mj.analysis.metrics.logged_motion import LoggedMotion
 from pbrg_mj.analysis.metrics.margins import sensed_margin
 from pbrg_mj.governor.certificate.evaluate import predicted_rows, worst_rows
 from pbrg_mj.log.read.run import Run, TickSeries
@@ -18,11 +19,36 @@ BLOCK_BYTES = 2**24  # of their columns, at most: a tick of a hundred robots has
 PerTick = Callable[[TickSeries, Scenario], np.ndarray]
 
 
+class CertificateRows:
+    """`certificate_rows` of the blocks of a run, which come in their order."""
+
+    def __init__(self, scenario: Scenario):
+        self._motion = LoggedMotion(scenario)
+
+    def __call__(self, ticks: TickSeries, scenario: Scenario) -> np.ndarray:
+        """Return them of the next ticks."""
+        motion = self._motion.of(ticks)
+        return _certificate_rows(ticks, scenario, motion)
+
+
 def certificate_rows(ticks: TickSeries, scenario: Scenario) -> np.ndarray:
-    """Return the worst value (T, 3) [m] of each certificate in `evaluate.NAMES`, over the leaders' m."""
+    """Return the worst value (T, 3) [m] of each certificate in `evaluate.NAMES`, over the leaders' m.
+
+    The ticks are a run's first ones; of a block at a time: `CertificateRows`.
+    """
+    return CertificateRows(scenario)(ticks, scenario)
+
+
+def in_order(quantity: PerTick, scenario: Scenario) -> PerTick:
+    """Return a quantity that may be taken of the blocks of a run one after the other."""
+    return CertificateRows(scenario) if quantity is certificate_rows else quantity
+
+
+def _certificate_rows(ticks: TickSeries, scenario: Scenario, motion: np.ndarray | None) -> np.ndarray:
     spaces = HalfSpaces(ticks.half_space_G, ticks.half_space_h, ticks.half_space_active, ticks.half_space_binds)
     states = ticks.p, ticks.xi, ticks.m[:, np.array(scenario.team.leaders) - 1]
-    return worst_rows(spaces, states, np.array(scenario.team.formation, dtype=float), predicted_rows(scenario))
+    formation = np.array(scenario.team.formation, dtype=float)
+    return worst_rows(spaces, states, formation, predicted_rows(scenario), motion)
 
 
 def least_sensed_margin(ticks: TickSeries, scenario: Scenario) -> np.ndarray:
@@ -84,6 +110,6 @@ def per_tick(run: Run, quantity: PerTick) -> np.ndarray:
     known = run.reduced.get(quantity.__name__)
     if known is not None:
         return known
-    many = ticks_of_a_block(run)
+    many, taken = ticks_of_a_block(run), in_order(quantity, run.scenario)
     rows = range(0, max(len(run.ticks.index), 1), many)
-    return np.concatenate([quantity(run.ticks.rows(first, first + many), run.scenario) for first in rows])
+    return np.concatenate([taken(run.ticks.rows(first, first + many), run.scenario) for first in rows])

@@ -32,9 +32,10 @@ class TrueOptimum:
 
         Certificates of the state are taken about m (S, 2) [m], the mean of what the leaders apply.
 
-        NaN where the true problem has no solution. None where `scope: own` or the obstacles leave no such formation.
+        NaN where the true problem has no solution. None where `scope: own` or the obstacles leave no such formation,
+        and where motors are predicted, whose state is more than p and xi.
         """
-        if self._scenario.estimator.scope == "own":
+        if self._scenario.estimator.scope == "own" or self._scenario.governor.predicted_motion != "kinematic":
             return None
         found = np.full((len(reference), 2), np.nan)
         for k, r in enumerate(reference):

@@ -3,6 +3,7 @@
 With constant m the team follows a linear model, so a certificate is a statement about its future positions.
 
 - `team_model`: the pre-stabilised team under constant m, sampled as it runs
+- `motor_model`: the same behind the motors' lag and a delay
 - `advances`: what a certificate says of one half-space: how far m may move along its normal
 - `prediction_grid`: which predicted positions are looked at, and what may happen between them
 - `directional_ball`: the ball of the motion across a half-space alone

@@ -8,6 +8,7 @@ from typing import NamedTuple
 from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.scenario.schema import WITHOUT_GOVERNOR, Scenario
+from pbrg_mj.vehicle.motor_lag import motor_lag
 
 
 class CertificateDescription(NamedTuple):
@@ -18,6 +19,7 @@ class CertificateDescription(NamedTuple):
     horizon_ticks: int
     step_s: float  # of the model; NaN without one
     grid_points: int  # at which the prediction is looked at, the tail not counted
+    delay_ticks: int | None = None  # of motors that are predicted; None: kinematic robots
 
     def as_metadata(self) -> dict[str, str]:
         """Return texts by name, those that mean something."""
@@ -28,6 +30,8 @@ class CertificateDescription(NamedTuple):
             found |= {"horizon_s": f"{self.horizon_s:.9g}", "horizon_ticks": str(self.horizon_ticks)}
         if self.grid_points:
             found |= {"step_s": f"{self.step_s:.9g}", "grid_points": str(self.grid_points)}
+        if self.delay_ticks is not None:
+            found |= {"predicted_motion": "motors", "delay_ticks": str(self.delay_ticks)}
         return found
 
 
@@ -41,4 +45,6 @@ def describe(scenario: Scenario) -> CertificateDescription:
     if name != "predictive":
         return CertificateDescription(name, math.nan, 0, math.nan, 0)
     grid, tick = PredictionGrid.of(TeamModel.of_scenario(scenario)), scenario.timing.tick
-    return CertificateDescription(name, grid.horizon * tick, grid.horizon, tick, len(grid.tick) - 1)
+    lag = motor_lag(scenario)
+    delay = None if lag is None else lag.delay
+    return CertificateDescription(name, grid.horizon * tick, grid.horizon, tick, len(grid.tick) - 1, delay)

@@ -5,9 +5,9 @@ the grid asks for
 
     y + E e + s z + bound (||e|| + sqrt(n) |z|) <= c_j,     c_j = h - G.b_j - margin,
 
-which is convex in z. Holding, z = 0, stays admissible for ever once it was (the rows bound all that follows), so an
-answer always exists; a row whose step response s is small would ask for long retreats from little noise, so it may
-stop an advance and never asks for a retreat.
+which is convex in z; sqrt(n) is the length of the fixed point per metre of m. Holding, z = 0, stays admissible for ever
+once it was (the rows bound all that follows), so an answer always exists; a row whose step response s is small would
+ask for long retreats from little noise, so it may stop an advance and never asks for a retreat.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class PredictiveCertificate:
 
     @cached_property
     def grid_rows(self) -> tuple[np.ndarray, ...]:
-        """What advances count with: columns of E (n, 2n, K), bound, s, s + bound sqrt(n), s - bound sqrt(n), (n, K)."""
+        """What advances count with: columns of E (n, N, K), bound, s, s + bound sqrt(n), s - bound sqrt(n), (n, K)."""
         grid, spread = self.grid, self.grid.bound * np.sqrt(len(self.formation))
         return grid.columns, grid.bound, grid.s, grid.s + spread, grid.s - spread
 
@@ -54,7 +54,10 @@ class PredictiveCertificate:
         return self.grid_rows, (self.formation, self.margin)
 
     def rows_at(self, half_spaces: HalfSpaces, p: np.ndarray, xi: np.ndarray, held: np.ndarray) -> Rows:
-        """Return the rows with the states p, xi (n, 2) [m] while m (2,) [m] is held."""
+        """Return the rows with the states p (n, 2), xi (N - n, 2) [m] while m (2,) [m] is held.
+
+        Behind motors they are those of `Problem.prediction_state`.
+        """
         return interval_rows(half_spaces, held, self.advances(half_spaces, p, xi, held))
 
     def advances(self, half_spaces: HalfSpaces, p: np.ndarray, xi: np.ndarray, held: np.ndarray) -> Advances:
@@ -69,16 +72,16 @@ class PredictiveCertificate:
 def write_advances(half_spaces, state, rows, team, allowed):
     """Write low and high (n, K) of `Advances` to `allowed`.
 
-    `half_spaces` are G, h, active, binds of HalfSpaces; `state` p, xi (n, 2) and the held m (2,) [m]; `rows` (five
-    arrays, unpacked in `_interval_of_robot`) those of `PredictiveCertificate.grid_rows`; `team` the formation (n, 2)
-    and margin [m].
+    `half_spaces` are G, h, active, binds of HalfSpaces; `state` p (n, 2), xi (N - n, 2) and the held m (2,) [m]; `rows`
+    (five arrays, unpacked in `_interval_of_robot`) those of `PredictiveCertificate.grid_rows`; `team` the formation
+    (n, 2) and margin [m].
     """
     G, h, active, binds = half_spaces
     p, xi, m = state
     formation, margin = team
     low, high = allowed
     n, points = rows[1].shape
-    error, moved, known = np.empty((2 * n, 2)), np.empty((n, 2, points)), np.zeros(n, dtype=np.bool_)
+    error, moved, known = np.empty((n + len(xi), 2)), np.empty((n, 2, points)), np.zeros(n, dtype=np.bool_)
     rest = np.empty(points)
     write_error(p, xi, m, error)
     for i in range(h.shape[0]):
@@ -88,7 +91,7 @@ def write_advances(half_spaces, state, rows, team, allowed):
                 continue
             Gx, Gy = G[i, k, 0], G[i, k, 1]
             square = 0.0
-            for row in range(2 * n):
+            for row in range(len(error)):
                 square += (Gx * error[row, 0] + Gy * error[row, 1]) ** 2
             norm, slack = np.sqrt(square), h[i, k] - margin - (Gx * m[0] + Gy * m[1])
             lowest, highest = -np.inf, np.inf

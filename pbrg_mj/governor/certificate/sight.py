@@ -30,7 +30,7 @@ SCANS = 2  # that show a wall before it counts: perception.track.confirmation
 class SightLimit:
     """Rows of predicted ways, for the robots that carry beams."""
 
-    columns: np.ndarray  # (n, 2n, K) of the prediction grid's E
+    columns: np.ndarray  # (n, N, K) of the prediction grid's E
     s: np.ndarray  # (n, K)
     robots: np.ndarray  # (R,) that carry beams
     sight: float  # [m]
@@ -43,7 +43,7 @@ class SightLimit:
     def kappa(self, error: np.ndarray, heading: np.ndarray, advance: np.ndarray) -> float:
         """Return the largest kappa in [0, 1] for an advance (2,) [m].
 
-        `error` (2n, 2) [m] is x - (m, 0) at the held m; `heading` is that of the other limits, not needed here.
+        `error` (N, 2) [m] is x - (m, 0) at the held m; `heading` is that of the other limits, not needed here.
         """
         return sight_kappa(self.rows, error, advance)
 
@@ -67,9 +67,9 @@ def sight(scenario: Scenario, robot: RobotModel) -> float:
 
 @kernel
 def sight_kappa(rows, error, advance):
-    """Compute `SightLimit.kappa` of `error` (2n, 2) and `advance` (2,) [m].
+    """Compute `SightLimit.kappa` of `error` (N, 2) and `advance` (2,) [m].
 
-    `rows` are `SightLimit.rows`: columns (n, 2n, K) of E, s (n, K), the robots (R,) that carry beams, sight [m].
+    `rows` are `SightLimit.rows`: columns (n, N, K) of E, s (n, K), the robots (R,) that carry beams, sight [m].
     """
     columns, s, robots, sight = rows
     if advance[0] == 0.0 and advance[1] == 0.0:

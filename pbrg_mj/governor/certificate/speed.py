@@ -37,7 +37,7 @@ class SpeedLimit:
     """Rows of predicted velocities, and what a robot's wheels can do."""
 
     time: np.ndarray  # (K,) of the prediction [s]
-    U: np.ndarray  # (K * n, 2n) [1/s]
+    U: np.ndarray  # (K * n, N) [1/s]
     v: np.ndarray  # (K * n,) [1/s]
     facets: np.ndarray  # (F, 2) of the polygon of velocities in the body's axes, facet . u <= 1 [s/m]
     offset: float  # of the hand point [m]
@@ -57,13 +57,13 @@ class SpeedLimit:
     def kappa(self, error: np.ndarray, heading: np.ndarray, advance: np.ndarray) -> float:
         """Return the largest kappa in [0, 1] for an advance (2,) [m].
 
-        `error` (2n, 2) [m] is x - (m, 0) at the held m, `heading` (n,) [rad].
+        `error` (N, 2) [m] is x - (m, 0) at the held m, N being `TeamModel`'s, `heading` (n,) [rad].
         """
         return speed_kappa(self.rows, error, heading, advance)
 
     @cached_property
     def rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float, np.ndarray]:
-        """What `speed_kappa` takes: time, columns of U (n, 2n, K), v (n, K), facets, offset, change."""
+        """What `speed_kappa` takes: time, columns of U (n, N, K), v (n, K), facets, offset, change."""
         points, n = len(self.time), len(self.v) // len(self.time)
         columns = np.ascontiguousarray(self.U.reshape(points, n, -1).transpose(1, 2, 0))
         v = np.ascontiguousarray(self.v.reshape(points, n).T)
@@ -72,9 +72,9 @@ class SpeedLimit:
 
 @kernel
 def speed_kappa(rows, error, heading, advance):
-    """Compute `SpeedLimit.kappa` of `error` (2n, 2) [m], `heading` (n,) [rad], `advance` (2,) [m].
+    """Compute `SpeedLimit.kappa` of `error` (N, 2) [m], `heading` (n,) [rad], `advance` (2,) [m].
 
-    `rows` are `SpeedLimit.rows`: time (K,) [s], columns (n, 2n, K) of U [1/s], v (n, K) [1/s], facets (F, 2) [s/m], the
+    `rows` are `SpeedLimit.rows`: time (K,) [s], columns (n, N, K) of U [1/s], v (n, K) [1/s], facets (F, 2) [s/m], the
     hand point's offset [m], change (C, 2) [s/m].
     """
     time, columns, v, facets, offset, change = rows

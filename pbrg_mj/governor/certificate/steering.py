@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 
 from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.vehicle.motor_lag import latency
 from pbrg_mj.world.scene.robot import RobotModel
 
 GAIN_MARGIN = 2.0  # the usual 6 dB
@@ -32,5 +33,4 @@ def steerable_speed(robot: RobotModel, delay: float) -> float:
 
 def mean_delay(scenario: Scenario) -> float:
     """Return how old a pose is on average when a command that follows from it reaches the motors [s]."""
-    camera, radio = scenario.sensors.camera, scenario.radio
-    return camera.delay + 0.5 / camera.rate_hz + radio.delay + 0.5 * radio.jitter
+    return latency(scenario.sensors.camera, scenario.radio)

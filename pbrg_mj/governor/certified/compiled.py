@@ -73,12 +73,12 @@ class CompiledDecision:
         spaces, heading = problem.half_spaces, problem.heading
         if spaces is None or heading is None:
             raise ValueError("the certified governor needs half-spaces and headings in the problem")
-        return self.decide(spaces, (problem.p, problem.xi, heading), held, problem.reference)
+        return self.decide(spaces, (*problem.prediction_state, heading), held, problem.reference)
 
     def decide(
         self, spaces: HalfSpaces, state: tuple[np.ndarray, ...], held: np.ndarray, reference: np.ndarray
     ) -> Decision:
-        """Return the same from half-spaces, p, xi and headings."""
+        """Return the same from half-spaces, p (n, 2), xi (N - n, 2) of the prediction's state, and headings."""
         p, xi, heading = state
         rows, m, given = self.certificate, np.empty(p.shape), (p, xi, heading, held, reference)
         if isinstance(rows, PredictiveCertificate):
@@ -116,9 +116,10 @@ def write_predicted_next(half_spaces, state, certificate, limits, m):
 def write_next(half_spaces, allowed, state, limits, m):
     """Write m (n, 2); return its status by number in `STATUSES`, and how many half-spaces ask for something.
 
-    `half_spaces` are G and active of HalfSpaces, `allowed` low and high of Advances; `state` p, xi (n, 2) [m], heading
-    (n,) [rad], the m that is held (2,) [m], the operator's reference (2,) [m]; `limits` are those of CompiledDecision:
-    speed as for `speed_kappa`, sight as for `sight_kappa`, whether m is limited at all, reach and farthest.
+    `half_spaces` are G and active of HalfSpaces, `allowed` low and high of Advances; `state` p (n, 2), xi
+    (N - n, 2) [m], heading (n,) [rad], the m that is held (2,) [m], the operator's reference (2,) [m]; `limits` are
+    those of CompiledDecision: speed as for `speed_kappa`, sight as for `sight_kappa`, whether m is limited at all,
+    reach and farthest.
     """
     p, xi, heading, held, reference = state
     speed, sight, limited, reach, farthest = limits
@@ -140,7 +141,7 @@ def write_next(half_spaces, allowed, state, limits, m):
     elif limited:
         _, back_x, back_y = nearest_allowed(0.0, 0.0, normals, offsets, 0.0)  # 0 where the held m is admissible
     if limited:
-        error, advance = np.empty((2 * len(p), 2)), np.empty(2)
+        error, advance = np.empty((len(p) + len(xi), 2)), np.empty(2)
         write_error(p, xi, held, error)
         for j in range(len(p)):
             error[j, 0], error[j, 1] = error[j, 0] - back_x, error[j, 1] - back_y

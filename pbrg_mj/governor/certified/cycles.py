@@ -16,7 +16,7 @@ import numpy as np
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.certified.compiled import CompiledDecision
 from pbrg_mj.governor.certified.flood import COUNT, ITEM
-from pbrg_mj.governor.certified.robot import INTERVAL, STATE
+from pbrg_mj.governor.certified.robot import INTERVAL, state_struct
 from pbrg_mj.governor.problem.interface import Problem, Solution, Status
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.team.network import Network
@@ -29,7 +29,7 @@ class CycleState(NamedTuple):
     held: np.ndarray | None  # (2,) by the leaders [m]; None for nothing yet: of several, before their first decision
     known: np.ndarray | None  # (2,) by all others: what leaders held in the cycle before [m]; None in the first cycle
     status: Status
-    team: tuple[np.ndarray, np.ndarray, np.ndarray] | None  # p, xi, headings in the cycle's first tick
+    team: tuple[np.ndarray, np.ndarray, np.ndarray] | None  # as `Problem.prediction_state`, headings: in its first tick
     checked: HalfSpaces | None  # in each robot's rows, those that its verdict is about, as far as there are verdicts
 
 
@@ -55,7 +55,7 @@ class CycleGovernor:
         if problem.half_spaces is None or problem.heading is None:
             raise ValueError("the certified governor needs half-spaces and headings in the problem")
         if phase == 0:
-            team = problem.p, problem.xi, np.array(problem.heading)
+            team = *problem.prediction_state, np.array(problem.heading)
             memory = memory._replace(team=team, checked=problem.half_spaces)
         elif self._schedule.informed[phase].any():
             memory = memory._replace(
@@ -90,7 +90,8 @@ class CycleGovernor:
         """Return what every robot sends to all its neighbours in a tick, (n,)."""
         schedule, intervals = self._schedule, 0 if memory.checked is None else memory.checked.active.sum(axis=1)
         verdict = ITEM.size + COUNT.size + INTERVAL.size * intervals
-        sent = schedule.states[phase] * (ITEM.size + STATE.size) + schedule.verdicts[phase] @ verdict
+        state = ITEM.size + state_struct(self.model).size
+        sent = schedule.states[phase] * state + schedule.verdicts[phase] @ verdict
         return (self.network.degree * sent).astype(np.int64)
 
     @cached_property

@@ -19,7 +19,7 @@ class AdvanceLimit(Protocol):
     def kappa(self, error: np.ndarray, heading: np.ndarray, advance: np.ndarray) -> float:
         """Return the largest kappa in [0, 1] of which kappa * advance (2,) [m] may be added to m.
 
-        `error` (2n, 2) [m] is (p, xi) - (m, 0) at the held m, `heading` (n,) [rad].
+        `error` (N, 2) [m] is (p, xi) - (m, 0) at the held m, `heading` (n,) [rad].
         """
         ...
 
@@ -36,10 +36,10 @@ def next_reference(
     `search_radius` says), it goes towards the point near there that violates the worst row least, as far as the limits
     allow: what no m keeps, no leap of m saves, and rows that noise turned are others a scan later.
     """
-    rows = problem.rows
+    rows, (p, xi) = problem.rows, problem.prediction_state
     normals = rows.C[rows.active]
     offsets = rows.d[rows.active] - (normals[:, 0] * held[0] + normals[:, 1] * held[1])
-    centre = problem.p.mean(axis=0)
+    centre = p.mean(axis=0)
     aim = np.array(near_point(*centre, *problem.reference, farthest)) - held
     found, x, y = nearest_allowed(aim[0], aim[1], normals, offsets, 0.0)
     goal, retreat = np.array([x, y]), np.zeros(2)
@@ -54,8 +54,6 @@ def next_reference(
         retreat = np.array([x, y])
     if not limits or problem.heading is None:
         return held + goal, status
-    n = len(problem.p)
-    error = np.empty((2 * n, 2))
-    error[:n], error[n:] = problem.p - held - retreat, problem.xi
+    error = np.concatenate([p - held - retreat, xi])
     advance = goal - retreat
     return held + retreat + min(one.kappa(error, problem.heading, advance) for one in limits) * advance, status

@@ -14,7 +14,7 @@ from pbrg_mj.governor.certified.cycles import CycleGovernor
 from pbrg_mj.governor.certified.decide import AdvanceLimit
 from pbrg_mj.governor.certified.governor import CertifiedGovernor
 from pbrg_mj.governor.certified.layer import LayerProgram
-from pbrg_mj.governor.certified.robot import CertifiedProgram, repeats_for
+from pbrg_mj.governor.certified.robot import CertifiedProgram, repeats_for, state_struct
 from pbrg_mj.governor.certified.vectorized import LayerGovernor, Schedule
 from pbrg_mj.governor.distributed.from_scenario import flow, paper_flow
 from pbrg_mj.governor.messaging.networked import NetworkedGovernor
@@ -41,7 +41,8 @@ def certified(scenario: Scenario, *, vectorized: bool = True) -> Governor:
         if vectorized and lines is None and cycle_ticks == 1:
             found = CERTIFICATES[settings.certificate](scenario, team)
             compiled = _compiled(scenario, found, limits)
-            return CertifiedGovernor(limits, team.diameter, settings.reference_range, compiled, farthest)
+            reach, state_bytes = settings.reference_range, state_struct(model).size
+            return CertifiedGovernor(limits, team.diameter, reach, compiled, farthest, state_bytes)
         decision = _compiled(scenario, verified(scenario, team), limits)
         if vectorized and lines is None and decision is not None:
             return CycleGovernor(team, model, decision, settings.rounds, cycle_ticks)

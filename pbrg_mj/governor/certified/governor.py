@@ -14,7 +14,7 @@ import numpy as np
 from pbrg_mj.governor.certified.compiled import CompiledDecision, Decision
 from pbrg_mj.governor.certified.decide import AdvanceLimit, next_reference
 from pbrg_mj.governor.certified.flood import COUNT, ITEM
-from pbrg_mj.governor.certified.robot import INTERVAL, STATE
+from pbrg_mj.governor.certified.robot import INTERVAL
 from pbrg_mj.governor.problem.interface import Problem, Solution
 
 
@@ -27,16 +27,17 @@ class CertifiedGovernor:
     reach: float  # of a retreat [m]
     compiled: CompiledDecision | None = None  # of the same limits; None: by the problem's rows, in NumPy
     farthest: float = math.inf  # that r may be from the mean of p [m]
+    state_bytes: int = 56  # that a robot floods of its state: `robot.state_struct`
 
     def init(self, problem: Problem) -> np.ndarray:
-        """Return the first held reference, the mean of the shifted hand points, (2,)."""
-        return problem.p.mean(axis=0)
+        """Return the first held reference, the mean of the shifted hand points, of motors where they stop, (2,)."""
+        return problem.prediction_state[0].mean(axis=0)
 
     def step(self, problem: Problem, memory: np.ndarray) -> tuple[Solution, np.ndarray]:
         """Return this tick's reference; `inadmissible` or `infeasible` where no m near the team, or none, is."""
         n, decided = problem.network.robots, (self._by_rows if self.compiled is None else self.compiled.next_reference)
         m, status, intervals = decided(problem, memory)
-        flooded = n * (ITEM.size + STATE.size + ITEM.size + COUNT.size) + intervals * INTERVAL.size  # bytes
+        flooded = n * (ITEM.size + self.state_bytes + ITEM.size + COUNT.size) + intervals * INTERVAL.size  # bytes
         solution = Solution(
             m=m,
             multipliers=np.zeros(problem.rows_shape),

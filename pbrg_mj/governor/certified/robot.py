@@ -13,6 +13,7 @@ import math
 import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -21,13 +22,13 @@ from pbrg_mj.governor.certified.decide import AdvanceLimit, next_reference
 from pbrg_mj.governor.certified.flood import COUNT, Flood, ItemSize
 from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer, RobotFacts
 from pbrg_mj.governor.problem.interface import Problem, StateCertificate, Status
+from pbrg_mj.governor.problem.motion import prediction_state
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.team.network import Network
 
-STATE = struct.Struct("<7d")  # p, xi, held m, heading
+STATE = "<7d"  # p, xi, held m, heading; with motors the motion behind them
 INTERVAL = struct.Struct("<5d")  # G and h, which velocity filters need too; lowest and highest G.m
 OF_STATE, OF_VERDICT = 0, 1
-SIZES = {OF_STATE: ItemSize(STATE.size), OF_VERDICT: ItemSize(0, INTERVAL.size)}
 
 LOST_ITEM_SHARE = 0.01  # share of items that a link may still lose after all repeats
 
@@ -40,6 +41,11 @@ def repeats_for(lost: float, lost_again: float) -> int:
     if lost <= LOST_ITEM_SHARE or lost_again == 1.0:
         return 1
     return 2 if lost_again == 0.0 else 1 + math.ceil(math.log(LOST_ITEM_SHARE / lost) / math.log(lost_again))
+
+
+def state_struct(model: TeamModel) -> struct.Struct:
+    """Return what a robot floods of itself: p, xi, held m, heading, and the pairs of its motion."""
+    return struct.Struct(f"{STATE}{2 * model.motion_length}d")
 
 
 def first_held(network: Network, cycle_ticks: int, facts: RobotFacts, own: OwnData) -> np.ndarray:
@@ -75,6 +81,16 @@ class CertifiedProgram:
     repeats: int  # how often every robot passes an item on: more than once where messages are lost
     farthest: float = math.inf  # that r may be from the mean of p [m]
 
+    @cached_property
+    def state(self) -> struct.Struct:
+        """What a robot floods of itself."""
+        return state_struct(self.model)
+
+    @cached_property
+    def sizes(self) -> dict[int, ItemSize]:
+        """Of both kinds of items."""
+        return {OF_STATE: ItemSize(self.state.size), OF_VERDICT: ItemSize(0, INTERVAL.size)}
+
     def start(self, facts: RobotFacts, own: OwnData) -> CertifiedMemory:
         """Return the memory before the first tick."""
         held = first_held(self.network, self.cycle_ticks, facts, own)
@@ -84,7 +100,8 @@ class CertifiedProgram:
         """Take the measurements; at a cycle's first tick, begin its flood."""
         if own.tick % self.cycle_ticks:
             return replace(memory, own=own)
-        state = STATE.pack(*own.p, *own.xi, *memory.held, own.heading)
+        motion = () if own.motion is None else own.motion.ravel()
+        state = self.state.pack(*own.p, *own.xi, *memory.held, own.heading, *motion)
         flood = Flood.begin(own.tick // self.cycle_ticks).with_item(OF_STATE, memory.facts.robot, state)
         return self._with_verdict(replace(memory, own=own, flood=flood))
 
@@ -95,7 +112,7 @@ class CertifiedProgram:
 
     def receive(self, inbox: Sequence[tuple[int, bytes]], memory: CertifiedMemory) -> CertifiedMemory:
         """Keep the items of this cycle."""
-        flood = memory.flood.received((content for _, content in inbox), SIZES)
+        flood = memory.flood.received((content for _, content in inbox), self.sizes)
         return memory if flood is memory.flood else self._with_verdict(replace(memory, flood=flood))
 
     def finish(self, memory: CertifiedMemory) -> tuple[RobotAnswer, CertifiedMemory]:
@@ -106,13 +123,18 @@ class CertifiedProgram:
         return RobotAnswer(m, memory.status), memory
 
     def _team(self, memory: CertifiedMemory) -> np.ndarray | None:
-        """Return p, xi, held m, heading of all robots (n, 7) in the cycle's first tick; None unless all are known."""
+        """Return p, xi, held m, heading and motion of all robots (n, 7 + 2 motion_length) in the cycle's first tick.
+
+        None unless all are known.
+        """
         states = memory.flood.contents(OF_STATE, memory.facts.robots)
-        return None if states is None else np.array([STATE.unpack(state) for state in states])
+        return None if states is None else np.array([self.state.unpack(state) for state in states])
 
     def _predicted(self, team: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return p, xi of the team in the cycle's last tick, and the m held till then; first the mean of p."""
+        """Return the team's state in the cycle's last tick, as for rows, and the m held till then; first the mean."""
+        motion = team[:, 7:].reshape(len(team), -1, 2) if self.model.motion_length else None
         p, xi = np.ascontiguousarray(team[:, 0:2]), np.ascontiguousarray(team[:, 2:4])
+        p, xi = prediction_state(p, xi, motion)
         leaders = np.flatnonzero(self.network.leader)
         held = team[leaders[0], 4:6].copy()
         if np.isnan(held).any():

@@ -171,7 +171,7 @@ def team_answer(problem: Problem, answers: Sequence[RobotAnswer], rounds: int, s
 
 def own_data(problem: Problem, i: int, tick: int, *, rows: bool = False) -> OwnData:
     """Return what robot i measures, its `rows` if asked for; everything is a copy that nobody else sees."""
-    spaces, heading = problem.half_spaces, problem.heading
+    spaces, heading, motion = problem.half_spaces, problem.heading, problem.motion
     if spaces is None or heading is None:
         raise ValueError("a robot's program needs half-spaces and headings in the problem")
     own = slice(i, i + 1)
@@ -185,4 +185,5 @@ def own_data(problem: Problem, i: int, tick: int, *, rows: bool = False) -> OwnD
         ),
         reference=problem.reference.copy() if problem.network.leader[i] else None,
         rows=Rows(*(array[own].copy() for array in problem.rows)) if rows else None,
+        motion=None if motion is None else motion[i].copy(),
     )

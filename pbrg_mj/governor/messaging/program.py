@@ -72,6 +72,7 @@ class OwnData(NamedTuple):
     half_spaces: HalfSpaces  # its own: arrays with a first axis of 1
     reference: np.ndarray | None  # (2,) the operator's r [m]; None unless the robot leads
     rows: Rows | None = None  # of its half-spaces, arrays with a first axis of 1; None if they depend on others' states
+    motion: np.ndarray | None = None  # (1 + d, 2) of `vehicle.motor_lag` [m]; None where it is not kept
 
 
 class RobotAnswer(NamedTuple):

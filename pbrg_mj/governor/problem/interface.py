@@ -11,6 +11,7 @@ from typing import Any, Literal, Protocol, runtime_checkable
 import numpy as np
 
 from pbrg_mj.governor.problem.lazy_rows import LazyRows, lazy_rows
+from pbrg_mj.governor.problem.motion import prediction_state
 from pbrg_mj.governor.problem.near_reference import near_references
 from pbrg_mj.governor.problem.rows import Rows, row_values
 from pbrg_mj.perception.half_spaces import HalfSpaces
@@ -48,6 +49,7 @@ class Problem:
     half_spaces: HalfSpaces | None = None  # that the rows were made of; row i is private to robot i; None: not kept
     heading: np.ndarray | None = None  # (n,) of the bodies as estimated [rad]; None: not kept
     reference_range: float = math.inf  # [m]
+    motion: np.ndarray | None = None  # (n, 1 + d, 2) of `vehicle.motor_lag`, robot by robot [m]; None: not kept
 
     def __init__(  # at once: field by field, as frozen dataclasses do it, takes five times as long, in every tick
         self,
@@ -59,6 +61,7 @@ class Problem:
         half_spaces: HalfSpaces | None = None,
         heading: np.ndarray | None = None,
         reference_range: float = math.inf,
+        motion: np.ndarray | None = None,
     ) -> None:
         """Take over the fields; `rows` may be `LazyRows`."""
         vars(self).update(
@@ -70,7 +73,13 @@ class Problem:
             half_spaces=half_spaces,
             heading=heading,
             reference_range=reference_range,
+            motion=motion,
         )
+
+    @property
+    def prediction_state(self) -> tuple[np.ndarray, np.ndarray]:
+        """What predictions start from: y (n, 2) and the rest of the state (N - n, 2) [m], without motion p and xi."""
+        return prediction_state(self.p, self.xi, self.motion)
 
     @property
     def rows_given(self) -> Rows | LazyRows:

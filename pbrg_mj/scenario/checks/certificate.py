@@ -18,6 +18,7 @@ def certificate(scenario: Scenario) -> Iterator[Diagnostic]:
     governor = scenario.governor
     yield from _program(scenario)
     yield from _proximal(scenario)
+    yield from _motors(scenario)
     if governor.kind in CERTIFIED:
         yield from _certified(scenario)
     elif governor.kind == "cbf":
@@ -55,6 +56,30 @@ def _proximal(scenario: Scenario) -> Iterator[Diagnostic]:
             path,
             "is proximal with waves, or with messages that are late or lost; allowed: with `network.exchange: plain` "
             "without delay, jitter, loss and outages",
+        )
+
+
+def _motors(scenario: Scenario) -> Iterator[Diagnostic]:
+    """Yield where nothing is predicted behind motors, or there are none."""
+    governor, path = scenario.governor, ("governor", "predicted_motion")
+    if governor.predicted_motion == "kinematic":
+        return
+    if scenario.plant != "physics":
+        yield Diagnostic(path, f"is motors with `plant: {scenario.plant}`; allowed: kinematic, or `plant: physics`")
+    if scenario.drive.kind != "voltage":
+        yield Diagnostic(
+            path,
+            f"is motors with `drive.kind: {scenario.drive.kind}`, which follows within a tick or two; allowed: "
+            "kinematic, or `drive.kind: voltage`",
+        )
+    flooding = governor.kind == "certified" and governor.optimizer == "flooding"
+    if governor.certificate != "predictive" or not (flooding or governor.kind == "centralized"):
+        optimizer = f", `optimizer: {governor.optimizer}`" if governor.kind == "certified" else ""
+        yield Diagnostic(
+            path,
+            f"is motors with `kind: {governor.kind}`{optimizer} and `certificate: {governor.certificate}`; allowed: "
+            "kinematic, or `certificate: predictive` with `kind: certified` and `optimizer: flooding`, or with `kind: "
+            "centralized`",
         )
 
 

@@ -111,6 +111,12 @@ class Governor(Section):
         "0.01 in "
         "physics, 0 in the ideal plant",
     )
+    predicted_motion: Literal["kinematic", "motors"] = Field(
+        default="kinematic",
+        description="`certificate: predictive`: how the team is predicted: kinematic, velocities are those commanded; "
+        "motors (physics; `kind: certified` by flooding, or centralized), behind the motors' lag and the mean delay of "
+        "poses and commands",
+    )
     speed_rows: bool = Field(
         default=True,
         description="`kind: certified` in physics: references advance only as fast as the wheels can follow over the "

@@ -72,8 +72,8 @@ def delete_stale(points, scan, beams, pose, parameters):
       the point on its face, stops the beams on one side of it, however often those on the other go past its edge. A
       beam without an echo passes nothing: silence is unknown, not free.
     - A point older than the recent scans at a place where there is an echo again is taken over by that echo.
-    - A point that is hidden, or farther than the beams reach, stays until `memory` is over. One nearer than the shortest
-      range that beams tell stays until the robot has gone away: no scan can show that it is gone.
+    - A point that is hidden, or farther than the beams reach, stays until `memory` is over.
+    - One nearer than the shortest range that beams tell stays until the robot has gone away: no scan shows it gone.
     """
     ranges, directions = beams
     even, (xs, ys, ahead) = layout(parameters), _in_body_frame(points, pose, parameters)

@@ -5,7 +5,7 @@ import pytest
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.video.camera import camera_path, perspective_camera, top_camera
-from pbrg_mj.video.framing import Room, above, nearest_eye
+from pbrg_mj.video.framing import Viewport, nearest_eye, top_view
 from pbrg_mj.video.playback import motion_of
 from pbrg_mj.video.settings import (
     LAYERS,
@@ -126,7 +126,7 @@ def test_a_wall_that_held_a_robot_is_in_the_picture(camera):
 
 def test_the_nearest_eye_sees_all_points_and_some_on_two_opposite_edges():
     points = np.random.default_rng(1).uniform(-1, 1, (30, 3))
-    free, size = Room(200.0, 20.0, 630.0, 330.0), (640, 360)
+    free, size = Viewport(200.0, 20.0, 630.0, 330.0), (640, 360)
     eye = nearest_eye(points, np.eye(3)[[0, 2, 1]], 0.5, size, free)  # looks along y, with z up
     pixels = perspective_camera(eye, eye + np.array([0.0, 1.0, 0.0]), 0.5, 50.0, 0.1).project(points, size)
     low, high = pixels.min(axis=0), pixels.max(axis=0)
@@ -137,7 +137,7 @@ def test_the_nearest_eye_sees_all_points_and_some_on_two_opposite_edges():
 
 def test_from_above_the_area_fills_the_free_part_of_the_picture():
     points = np.array([[0.0, 0.0], [4.0, 1.0]])
-    centre, half = above(points, (640, 360), Room(200.0, 20.0, 600.0, 320.0))
+    centre, half = top_view(points, (640, 360), Viewport(200.0, 20.0, 600.0, 320.0))
     pixels = top_camera(centre, half, 0.1).project(np.column_stack([points, np.zeros(2)]), (640, 360))
     np.testing.assert_allclose(pixels, [[200.0, 220.0], [600.0, 120.0]], atol=1e-9)
 

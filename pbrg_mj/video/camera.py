@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from pbrg_mj.video.framing import above, followed, framed_points, nearest_eye, room, upright
+from pbrg_mj.video.framing import follow_bounds, framed_points, nearest_eye, top_view, viewport, with_heights
 from pbrg_mj.video.playback import Motion, between, held, smoothed
 from pbrg_mj.video.settings import ROBOT_CAMERA, RenderTask
 
@@ -87,14 +87,14 @@ def camera_path(task: RenderTask, motion: Motion) -> CameraPath:
 
 
 def _top(task: RenderTask) -> Camera:
-    centre, half = above(framed_points(task.run), task.size, room(task))
+    centre, half = top_view(framed_points(task.run), task.size, viewport(task))
     return top_camera(centre, half, mark=0.02 * half)
 
 
 def _chase(task: RenderTask) -> CameraPath:
     """From behind the team as it starts off, at a steady bearing, as near as all that is framed allows."""
-    run, free = task.run, room(task)
-    points, time, (low, high) = framed_points(run), run.ticks.time, followed(run)
+    run, free = task.run, viewport(task)
+    points, time, (low, high) = framed_points(run), run.ticks.time, follow_bounds(run)
     direction = run.ticks.reference[-1] - held(run.ticks.m)[0].mean(axis=0)
     direction = direction / np.linalg.norm(direction) if np.linalg.norm(direction) > 0.1 else np.array([0.0, 1.0])
     forward = np.array([*(np.cos(CHASE_ELEVATION) * direction), -np.sin(CHASE_ELEVATION)])
@@ -102,7 +102,7 @@ def _chase(task: RenderTask) -> CameraPath:
     axes = np.array([right, np.cross(right, forward), forward])
 
     def at(now: float) -> Camera:
-        framed = upright(run, np.clip(points, between(time, low, now), between(time, high, now)))
+        framed = with_heights(run, np.clip(points, between(time, low, now), between(time, high, now)))
         eye = nearest_eye(framed, axes, CHASE_HALF_HEIGHT, task.size, free)
         distance = float((framed.mean(axis=0) - eye) @ forward)
         return perspective_camera(eye, eye + forward, CHASE_HALF_HEIGHT, 30 * distance, mark=CHASE_MARK * distance)

@@ -25,7 +25,7 @@ WIDEST = 0.4  # of the picture's width, the column of words
 RIM = 0.02  # of the picture's height, left free all round
 
 
-class Room(NamedTuple):
+class Viewport(NamedTuple):
     """The part of a picture that things are framed in [pixels], right and down from the upper left corner."""
 
     left: float
@@ -40,11 +40,11 @@ def font_scale(height: int) -> int:
     return int(np.clip(wanted, SMALLEST_FONT, LARGEST_FONT))
 
 
-def room(task: RenderTask) -> Room:
+def viewport(task: RenderTask) -> Viewport:
     """Return what the words leave of the picture: all but a column at the left; all of it where there is no column."""
     (width, height), rim = task.size, RIM * task.size[1]
     column = _column(task) if "text" in task.layers else 0.0
-    return Room(column + rim, rim, width - rim, height - rim)
+    return Viewport(column + rim, rim, width - rim, height - rim)
 
 
 def _column(task: RenderTask) -> float:
@@ -62,7 +62,7 @@ def framed_points(run: Run) -> np.ndarray:
     return np.vstack([*(shown + BORDER * corner for corner in CORNERS), middle + LEAST / 2 * CORNERS])
 
 
-def followed(run: Run) -> tuple[np.ndarray, np.ndarray]:
+def follow_bounds(run: Run) -> tuple[np.ndarray, np.ndarray]:
     """Return the corners (T, 2), (T, 2) [m] of what a camera that follows the team looks at: LOOK past it and r."""
     ticks, start = run.ticks, np.mean(run.scenario.team.start, axis=0)
     points = held(np.concatenate([ticks.hand_true, ticks.m, ticks.reference[:, None]], axis=1))
@@ -71,7 +71,7 @@ def followed(run: Run) -> tuple[np.ndarray, np.ndarray]:
     return smoothed(points.min(axis=1) - LOOK, window), smoothed(points.max(axis=1) + LOOK, window)
 
 
-def upright(run: Run, points: np.ndarray) -> np.ndarray:
+def with_heights(run: Run, points: np.ndarray) -> np.ndarray:
     """Return points (k, 2) [m] on the floor and at the height of the highest thing's upper edge, (2 k, 3)."""
     world = run.scenario.world
     things = (*world.walls, *world.boxes, *world.columns, *world.prisms, *world.moving_boxes)
@@ -80,7 +80,7 @@ def upright(run: Run, points: np.ndarray) -> np.ndarray:
 
 
 def nearest_eye(
-    points: np.ndarray, axes: np.ndarray, half_height: float, size: tuple[int, int], free: Room
+    points: np.ndarray, axes: np.ndarray, half_height: float, size: tuple[int, int], free: Viewport
 ) -> np.ndarray:
     """Return the eye (3,) nearest to points (k, 3) [m] that sees them all in the free part of a perspective picture.
 
@@ -99,7 +99,7 @@ def nearest_eye(
     return eye @ axes[:2] + distance * axes[2]
 
 
-def above(points: np.ndarray, size: tuple[int, int], free: Room) -> tuple[np.ndarray, float]:
+def top_view(points: np.ndarray, size: tuple[int, int], free: Viewport) -> tuple[np.ndarray, float]:
     """Return the point (2,) [m] under the middle of a picture from above of points (k, 2), and half its height [m]."""
     low, high = points.min(axis=0), points.max(axis=0)
     sides = np.array([free.right - free.left, free.bottom - free.top])

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import pbrg_mj as pbrg
+from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.perception.points.beams import SeenBeams
 from pbrg_mj.perception.points.detect import add_scan
 from pbrg_mj.perception.points.estimator import PointEstimator
@@ -122,18 +124,12 @@ def test_a_line_of_what_is_hardly_bent_or_slow_is_not_behind_it(speed: float, be
     assert np.count_nonzero(np.array(ahead) > 0.01) <= 1
 
 
-def test_the_line_of_a_face_does_not_close_the_way_past_its_end():
-    """The path passes 0.3 m beside the end of a wall that stands across it."""
-    wall = Scene(((0.6, 0.3, 0.6, 3.0),))
-    made, given = estimator()
-    memory = made.init()
-    for frame in range(8):
-        readings = scan(given, wall, np.zeros((1, 3)), frame)
-        known, memory = made.step_towards(readings, frame * PERIOD, memory, np.array([[2.0, 0.0]]))
-    G, h = rows(known)
-    assert len(G)
-    assert np.all(h > G @ [2.0, 0.0])
-    assert np.all(h < G @ [0.6, 0.3])
+def test_the_line_of_a_post_s_front_does_not_close_the_doorway():
+    """In this world a team stood before the doorway for ever when half-spaces had the line's normal there."""
+    scenario = pbrg.load("families/doorway", {"set_up": "recommended"}, seed=120111, duration=16.0).settings
+    *_, last = Simulation.build(scenario).control_ticks()
+    places = np.array(scenario.operator.reference) + np.array(scenario.team.formation)
+    assert np.max(np.linalg.norm(last.hand_world - places, axis=1)) < 0.3
 
 
 def known_at(scene: Scene, preset: str, frames: int, seed: int = 0, pose: np.ndarray | None = None):

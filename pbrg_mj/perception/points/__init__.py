@@ -6,11 +6,15 @@ deskew          a scan that takes time, as if taken at once
 memory          points over time: seen again, hidden, passed by beams, forgotten
 corner_bound    how far a corner between two beams may stick out
 confirm         which points of recent scans confirm a lone echo
+unexpected      which echoes are where the scan before saw nothing
 detect          one scan to points in the world; a lone echo waits until a second confirms it
 known_free      the edge of what a scan shows to be free
 obstacle_points both: where hand points must keep away, and the path to the target as far as it is free
 hull            the distance of the hull of points from a segment (GJK)
+fitted_line     the line through the places of a face
+lines           straight faces at rest, and which places and echoes are theirs
 face            the places of one face, its normal and its half-space
+straight_face   whether a face is straight and at rest, and how well its line is known
 separate        half-spaces between the path and all places
 range_flow      what a scan, compared with an older one, tells of velocities
 older_line      the line of a face in the older scan
@@ -27,8 +31,12 @@ Kernels name their arrays alike, of one robot:
     path (4,)                         x, y of both ends, from the hand point on [m]
     normal (gx, gy), n (nx, ny)       unit vectors in the world
     G (K, 2), h (K,), active (K,), nearest (K, 2)   half-spaces, and the place of each that is nearest to the path [m]
+    half_space (normal, nearest, h)   one of them; here nearest is where the hand point is at its nearest place [m]
+    lines (K, 7), line                the straight faces of half-spaces, and one of them, a `Line`
+    expected (beams,)                 what echoes are by the scan before, `unexpected_echoes`
     echoes, beams, pose, parameters   `Echoes`, `SeenBeams`, `ScanPose`, `PointParameters`
     measured (flows, count)           the `RangeFlow` of a scan, and how many entries it has
     chosen (F,), others (F,), beside (flows, chosen)   numbers of some of its entries; the flows with these
+    weighted (3, size)                s, y [m] and weight of the places of a face, of `fitted_line`
     places, window                    `ObstaclePoints`, and a second one for those of one face
 """

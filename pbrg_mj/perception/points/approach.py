@@ -40,7 +40,7 @@ def move_half_spaces(seen, motion, pose, parameters, half_spaces, closing):
     echoes and its beams; `motion` past (lag, beams) of PAST_ECHO, past_poses (lag,) of PAST_POSE and tracks (T,);
     `half_spaces` those of `separate`. The scan is stored in `past`.
     """
-    (echoes, beams), (past, past_poses, tracks), (G, h, active, near, lines) = seen, motion, half_spaces
+    (echoes, beams), (past, past_poses, tracks), (G, h, active, nearest, lines) = seen, motion, half_spaces
     oldest = 0
     for i in range(len(past_poses)):
         if not past_poses[i]["known"] or (
@@ -53,7 +53,7 @@ def move_half_spaces(seen, motion, pose, parameters, half_spaces, closing):
     for k in range(len(h)):
         closing[k] = 0.0
         if active[k]:
-            half_space = (G[k, 0], G[k, 1]), h[k] + parameters.clearance, (near[k, 0], near[k, 1])
+            half_space = (G[k, 0], G[k, 1]), h[k] + parameters.clearance, (nearest[k, 0], nearest[k, 1])
             faces = tracks, line_at(lines, k).found
             closing[k], lead = _approach(echoes, faces, half_space, (flows, count), pose.time, parameters.reaction)
             h[k] -= lead

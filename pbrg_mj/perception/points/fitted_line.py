@@ -16,7 +16,7 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.parameters import LEAST_JOINING
 
 LEAST_PLACES = 12  # that make a line
-OFF_LINE = 25.0  # squared standard deviations: of 10^4 faces that are straight fewer than one seems bent
+OFF_LINE = 25.0  # squared standard deviations: one of 200 places is off so far by chance once in 10^4 scans
 BENT = 4.0 * OFF_LINE  # ahead of the first line, whose normal is not that of the places yet
 TURNS = 2  # of the normal: the second leaves out what is behind the line without what the first left out
 SAME_PLACE = 0.02  # [m] besides the noise of ranges, as far as two echoes of one thing are apart
@@ -35,51 +35,51 @@ class Fit(NamedTuple):
 
 @kernel
 def fitted_line(window, size, normal, parameters):
-    """Return (found, normal, places, fit) of a face whose normal is about the unit vector given.
+    """Return (found, normal, weighted, fit) of a face whose normal is about the unit vector given.
 
-    `places` (3, size) are s, y [m] and weight [1/m^2] of the face's places in `window`, 0 of those that are left out.
+    `weighted` (3, size) are s, y [m] and weight [1/m^2] of the face's places in `window`, 0 of those that are left out.
     Not found is a line of fewer than `LEAST_PLACES`, and one that a place is far ahead of.
     """
-    places, (gx, gy) = np.empty((3, size)), normal
-    none = False, normal, places, Fit(0.0, 0.0, 0.0, 0.0, 0.0)
-    if size < LEAST_PLACES or not _write_places(window, normal, places):
+    weighted, (gx, gy) = np.empty((3, size)), normal
+    none = False, normal, weighted, Fit(0.0, 0.0, 0.0, 0.0, 0.0)
+    if size < LEAST_PLACES or not _write_places(window, normal, weighted):
         return none
     for turn in range(TURNS):
-        ahead = _leave_out_behind(places)
+        ahead = _leave_out_behind(weighted)
         if parameters.outliers:
-            _leave_out_outliers(window, (gx, gy), places)
+            _leave_out_outliers(window, (gx, gy), weighted)
         elif turn == 0 and ahead > BENT:
             return none
-        if (places[2] > 0.0).sum() < LEAST_PLACES:
+        if (weighted[2] > 0.0).sum() < LEAST_PLACES:
             return none
-        slope = _fit(places).slope
+        slope = _fit(weighted).slope
         length = math.sqrt(1.0 + slope * slope)
         gx, gy = (gx + slope * gy) / length, (gy - slope * gx) / length
-        _turn(window, (gx, gy), places)
-    return True, (gx, gy), places, _fit(places)
+        _turn(window, (gx, gy), weighted)
+    return True, (gx, gy), weighted, _fit(weighted)
 
 
 @kernel
-def _write_places(window, normal, places):
-    """Write s, y and weight of the places of a window to `places` (3, size); tell whether all are echoes."""
-    for i in range(places.shape[1]):
+def _write_places(window, normal, weighted):
+    """Write s, y and weight of the places of a window to `weighted` (3, size); tell whether all are echoes."""
+    for i in range(weighted.shape[1]):
         if window.point[i] < 0:
             return False
-        places[2, i] = 1.0
-    _turn(window, normal, places)
+        weighted[2, i] = 1.0
+    _turn(window, normal, weighted)
     return True
 
 
 @kernel
-def _turn(window, normal, places):
+def _turn(window, normal, weighted):
     """Write the places again, with another normal; those without weight stay without."""
     (gx, gy), x0, y0 = normal, window.x[0], window.y[0]
-    for i in range(places.shape[1]):
+    for i in range(weighted.shape[1]):
         point = window.memory[window.point[i]]
         x, y = window.x[i] - x0, window.y[i] - y0
-        places[0, i], places[1, i] = gx * y - gy * x, gx * x + gy * y
+        weighted[0, i], weighted[1, i] = gx * y - gy * x, gx * x + gy * y
         variance = range_variance(window.std[i], point, normal) + pose_variance(point, normal)
-        places[2, i] = 1.0 / max(variance, EXACT * EXACT) if places[2, i] > 0.0 else 0.0
+        weighted[2, i] = 1.0 / max(variance, EXACT * EXACT) if weighted[2, i] > 0.0 else 0.0
 
 
 @kernel
@@ -96,27 +96,27 @@ def pose_variance(point, normal):
 
 
 @kernel
-def _leave_out_behind(places):
+def _leave_out_behind(weighted):
     """Take the weight of places behind the line of all; return the most squared deviations that one is ahead of it."""
-    fit, most = _fit(places), 0.0
-    for i in range(places.shape[1]):
-        off = places[1, i] - fit.mean - fit.slope * (places[0, i] - fit.middle)
-        deviations = off * off * places[2, i]
+    fit, most = _fit(weighted), 0.0
+    for i in range(weighted.shape[1]):
+        off = weighted[1, i] - fit.mean - fit.slope * (weighted[0, i] - fit.middle)
+        deviations = off * off * weighted[2, i]
         if off > 0.0 and deviations > OFF_LINE:
-            places[2, i] = 0.0
+            weighted[2, i] = 0.0
         elif off < 0.0:
             most = max(most, deviations)
     return most
 
 
 @kernel
-def _leave_out_outliers(window, normal, places):
+def _leave_out_outliers(window, normal, weighted):
     """Take the weight of lone places ahead of the line of all."""
-    fit = _fit(places)
-    for i in range(places.shape[1]):
-        off = places[1, i] - fit.mean - fit.slope * (places[0, i] - fit.middle)
-        if off < 0.0 and off * off * places[2, i] > OFF_LINE and not _has_company(window, normal, i, -off):
-            places[2, i] = 0.0
+    fit = _fit(weighted)
+    for i in range(weighted.shape[1]):
+        off = weighted[1, i] - fit.mean - fit.slope * (weighted[0, i] - fit.middle)
+        if off < 0.0 and off * off * weighted[2, i] > OFF_LINE and not _has_company(window, normal, i, -off):
+            weighted[2, i] = 0.0
 
 
 @kernel
@@ -137,16 +137,16 @@ def _has_company(window, normal, i, ahead):
 
 
 @kernel
-def _fit(places):
+def _fit(weighted):
     """Return the `Fit` of places (3, size)."""
     weight, middle, mean, spread, slope = 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(places.shape[1]):
-        weight += places[2, i]
-        middle += places[2, i] * places[0, i]
-        mean += places[2, i] * places[1, i]
+    for i in range(weighted.shape[1]):
+        weight += weighted[2, i]
+        middle += weighted[2, i] * weighted[0, i]
+        mean += weighted[2, i] * weighted[1, i]
     middle, mean = middle / weight, mean / weight
-    for i in range(places.shape[1]):
-        aside = places[2, i] * (places[0, i] - middle)
-        spread += aside * (places[0, i] - middle)
-        slope += aside * places[1, i]
+    for i in range(weighted.shape[1]):
+        aside = weighted[2, i] * (weighted[0, i] - middle)
+        spread += aside * (weighted[0, i] - middle)
+        slope += aside * weighted[1, i]
     return Fit(weight, middle, spread, mean, slope / spread if spread > 0.0 else 0.0)

@@ -63,8 +63,8 @@ class RangeFlow(NamedTuple):
 def range_flow(seen, told, before, pose, parameters):
     """Return the `RangeFlow` of a scan's near echoes against an older one, and how many entries it has.
 
-    `seen` are `Echoes` and ranges (beams,) [m], `told` (beams,) their `free_ends` and which of them are known to rest,
-    `before` past (beams,) of PAST_ECHO and past_pose, a PAST_POSE record.
+    `seen` are `Echoes` and ranges (beams,) [m], `told` are ends (beams,), their `free_ends`, and resting
+    (beams,), whether they are known to rest, `before` past (beams,) of PAST_ECHO and past_pose, a PAST_POSE record.
     """
     (echoes, ranges), (ends, resting), (past, past_pose) = seen, told, before
     most, elapsed = 2 * len(ranges), pose.time - past_pose["time"]

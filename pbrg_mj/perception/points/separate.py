@@ -110,7 +110,7 @@ def _write(face, normal_and_nearest, before, half_spaces, parameters):
 
     `face` (window, size, path); `normal_and_nearest` are its normal (2,) and its nearest_place (2,) [m]; `before` are
     the normals of the scan before, old (K, 2), was_active (K,) and taken (K,) bool, whether a slot has a half-space of
-    this scan; `half_spaces` those of `separate`.
+    this scan; `half_spaces` those of `separate`, where nearest_places (K, 2) is nearest.
     """
     G, h, _, nearest_places, lines = half_spaces
     (normal, nearest_place), (old, was_active, taken) = normal_and_nearest, before

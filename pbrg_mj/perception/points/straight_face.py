@@ -37,24 +37,24 @@ def straight_face(face, about, parameters):
     nothing = Line(False, about[0], about[1], 0.0, 0.0, 0.0, 0.0)
     if parameters.half_cone > 0.0:  # which do not tell where in their view a thing is
         return nothing
-    found, normal, places, fit = fitted_line(window, size, about, parameters)
+    found, normal, weighted, fit = fitted_line(window, size, about, parameters)
     if not found or _passes_beside(face, normal, about, fit):
         return nothing
-    left = places[2] > 0.0
-    low, high = places[0][left].min(), places[0][left].max()
+    left = weighted[2] > 0.0
+    low, high = weighted[0][left].min(), weighted[0][left].max()
     if high - low < LEAST_LENGTH:
         return nothing
-    shares, pose_var = _shares(window, places, (low, high)), _pose_variance(window, normal, places, fit)
-    if not _is_straight(places, fit, (low, high), (shares, pose_var)):
+    shares, pose_var = _shares(window, weighted, (low, high)), _pose_variance(window, normal, weighted, fit)
+    if not _is_straight(weighted, fit, (low, high), (shares, pose_var)):
         return nothing
-    approach = _approach(window, places, fit, pose_var)
+    approach = _approach(window, weighted, fit, pose_var)
     if approach < 0.0:
         return nothing
     for i in range(size):
-        if places[2, i] == 0.0 and places[1, i] < fit.mean:
+        if weighted[2, i] == 0.0 and weighted[1, i] < fit.mean:
             window.memory[window.point[i]]["binds"] = False
     pose_var *= ((shares.sum(axis=0) / fit.weight) ** 2).sum()
-    (bulge, bulge_std), (gx, gy), x0, y0 = _bulge(places, fit, (low, high)), normal, window.x[0], window.y[0]
+    (bulge, bulge_std), (gx, gy), x0, y0 = _bulge(weighted, fit, (low, high)), normal, window.x[0], window.y[0]
     variance = _variance_beside(path, (normal, x0, y0), fit, (low, high)) + pose_var + bulge_std**2
     offset, along = gx * x0 + gy * y0 + fit.mean - bulge - approach, gx * y0 - gy * x0
     return Line(True, gx, gy, offset, math.sqrt(variance), along + low, along + high)
@@ -84,39 +84,39 @@ def _variance_beside(path, frame, fit, ends):
 
 
 @kernel
-def _pose_variance(window, normal, places, fit):
+def _pose_variance(window, normal, weighted, fit):
     """Return the variance along the normal that its pose adds to a place, the mean of all places [m^2]."""
     variance = 0.0
-    for i in range(places.shape[1]):
-        variance += places[2, i] / fit.weight * pose_variance(window.memory[window.point[i]], normal)
+    for i in range(weighted.shape[1]):
+        variance += weighted[2, i] / fit.weight * pose_variance(window.memory[window.point[i]], normal)
     return variance
 
 
 @kernel
-def _shares(window, places, ends):
+def _shares(window, weighted, ends):
     """Return the weight of each part of a face that is of each scan, (PARTS, SCANS)."""
     shares, ratio = np.zeros((PARTS, SCANS)), PARTS / (ends[1] - ends[0])
-    for i in range(places.shape[1]):
-        if places[2, i] > 0.0:
+    for i in range(weighted.shape[1]):
+        if weighted[2, i] > 0.0:
             scan = window.memory[window.point[i]]["scan"] % SCANS
-            shares[min(int((places[0, i] - ends[0]) * ratio), PARTS - 1), scan] += places[2, i]
+            shares[min(int((weighted[0, i] - ends[0]) * ratio), PARTS - 1), scan] += weighted[2, i]
     return shares
 
 
 @kernel
-def _approach(window, places, fit, pose_var):
+def _approach(window, weighted, fit, pose_var):
     """Return how much nearer a face surely is now than in the mean of its scans [m]; -1 if it may not be at rest."""
     newest = 0
-    for i in range(places.shape[1]):
-        if places[2, i] > 0.0:
+    for i in range(weighted.shape[1]):
+        if weighted[2, i] > 0.0:
             newest = max(newest, window.memory[window.point[i]]["scan"])
     weight, off, time, now = np.zeros(SCANS), np.zeros(SCANS), np.zeros(SCANS), 0.0
-    for i in range(places.shape[1]):
+    for i in range(weighted.shape[1]):
         point = window.memory[window.point[i]]
-        if newest - point["scan"] < SCANS and places[2, i] > 0.0:
+        if newest - point["scan"] < SCANS and weighted[2, i] > 0.0:
             k = point["scan"] % SCANS
-            weight[k], time[k] = weight[k] + places[2, i], point["time"]
-            off[k] += places[2, i] * (places[1, i] - fit.mean)
+            weight[k], time[k] = weight[k] + weighted[2, i], point["time"]
+            off[k] += weighted[2, i] * (weighted[1, i] - fit.mean)
             now = max(now, point["time"])
     total, middle, spread, drift = 0.0, 0.0, 0.0, 0.0
     for k in range(SCANS):
@@ -137,19 +137,20 @@ def _approach(window, places, fit, pose_var):
 
 
 @kernel
-def _is_straight(places, fit, ends, noise):
+def _is_straight(weighted, fit, ends, noise):
     """Tell whether no place and no part of a face is off its line.
 
-    `noise` are the `_shares` and the `_pose_variance`: places of one scan are off by the error of the same pose.
+    `noise` are shares (PARTS, SCANS) and pose_var, of `_shares` and `_pose_variance`: places of one scan are off by the
+    error of the same pose.
     """
     shares, pose_var = noise
     off, ratio = np.zeros(PARTS), PARTS / (ends[1] - ends[0])
-    for i in range(places.shape[1]):
-        y = places[1, i] - fit.mean
-        if y * y * places[2, i] > OFF_LINE:
+    for i in range(weighted.shape[1]):
+        y = weighted[1, i] - fit.mean
+        if y * y * weighted[2, i] > OFF_LINE:
             return False
-        if places[2, i] > 0.0:
-            off[min(int((places[0, i] - ends[0]) * ratio), PARTS - 1)] += places[2, i] * y
+        if weighted[2, i] > 0.0:
+            off[min(int((weighted[0, i] - ends[0]) * ratio), PARTS - 1)] += weighted[2, i] * y
     for part in range(PARTS):
         weight, squared = shares[part].sum(), (shares[part] ** 2).sum()
         if off[part] ** 2 > OFF_LINE * (weight + pose_var * squared):
@@ -158,20 +159,20 @@ def _is_straight(places, fit, ends, noise):
 
 
 @kernel
-def _bulge(places, fit, ends):
+def _bulge(weighted, fit, ends):
     """Return how far the quadratic through a face surely comes nearer than its line, and the deviation of that [m]."""
     second, third, fourth = fit.spread / fit.weight, 0.0, 0.0
-    for i in range(places.shape[1]):
-        s = places[0, i] - fit.middle
-        third += places[2, i] * s**3
-        fourth += places[2, i] * s**4
+    for i in range(weighted.shape[1]):
+        s = weighted[0, i] - fit.middle
+        third += weighted[2, i] * s**3
+        fourth += weighted[2, i] * s**4
     skew = third / fit.spread
     square, product = fourth - skew * third - second * fit.spread, 0.0
     if not square > 0.0:
         return 0.0, 0.0
-    for i in range(places.shape[1]):
-        s = places[0, i] - fit.middle
-        product += places[2, i] * places[1, i] * (s * s - skew * s - second)
+    for i in range(weighted.shape[1]):
+        s = weighted[0, i] - fit.middle
+        product += weighted[2, i] * weighted[1, i] * (s * s - skew * s - second)
     bend, std, (low, high) = product / square, math.sqrt(1.0 / square), (ends[0] - fit.middle, ends[1] - fit.middle)
     reach = second + 0.25 * skew * skew  # of a convex face, whose middle is nearest; of a hollow one the ends are
     if bend < 0.0:

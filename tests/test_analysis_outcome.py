@@ -56,6 +56,16 @@ def test_rest_speed_is_the_border_between_stuck_and_closing_in():
     assert found.reason == "at 2.1 mm/s, there at 452.4 s at this speed"
 
 
+def test_the_way_to_where_a_team_rests_is_no_hunting():
+    """It comes 2 m nearer in the first 3 s of the 10 s, and then rests 1 m off, or moves to and fro by 8 mm."""
+    way = still(-1.0)
+    way[:6, 0] = np.linspace(-3.0, -1.0, 6)
+    assert outcome(run(ticks=hands(scenario(), way))).reason == "1 m short"
+    way[10:, 1] = np.where(np.arange(11) % 2, 0.004, -0.004)
+    way[10, 1] = way[-1, 1] = 0.0
+    assert outcome(run(ticks=hands(scenario(), way))).reason.startswith("1 m short, hunting within 4")
+
+
 @pytest.mark.parametrize(
     ("limit", "expected"),
     [(0.3, "extrapolated to level off 0.3 m short"), (0.0, "extrapolated to arrive at 29.96 s")],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal
 
@@ -15,7 +15,7 @@ from pbrg_mj.analysis.metrics.contacts import FIELDS, Kind, contact_flags, conta
 from pbrg_mj.analysis.metrics.margins import obstructed, static_margin
 from pbrg_mj.analysis.metrics.per_tick import per_tick, state_size
 from pbrg_mj.analysis.metrics.settling import CLOCK_ROUNDING, formation_errors
-from pbrg_mj.analysis.metrics.trend import Direction, Trend, trend
+from pbrg_mj.analysis.metrics.trend import Direction, Trend, extent_of, trend
 from pbrg_mj.log.read.run import Run
 from pbrg_mj.text import format_significant
 
@@ -149,6 +149,8 @@ def _ended(run: Run) -> Outcome:
     found = trend(time[seen], run.ticks.hand_true[seen], distance, rules.rest_speed, rules.tolerance)
     at_rest = np.all(net_speed(run.ticks.hand_true[recent], time[recent]) < rules.rest_speed)
     word = "stuck" if at_rest else WORDS[found.direction]
+    if at_rest and found.extent > rules.tolerance:  # of the way to where it rests
+        found = replace(found, extent=extent_of(run.ticks.hand_true[recent]))
     text = _trend_text(word, found, float(distance[-1]))
     if found.arrival <= time[-1]:
         text = f"there for less than {rules.rest_time:g} s"

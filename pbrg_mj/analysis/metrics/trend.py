@@ -36,6 +36,11 @@ class Trend:
     extent: float  # largest distance of a robot from its mean place [m]
 
 
+def extent_of(place: np.ndarray) -> float:
+    """Return the largest distance of a robot from its mean place [m]; `place` (W, n, 2) [m]."""
+    return float(np.linalg.norm(place - place.mean(axis=0), axis=-1).max())
+
+
 def trend(time: np.ndarray, place: np.ndarray, distance: np.ndarray, speed: float, tolerance: float) -> Trend:
     """Return the trend over a window of ticks at `time` (W,) [s], three or more.
 
@@ -47,7 +52,7 @@ def trend(time: np.ndarray, place: np.ndarray, distance: np.ndarray, speed: floa
     first, middle, last = distance[-3 * count :].reshape(3, count)
     step, least = time[-1] - time[-1 - count], speed * (time[-1] - time[-1 - count])
     late = float(np.median(middle) - np.median(last))
-    extent = float(np.linalg.norm(place - place.mean(axis=0), axis=-1).max())
+    extent = extent_of(place)
     rate = -_slope(time[-count:], last)
     limit = arrival = math.nan
     if first.min() - last.max() >= least and late >= least:

@@ -44,19 +44,23 @@ def fitted_line(window, size, normal, parameters):
     none = False, normal, weighted, Fit(0.0, 0.0, 0.0, 0.0, 0.0)
     if size < LEAST_PLACES or not _write_places(window, normal, weighted):
         return none
+    fit = _fit(weighted)
     for turn in range(TURNS):
-        ahead = _leave_out_behind(weighted)
+        left_out, ahead = _leave_out_behind(weighted, fit)
+        if left_out > 0:
+            fit = _fit(weighted)
         if parameters.outliers:
-            _leave_out_outliers(window, (gx, gy), weighted)
+            outliers = _leave_out_outliers(window, (gx, gy), weighted, fit)
+            fit = _fit(weighted) if outliers > 0 else fit
         elif turn == 0 and ahead > BENT:
             return none
         if (weighted[2] > 0.0).sum() < LEAST_PLACES:
             return none
-        slope = _fit(weighted).slope
-        length = math.sqrt(1.0 + slope * slope)
-        gx, gy = (gx + slope * gy) / length, (gy - slope * gx) / length
+        length = math.sqrt(1.0 + fit.slope * fit.slope)
+        gx, gy = (gx + fit.slope * gy) / length, (gy - fit.slope * gx) / length
         _turn(window, (gx, gy), weighted)
-    return True, (gx, gy), weighted, _fit(weighted)
+        fit = _fit(weighted)
+    return True, (gx, gy), weighted, fit
 
 
 @kernel
@@ -96,27 +100,31 @@ def pose_variance(point, normal):
 
 
 @kernel
-def _leave_out_behind(weighted):
-    """Take the weight of places behind the line of all; return the most squared deviations that one is ahead of it."""
-    fit, most = _fit(weighted), 0.0
+def _leave_out_behind(weighted, fit):
+    """Take the weight of places behind the line of all.
+
+    Returns how many there are, and the most squared deviations that another place is ahead of the line.
+    """
+    count, most = 0, 0.0
     for i in range(weighted.shape[1]):
         off = weighted[1, i] - fit.mean - fit.slope * (weighted[0, i] - fit.middle)
         deviations = off * off * weighted[2, i]
         if off > 0.0 and deviations > OFF_LINE:
-            weighted[2, i] = 0.0
+            weighted[2, i], count = 0.0, count + 1
         elif off < 0.0:
             most = max(most, deviations)
-    return most
+    return count, most
 
 
 @kernel
-def _leave_out_outliers(window, normal, weighted):
-    """Take the weight of lone places ahead of the line of all."""
-    fit = _fit(weighted)
+def _leave_out_outliers(window, normal, weighted, fit):
+    """Take the weight of lone places ahead of the line of all; return how many there are."""
+    count = 0
     for i in range(weighted.shape[1]):
         off = weighted[1, i] - fit.mean - fit.slope * (weighted[0, i] - fit.middle)
         if off < 0.0 and off * off * weighted[2, i] > OFF_LINE and not _has_company(window, normal, i, -off):
-            weighted[2, i] = 0.0
+            weighted[2, i], count = 0.0, count + 1
+    return count
 
 
 @kernel

@@ -72,7 +72,7 @@ def range_flow(seen, told, before, pose, parameters):
     flows = RangeFlow(x, y, nx, ny, np.empty(most), np.empty(most), np.empty(most))
     if not past_pose["known"] or not 0.0 < elapsed <= LONGEST:
         return flows, 0
-    count, directions = 0, _directions(past, parameters)
+    count, directions = 0, directions_of(past, parameters)
     for i in range(len(ranges)):
         if not echoes.external[i] or ranges[i] > NEAR or resting[i]:
             continue
@@ -207,7 +207,7 @@ def free_ends(echoes, ranges, parameters):
 
 
 @kernel
-def _directions(past, parameters):
+def directions_of(past, parameters):
     """Return the directions (beams, 2) of an older scan's beams; those of all scans where a scan takes no time."""
     if not parameters.scan_time > 0.0:
         return parameters.directions

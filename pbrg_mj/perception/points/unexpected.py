@@ -14,7 +14,7 @@ import numpy as np
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.beams import beams_beside, next_beam
 from pbrg_mj.perception.points.older_line import may_share_face
-from pbrg_mj.perception.points.range_flow import LONGEST
+from pbrg_mj.perception.points.range_flow import LONGEST, directions_of
 
 DEVIATIONS = 5.0  # of ranges and poses
 UNKNOWN, EXPECTED, UNEXPECTED = 0, 1, 2
@@ -37,11 +37,7 @@ def unexpected_echoes(echoes, before, pose, parameters):
     elapsed = pose.time - then["time"]
     if not parameters.outliers or not then["known"] or not 0.0 < elapsed <= LONGEST:
         return found
-    directions = parameters.directions
-    if parameters.scan_time > 0.0:
-        directions = np.empty((past.shape[1], 2))
-        for k in range(len(directions)):
-            directions[k, 0], directions[k, 1] = past[newest, k]["dx"], past[newest, k]["dy"]
+    directions = directions_of(past[newest], parameters)
     for k in range(len(found)):
         if echoes.external[k]:
             dx, dy = echoes.x[k] - then["x"], echoes.y[k] - then["y"]

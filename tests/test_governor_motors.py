@@ -38,6 +38,7 @@ from pbrg_mj.team.graph import network_of_edges
 from pbrg_mj.team.network import Network
 from pbrg_mj.transport.datagrams import own_message, read_own
 from pbrg_mj.vehicle.motor_lag import MotorLag, latency, motor_lag
+from tests.two_governors import answers
 
 TICK, TAU = 0.01, 0.104
 
@@ -381,12 +382,8 @@ def test_a_scenario_s_governor_is_its_robots_programs(rounds: int) -> None:
     scenario = scenario_of("obstacles/corner", "timing.duration=1.0", f"governor.rounds={rounds}")
     at_once, carried = governor(scenario), robot_programs(scenario)
     assert isinstance(at_once, CertifiedGovernor if rounds == 10 else CycleGovernor)
-    leader, ours, theirs = scenario.team.leaders[0] - 1, None, None
-    for tick in Simulation.build(scenario).control_ticks():
-        ours = at_once.init(tick.problem) if ours is None else ours
-        theirs = carried.init(tick.problem) if theirs is None else theirs
-        one, ours = at_once.step(tick.problem, ours)
-        other, theirs = carried.step(tick.problem, theirs)
+    leader = scenario.team.leaders[0] - 1
+    for one, other in answers(scenario, at_once, carried):
         np.testing.assert_array_equal(one.m[leader], other.m[leader])
         np.testing.assert_array_equal(one.bytes_sent, other.bytes_sent)
 

@@ -20,6 +20,7 @@ from pbrg_mj.scenario.load import load_scenario
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.team.channel import Loss
 from pbrg_mj.team.graph import network, network_of_edges
+from tests.two_governors import answers
 
 
 def certified(name: str, *overrides: str) -> Scenario:
@@ -40,12 +41,7 @@ def test_the_compiled_governor_is_the_robots_program_bit_for_bit(name: str) -> N
     scenario = certified(name, "timing.duration=1.5")
     compiled, carried = governor(scenario), NetworkedGovernor(program_of(scenario), scenario.governor.rounds)
     leaders = np.array(scenario.team.leaders) - 1
-    ours = theirs = None
-    for tick in Simulation.build(scenario).control_ticks():
-        ours = compiled.init(tick.problem) if ours is None else ours
-        theirs = carried.init(tick.problem) if theirs is None else theirs
-        one, ours = compiled.step(tick.problem, ours)
-        other, theirs = carried.step(tick.problem, theirs)
+    for one, other in answers(scenario, compiled, carried):
         np.testing.assert_array_equal(one.m[leaders], other.m[leaders])
         np.testing.assert_array_equal(one.bytes_sent, other.bytes_sent)
         assert one.status == other.status

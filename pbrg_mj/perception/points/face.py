@@ -11,7 +11,11 @@ from pbrg_mj.perception.points.obstacle_points import copy_point, inset_along, n
 from pbrg_mj.perception.points.parameters import LEAST_FREE
 
 WINDOWS = (1.0, 0.5, 0.25, 0.125)  # [m] around the nearest place
-STEADY = 0.01  # [m] of distance that may be lost so that a normal does not turn with the noise of every scan
+STEADY = 0.004
+"""[m] of distance that may be lost so that a normal does not turn with the noise of every scan.
+
+Before a round thing with r behind it the team rests where the normal points at r. That equilibrium is unstable, but a
+normal that stays makes it stable, within sqrt(2 R STEADY) to either side, R from the thing's centre: 5 cm at 0.3 m."""
 LOSS = 0.03  # [m] of it that a hull may take in any case: two places before a robot make no wedge around its target
 
 

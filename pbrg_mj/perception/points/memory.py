@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.points.beams import layout, nearest_beam, nearest_from, roughly_ahead
+from pbrg_mj.perception.points.beams import layout, nearest_beam, nearest_from, next_beam, roughly_ahead
 
 POINT = np.dtype(
     [(name, np.float64) for name in ("x", "y", "std", "pose_std", "time")]
@@ -31,6 +31,7 @@ POINT = np.dtype(
 
 PASSED_LEFT, PASSED_RIGHT, THROUGH = 1, 2, 4
 NEAR = 0.02  # [m] beams that pass a point no farther than this from it tell whether it is gone
+MOST_BESIDE = 16  # beams to either side of a point's direction that may tell of its place
 HIDDEN = 2  # scans' worth of points that are remembered besides the recent scans'
 
 
@@ -71,6 +72,8 @@ def delete_stale(points, scan, beams, pose, parameters):
       it on both sides, or in two scans where its own beam went, as far as poses tell: a thing that is still there, with
       the point on its face, stops the beams on one side of it, however often those on the other go past its edge. A
       beam without an echo passes nothing: silence is unknown, not free.
+    - A point older than the recent scans whose beam has no echo is that of a beam beside it, if in two scans one has an
+      echo where the point may be as badly as its pose was known: what a turning robot saw lies beside the thing.
     - A point older than the recent scans at a place where there is an echo again is taken over by that echo.
     - A point that is hidden, or farther than the beams reach, stays until `memory` is over.
     - One nearer than the shortest range that beams tell stays until the robot has gone away: no scan shows it gone.
@@ -90,7 +93,12 @@ def delete_stale(points, scan, beams, pose, parameters):
         beam = nearest_beam(x, y, ahead[i], even)
         if parameters.scan_time > 0.0 and beam >= 0:
             beam = nearest_from(beam, x, y, directions, parameters)
-        if beam < 0 or parameters.blocked[beam] or math.isnan(ranges[beam]):
+        if beam < 0 or parameters.blocked[beam]:
+            continue
+        if math.isnan(ranges[beam]):
+            if scan - point["scan"] >= parameters.recent and _is_seen_beside(point, (x, y), beam, beams, parameters):
+                point["passed"] += THROUGH
+                point["live"] = point["passed"] < 2 * THROUGH
             continue
         dx, dy = directions[beam, 0], directions[beam, 1]
         distance, across = math.sqrt(x * x + y * y), dx * y - dy * x  # across: positive where it lies to the left
@@ -107,6 +115,25 @@ def delete_stale(points, scan, beams, pose, parameters):
             point["passed"], point["beam"] = 0, beam
             if scan - point["scan"] >= parameters.recent:
                 point["live"] = False
+
+
+@kernel
+def _is_seen_beside(point, place, beam, beams, parameters):
+    """Tell whether a beam beside a silent one has an echo where a point may be, as badly as poses tell.
+
+    `place` (2,) is the point's in the body frame [m], `beam` the one nearest to its direction.
+    """
+    (x, y), (ranges, directions) = place, beams
+    aside = 3.0 * math.sqrt(2.0) * point["pose_std"]
+    along = aside + 3.0 * math.sqrt(2.0) * point["std"]
+    for step in (-1, 1):
+        for away in range(1, MOST_BESIDE + 1):
+            other = next_beam(beam, step * away, parameters)
+            if other < 0 or abs(directions[other, 0] * y - directions[other, 1] * x) > aside:
+                break
+            if abs(ranges[other] - (directions[other, 0] * x + directions[other, 1] * y)) <= along:
+                return True
+    return False
 
 
 @kernel

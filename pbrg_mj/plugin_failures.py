@@ -14,7 +14,7 @@ from pbrg_mj.errors import PlugInError, Stopped
 
 LONGEST = 300  # characters of a text shown
 # Packages whose threads are our own; what fails in any other thread beside plug-ins is put down to them.
-OWN_THREADS = {"pbrg_mj", "websockets", "joblib"}
+OWN_THREADS = {"pbrg_mj", "websockets", "joblib", "distributed", "tornado"}
 
 
 class ThreadFailure(PlugInError):
@@ -52,12 +52,17 @@ def failure_of_thread(error: BaseException) -> PlugInError | None:
 
 
 def tell_thread_failures(tell: Callable[[str], object]) -> None:
-    """Let this process, which works for another one, `tell` what threads of parts raise, a line each."""
+    """Let this process, which works for another one, `tell` what threads of parts raise, a line each.
+
+    All else goes to the hook that was there, and so does what another process told: it has been told.
+    """
+    before = threading.excepthook
 
     def in_thread(hook: threading.ExceptHookArgs) -> None:
-        failure = None if hook.exc_value is None else failure_of_thread(hook.exc_value)
+        error = hook.exc_value
+        failure = None if error is None or isinstance(error, ThreadFailure) else failure_of_thread(error)
         if failure is None:
-            threading.__excepthook__(hook)
+            before(hook)
         else:
             tell(str(failure))
 

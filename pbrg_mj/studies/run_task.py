@@ -6,7 +6,7 @@ import logging
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cache
 from pathlib import Path
 from typing import Any, get_type_hints
@@ -17,7 +17,7 @@ from pbrg_mj.api.simulate import measure, record
 from pbrg_mj.errors import ShortageError
 from pbrg_mj.log.write.provenance import versions
 from pbrg_mj.studies.task import Task
-from pbrg_mj.studies.worker import become_worker, thread_failure
+from pbrg_mj.studies.worker import become_worker, thread_failure_kept
 
 MACHINE = ("platform", "processor")  # of the versions: runs may be made on several machines
 LEFT_OUT = ("log", "scenario", "seed")  # of the metrics: a record has them already, or they are no property of the run
@@ -34,18 +34,15 @@ class Result:
     timings: Record  # wall-clock times [ms]
     versions: Mapping[str, str]
     log: bytes | None = None
-    thread_failure: str | None = None  # of a plug-in, in a process that was started for this run
+    thread_failure: str | None = None  # of a plug-in, where another process made the run
 
 
-def run_task(task: Task, keep_log: bool = False, parent: int | None = None, place: str | None = None) -> Result:
+def run_task(task: Task, keep_log: bool = False, place: str | None = None) -> Result:
     """Run a task. A run that fails is a record whose `status` is `failed`, with the `error` in one line.
 
-    `parent`: the process that wants the run, where this one was started for it; it ends with that one. `place`: the
-    folder for its files, which stay there if the process is killed. Raises OSError, MemoryError and ShortageError
-    when the machine is short of something: that is no property of the run.
+    `place`: the folder for its files, which stay there if the process is killed. Raises OSError, MemoryError and
+    ShortageError when the machine is short of something: that is no property of the run.
     """
-    if parent is not None:
-        become_worker(parent, place)
     with _folder(place) if keep_log else nullcontext() as folder, _silent():
         log = Path(folder) / "run.mcap" if folder else None
         try:
@@ -54,10 +51,24 @@ def run_task(task: Task, keep_log: bool = False, parent: int | None = None, plac
             raise
         except Exception as error:  # of whatever kind: the other runs go on
             text = " ".join(f"{type(error).__name__}: {error}".split())[:LONGEST]
-            return Result(task.digest, {"status": "failed", "error": text}, {}, packages(), None, thread_failure())
+            return Result(task.digest, {"status": "failed", "error": text}, {}, packages())
         found = {"status": "ok", "error": None, **numbers(metrics)}
         content = log.read_bytes() if log else None
-        return Result(task.digest, found, timings(metrics), packages(), content, thread_failure())
+        return Result(task.digest, found, timings(metrics), packages(), content)
+
+
+def run_task_elsewhere(
+    task: Task, keep_log: bool = False, parent: int | None = None, place: str | None = None
+) -> Result:
+    """Run a task in a process that works for another one, which is told what a plug-in's thread raises meanwhile.
+
+    `parent`: the process that wants the run, where this one was started for it; it ends with that one.
+    """
+    if parent is not None:
+        become_worker(parent, place)
+    with thread_failure_kept() as failures:
+        result = run_task(task, keep_log, place)
+    return replace(result, thread_failure=next(iter(failures), None))
 
 
 def _folder(place: str | None) -> tempfile.TemporaryDirectory[str]:

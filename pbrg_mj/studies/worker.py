@@ -5,7 +5,10 @@ from __future__ import annotations
 import os
 import shutil
 import signal
+import sys
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from time import sleep
@@ -16,7 +19,7 @@ from pbrg_mj.plugin_failures import forget_calls, tell_thread_failures
 LOOK_UP = 0.5  # [s] between looks whether the parent is still there
 TRIES = 100  # to remove a folder that a run still writes into
 FAILED = 1  # exit code, which nobody is there to read
-_thread_failures: list[str] = []  # of parts of other packages, since `become_worker`
+_under_way: dict[int, list[str]] = {}  # of each run in this process: the first failure of a plug-in's thread
 
 
 def become_worker(parent: int, place: str | None = None) -> None:
@@ -24,23 +27,46 @@ def become_worker(parent: int, place: str | None = None) -> None:
 
     `parent`: the number of the process that started this one; of this process itself, nothing is done. `place`: the
     folder of this process's files, which is made if it is not there and goes when the parent is gone. A worker may be
-    told so again, with another folder. What threads of plug-ins raise from then on is kept for `thread_failure`.
+    told so again, with another folder.
     """
     if parent == os.getpid():
         return
     for one in SIGNALS:
         signal.signal(one, signal.SIG_IGN)
-    forget_calls()
-    _thread_failures.clear()
-    tell_thread_failures(_thread_failures.append)
     watch = _watch(parent)
     if place is not None:
         watch.make(Path(place))
 
 
-def thread_failure() -> str | None:
-    """Return the first failure of a plug-in's thread since this process became a worker; None without one."""
-    return _thread_failures[0] if _thread_failures else None
+@contextmanager
+def thread_failure_kept() -> Iterator[list[str]]:
+    """Keep the first failure of a plug-in's thread, in one line, for as long as the context lasts.
+
+    Where a process makes several runs at a time each is given it: whose the thread was cannot be told.
+    """
+    _hear_threads()
+    if not _under_way:
+        forget_calls()
+    kept: list[str] = []
+    _under_way[id(kept)] = kept
+    try:
+        yield kept
+    finally:
+        del _under_way[id(kept)]
+
+
+@cache
+def _hear_threads() -> None:
+    tell_thread_failures(_keep)
+
+
+def _keep(failure: str) -> None:
+    listening = list(_under_way.values())
+    for kept in listening:
+        if not kept:
+            kept.append(failure)
+    if not listening:  # its run is over, and nobody asks any more
+        print(f"error: {failure}", file=sys.stderr, flush=True)
 
 
 class _Watch(threading.Thread):

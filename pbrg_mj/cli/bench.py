@@ -67,7 +67,7 @@ def _verify(folder: Path, against: Path | None) -> int:
         emit(f"as released in {found.release}")
     if against is not None and found.ok:
         emit(f"every log has the messages of those released in {against}")
-    emit(f"{worlds}; {'every log replays, and the table agrees with the logs' if found.ok else 'not verified'}")
+    emit(f"{worlds}; {found.verdict()}")
     return 0 if found.ok else 1
 
 

@@ -37,6 +37,11 @@ def bundled_families() -> dict[str, Path]:
     return {name: path for name, path in _bundled().items() if name.startswith(f"{FAMILIES}/")}
 
 
+def bundled_file(name: str) -> Path | None:
+    """Return the file of the bundled scenario or family of that name, whatever files there are beside; None without."""
+    return _bundled().get(name)
+
+
 def _bundled() -> dict[str, Path]:
     root = data_dir("scenarios")
     found = {path.relative_to(root).with_suffix("").as_posix(): path for path in root.rglob("*.yaml")}

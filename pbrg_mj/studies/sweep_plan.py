@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from pbrg_mj.api.scenario import Scenario, bundled_names
+from pbrg_mj.api.scenario import Scenario
 from pbrg_mj.api.seeds import seeds_of
 from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.diagnostics import KeyPath
@@ -72,7 +72,7 @@ def plan(file: StudyFile[SweepKeys]) -> list[Task]:
 
 
 def sources(file: StudyFile[Any], copies: Path | None = None) -> list[Source]:
-    """Return the scenarios; those that are not bundled are sought in `copies` first, by the stems of their files.
+    """Return the scenarios; of a folder with `copies` of those that are not bundled no other files.
 
     Raises InputError with the line that names one that is not there.
     """
@@ -85,11 +85,20 @@ def sources(file: StudyFile[Any], copies: Path | None = None) -> list[Source]:
     found = []
     for path, name in listed:
         try:
-            copy = copies / f"{Path(name).stem}.yaml" if copies and name not in bundled_names() else None
-            found.append(Source.of(str(copy) if copy and copy.is_file() else name, file.folder))
+            found.append(Source.of(name, file.folder) if copies is None else _copied(name, copies))
         except InputError as error:
             raise file.error(path, error.message) from None
     return found
+
+
+def _copied(name: str, copies: Path) -> Source:
+    """Return the scenario as the folder has it, by the stem of its file, or the bundled one. Raises InputError."""
+    copy = f"{Path(name).stem}.yaml"
+    if (copies / copy).is_file():
+        return Source.of(copy, copies)
+    if bundled := Source.bundled(name):
+        return bundled
+    raise InputError(f"is not bundled; required: {copies.name}/{copy} in {copies.parent}")
 
 
 def seed_list(file: StudyFile[Any], key: str = "seeds") -> tuple[int, ...]:

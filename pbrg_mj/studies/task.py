@@ -10,8 +10,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from pbrg_mj.api.scenario import Scenario, bundled_names, override_texts
-from pbrg_mj.scenario.load import load_text, scenario_text
+from pbrg_mj.api.scenario import Scenario, override_texts
+from pbrg_mj.scenario.bundled import bundled_file
+from pbrg_mj.scenario.load import load_text, read_text, scenario_text
 
 Settings = Mapping[str, Any]  # values by dotted keys of a scenario
 
@@ -28,7 +29,8 @@ class Source:
     @property
     def is_bundled(self) -> bool:
         """Whether every installation has it under this name."""
-        return self.name in bundled_names() and scenario_text(self.name)[0] == self.text
+        file = bundled_file(self.name)
+        return file is not None and read_text(file) == self.text
 
     @classmethod
     def of(cls, argument: str, folder: Path) -> Source:
@@ -37,6 +39,13 @@ class Source:
         where = str(beside) if beside.is_file() else argument
         text, name, file = scenario_text(where)
         return cls(name, text, file, where)
+
+    @classmethod
+    def bundled(cls, name: str) -> Source | None:
+        """Return the bundled scenario of that name, whatever files there are beside; None without."""
+        name = name.removesuffix(".yaml")
+        file = bundled_file(name)
+        return None if file is None else cls(name, read_text(file), str(file), name)
 
 
 @dataclass(frozen=True)

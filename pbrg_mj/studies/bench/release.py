@@ -56,10 +56,7 @@ def release_bench(folder: str | Path) -> Release:
     digests = {name: _digest(path) for name, path in files.items()}
     if links := [name for name, digest in digests.items() if digest is None]:
         raise InputError("is a link or no file; allowed in a release: files", file=str(folder / links[0]))
-    logs = {name: path for name, path in files.items() if name.startswith(f"{LOGS}/")}
-    versions, machines = _made_by(list(logs.values()), folder)
-    messages = {name: message_digest(path) for name, path in logs.items()}
-    manifest = {"format": FORMAT, "versions": versions, "machines": machines, "files": digests, MESSAGES: messages}
+    manifest = {"format": FORMAT, "files": digests, **_said_by_logs(files, folder)}
     content = (json.dumps(manifest, indent=1, sort_keys=True) + "\n").encode()
     write_atomically(folder / MANIFEST, lambda path: _write(path, content))
     return Release(folder / MANIFEST, hashlib.sha256(content).hexdigest(), len(files))
@@ -68,13 +65,17 @@ def release_bench(folder: str | Path) -> Release:
 def check_release(folder: Path) -> Release | None:
     """Compare the folder's files with its manifest; None if it has none.
 
-    Raises PbrgError when one of them differs, is missing or was added, InputError when the manifest is wrong.
+    Raises PbrgError when one of them differs, is missing or was added, or the manifest says else of the logs than they
+    do, InputError when the manifest is wrong.
     """
     path = folder / MANIFEST
-    if not path.is_file():
+    if not path.is_symlink() and not path.exists():
         return None
+    if path.is_symlink() or not path.is_file():
+        raise InputError("is a link or no file; allowed: a manifest", file=str(path))
     content = path.read_bytes()
-    expected, found = _digests(_read(content, path), "files", path), _files(folder)
+    manifest = _read(content, path)
+    expected, found = _digests(manifest, "files", path), _files(folder)
     wrong = [f"{name} is missing" for name in sorted(expected.keys() - found.keys())]
     wrong += [f"{name} was added" for name in sorted(found.keys() - expected.keys())]
     both = sorted(expected.keys() & found.keys())
@@ -82,6 +83,9 @@ def check_release(folder: Path) -> Release | None:
     if wrong:
         more = f" and {len(wrong) - SHOWN} more" if len(wrong) > SHOWN else ""
         raise PbrgError(f"{path}: not the files that were released: {', '.join(wrong[:SHOWN])}{more}")
+    said = _said_by_logs(found, folder)
+    if other := sorted(key for key in said if manifest.get(key) != said[key]):
+        raise PbrgError(f"{path}: not what the logs say: {', '.join(other)}")
     return Release(path, hashlib.sha256(content).hexdigest(), len(found))
 
 
@@ -127,6 +131,14 @@ def _digest(path: Path) -> str | None:
         return None
     with path.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def _said_by_logs(files: dict[str, Path], folder: Path) -> dict[str, Any]:
+    """Return what a manifest has of the logs: their messages' digests, and what made them. Raises InputError."""
+    logs = {name: path for name, path in files.items() if name.startswith(f"{LOGS}/")}
+    versions, machines = _made_by(list(logs.values()), folder)
+    messages = {name: message_digest(path) for name, path in logs.items()}
+    return {"versions": versions, "machines": machines, MESSAGES: messages}
 
 
 def _made_by(logs: list[Path], folder: Path) -> tuple[dict[str, str], list[dict[str, str]]]:

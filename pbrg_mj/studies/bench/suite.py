@@ -94,7 +94,7 @@ def bundled_suites() -> dict[str, Path]:
 def read_suite(source: str | Path, *, quick: bool = False, copies: Path | None = None) -> Suite:
     """Return the suite of that bundled name, or in that file. Raises InputError.
 
-    `copies`: the folder of `copy_scenarios`, in which scenarios that are not bundled are sought first.
+    `copies`: the folder of `copy_scenarios`, the one place where scenarios that are not bundled are sought then.
     """
     bundled = bundled_suites()
     if not Path(source).is_file() and str(source) not in bundled:

@@ -11,6 +11,7 @@ from pbrg_mj.analysis.metrics.obstacles import footprints, names
 from pbrg_mj.scenario.checks.distances import distances_to_prism
 from pbrg_mj.scenario.polygons import convex_parts, is_simple
 from pbrg_mj.scenario.schema import Prism
+from pbrg_mj.scenario.schema.base import MOST_OBSTACLES
 from pbrg_mj.world.plant.physics import MujocoPlant
 from pbrg_mj.world.scene.footprints import footprints_of, signed_distance
 from tests.test_world_columns import brute
@@ -57,6 +58,18 @@ def test_parts_are_convex_and_cover_the_polygon_once(corners):
 
 def test_an_l_has_two_parts_and_a_u_three():
     assert [len(convex_parts(one)) for one in (L, U)] == [2, 3]
+
+
+def test_parts_are_kept_for_one_world_and_not_for_all_that_a_study_draws():
+    """Each is made once for as many prisms as a world has at most; drawn worlds do not fill the memory."""
+    convex_parts.cache_clear()
+    world = [tuple((x + k, y) for x, y in L) for k in range(MOST_OBSTACLES)]
+    for corners in (*world, *world):
+        convex_parts(corners)
+    assert convex_parts.cache_info()[:2] == (MOST_OBSTACLES, MOST_OBSTACLES)
+    for k in range(10):
+        convex_parts(tuple((x, y + k + 1) for x, y in L))
+    assert convex_parts.cache_info().currsize == MOST_OBSTACLES
 
 
 @pytest.mark.parametrize("seed", range(12))

@@ -6,7 +6,7 @@ of simple polygons", 1983).
 
 from __future__ import annotations
 
-from functools import cache
+from functools import lru_cache
 from itertools import combinations
 
 Point = tuple[float, float]
@@ -30,7 +30,7 @@ def is_simple(corners: Polygon) -> bool:
     return not any(_meet(*sides[i], *sides[j]) for i, j in apart)
 
 
-@cache
+@lru_cache(maxsize=500)  # a whole world's prisms, `MOST_OBSTACLES`, each asked for several times; studies draw new ones
 def convex_parts(corners: Polygon) -> tuple[Polygon, ...]:
     """Return convex polygons, counter-clockwise, that make up a simple polygon; their corners are its own.
 

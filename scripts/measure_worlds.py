@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from worlds.data import EVENTS, ROOT, read, version, write
-from worlds.tables import TO_PASS, tables
+from worlds.tables import TO_PASS, table_by_size, tables
 from worlds.ways import end_of_sliding, to_pass, ways
 
 import pbrg_mj as pbrg
@@ -41,6 +41,7 @@ SET_UPS: dict[str, dict[str, Any]] = {  # all else default
     "strict": {"set_up": "recommended", "estimator.unknown": "strict"},
 }
 MARK = "<!-- rates -->\n"
+BY_SIZE = "<!-- passed by size -->\n"
 
 
 class Job(NamedTuple):
@@ -123,8 +124,10 @@ def main(arguments: list[str]) -> None:
     if arguments:
         measure(*jobs_of(arguments))
     text = PAGE.read_text(encoding="utf-8")
-    before, _, after = text.split(MARK)
-    PAGE.write_text(before + MARK + "\n" + tables(SET_UPS) + "\n" + MARK + after, encoding="utf-8")
+    for mark, made in ((MARK, tables(SET_UPS)), (BY_SIZE, table_by_size())):
+        before, _, after = text.split(mark)
+        text = f"{before}{mark}\n{made}\n{mark}{after}"
+    PAGE.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

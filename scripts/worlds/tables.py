@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from worlds.data import COLUMNS, EVENTS, read
 
 from pbrg_mj.analysis.metrics.rates import Rate
+from pbrg_mj.scenario.load import load_scenario
 
 TO_PASS = ("boards", "boxes", "clutter", "columns", "doorway", "notched")  # families whose ways lead past things
 UNSEEN = "families/glass"  # no part of the sums: no beam sees it
+SINGLE = ("boards", "boxes", "columns")  # families of few things in the open
+LAST_OF_8_S = "a2ff331"  # until this version worlds that were not passed did not run on for 25 s
+SIZES = (0.0, 0.4, 0.6, 0.8, 1.0, np.inf)  # [m]
 World = dict[str, Any]
 PASSED = {"passed after 8 s": "past_after_8_s", "passed": "past", "by sliding": "past_sliding"}
 
@@ -33,6 +38,39 @@ def tables(set_ups: dict[str, dict[str, Any]]) -> str:
         found += [table(f"{heading}, version {newest}", families, [newest])]
         found += [table(f"{heading}, earlier versions {', '.join(before)}", families, before)] if before else []
     return "\n".join(found)
+
+
+def table_by_size() -> str:
+    """Return in how many worlds of few things all robots got past them within 25 s, by the size of the largest."""
+    data, versions = read()
+    newest, whole = versions[-1], versions[versions.index(LAST_OF_8_S) + 1 :]
+    met = [
+        (name, largest(name, int(seed)), world)
+        for name in SINGLE
+        for seed, row in data[f"recommended families/{name}"].items()
+        if (world := dict(zip(COLUMNS, row, strict=True)))["met"] and world["version"] in whole
+    ]
+    lines = ["| largest thing [m] | " + " | ".join(f"`families/{name}`" for name in SINGLE) + " | together |"]
+    lines += ["|" + "---|" * (len(SINGLE) + 2)]
+    for low, high in pairwise(SIZES):
+        lines += [row_of_size(f"{low:g} to {high:g}", [one for one in met if low < one[1] <= high])]
+    lines += [row_of_size("**up to 0.6**", [one for one in met if one[1] <= 0.6]), row_of_size("**all**", met)]
+    latest = [one for one in met if one[2]["version"] == newest]
+    lines += [row_of_size(f"**up to 0.6**, {newest}", [one for one in latest if one[1] <= 0.6])]
+    lines += [row_of_size(f"**all**, {newest}", latest)]
+    return "\n".join(lines) + "\n"
+
+
+def row_of_size(head: str, met: list[tuple[str, float, World]]) -> str:
+    cells = [head.replace(" to inf", " and more")]
+    cells += [passed([world for name, _, world in met if name == family], "past") for family in SINGLE]
+    return f"| {' | '.join(cells)} | {passed([world for *_, world in met], 'past')} |"
+
+
+def largest(family: str, seed: int) -> float:
+    """Return the longest side or diameter of what stands in a world [m]."""
+    world = load_scenario(f"families/{family}", [f"seed={seed}"]).scenario.world
+    return max([2.0 * column.radius for column in world.columns] + [max(box.size) for box in world.boxes])
 
 
 def table(heading: str, families: dict[str, list[World]], versions: list[str]) -> str:

@@ -13,7 +13,7 @@ from pbrg_mj.analysis.output_file import write_text_atomically
 from pbrg_mj.errors import InputError
 from pbrg_mj.loop.certificate_warnings import certificate_warnings
 from pbrg_mj.loop.network_warnings import network_warnings
-from pbrg_mj.loop.resources import resource_warnings
+from pbrg_mj.loop.resources import available_bytes, resource_warnings, run_bytes
 from pbrg_mj.loop.response_warnings import response_warnings
 from pbrg_mj.loop.stability_warnings import stability_warnings, step_bound
 from pbrg_mj.plugins import is_centralized
@@ -158,9 +158,18 @@ def draw(
     return world
 
 
-def validate(source: str | Path | Mapping[str, Any]) -> list[str]:
-    """Return a line for everything that makes a run likely to fail. Raises InputError as `load` does."""
-    return load(source).warnings()
+def validate(source: Scenario | str | Path | Mapping[str, Any]) -> list[str]:
+    """Return a line for everything that makes a run likely to fail.
+
+    Raises InputError as `load` does, and what `run` raises when it puts the run together: that is done here, too, where
+    there is the memory.
+    """
+    from pbrg_mj.loop.simulation import Simulation  # as long to import as all else
+
+    scenario = source if isinstance(source, Scenario) else load(source)
+    if run_bytes(scenario.settings) <= available_bytes():  # else it is a warning: another machine may have it
+        Simulation.build(scenario.settings)
+    return scenario.warnings()
 
 
 def schema(*, family: bool = False) -> dict[str, Any]:

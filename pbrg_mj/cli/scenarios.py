@@ -99,6 +99,7 @@ def validate(
         try:
             check_scenario(file)
             scenario = pbrg.load(file)
+            warnings = _validated(scenario, plain(file))
         except InputError as error:
             note(f"error: {error}")
             wrong += 1
@@ -107,6 +108,14 @@ def validate(
             emit(f"{plain(file)}: ok, {counted(one.robots, 'robot')}, {one.plant} plant, {one.timing.duration:g} s")
             if step:
                 emit(f"{plain(file)}: {scenario.step_bound()}")
-            for line in scenario.warnings():
+            for line in warnings:
                 note(f"warning: {plain(file)}: {line}")
     return 2 if wrong else 0
+
+
+def _validated(scenario: pbrg.Scenario, file: str) -> list[str]:
+    """Return the warnings of a scenario. Raises InputError, which names the file."""
+    try:
+        return pbrg.validate(scenario)
+    except InputError as error:
+        raise InputError(error.message, file=file, key=error.key) from None

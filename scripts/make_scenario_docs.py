@@ -51,7 +51,9 @@ stands still or another robot's start, or lift it while it is in the air; distur
 The ideal plant refuses what it would ignore: `drive`, `radio`, `disturbances`, `sensors.camera.delay`, `lost_frames`,
 `occlusions` and `swaps`, `sensors.uwb`, `sensors.odometry`, `world.moving_boxes`, `world.patches`,
 `world.thresholds`, `world.ramps`, `world.floor_friction` and `world.rolling_resistance` may be given with their
-defaults only.
+defaults only. A key of `governor` that belongs to another `kind` or `optimizer` than the scenario's is a warning of
+`pbrg validate` and `pbrg run`; those of the paper's algorithm, such as `alpha`, are none: scenarios that have them are
+run with other kinds, too.
 
 A beam's range becomes a reading in this order: the nearest thing in its cone, echoes lost for want of light, bias,
 additive and multiplicative Gaussian noise, quantisation, range limits, outliers, dropout. Keys given beside

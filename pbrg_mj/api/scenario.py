@@ -12,6 +12,7 @@ from typing import Any
 from pbrg_mj.analysis.output_file import write_text_atomically
 from pbrg_mj.errors import InputError
 from pbrg_mj.loop.certificate_warnings import certificate_warnings
+from pbrg_mj.loop.governor_warnings import governor_warnings
 from pbrg_mj.loop.network_warnings import network_warnings
 from pbrg_mj.loop.resources import available_bytes, resource_warnings, run_bytes
 from pbrg_mj.loop.response_warnings import response_warnings
@@ -72,6 +73,7 @@ class Scenario:
         return [
             *resource_warnings(one),
             *certificate_warnings(one),
+            *governor_warnings(one),
             *network_warnings(one),
             *stability_warnings(one),
             *response_warnings(one),

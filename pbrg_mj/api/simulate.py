@@ -29,6 +29,7 @@ from pbrg_mj.kernel import watching_compilation as watching_compilation
 from pbrg_mj.log.read.run import open_run
 from pbrg_mj.log.write.writer import LogWriter
 from pbrg_mj.loop.certificate_warnings import certificate_warnings
+from pbrg_mj.loop.governor_warnings import governor_warnings
 from pbrg_mj.loop.network_warnings import network_warnings
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.loop.simulation import Simulation
@@ -196,8 +197,9 @@ def _governed_apart(simulation: Simulation, robots: RobotProcesses) -> Simulatio
 
 
 def _warn(scenario: Scenario, governor: Governor | RobotProgram | None) -> None:
-    """Warn of a certificate and of settings of the network that do nothing with this governor."""
-    for line in certificate_warnings(scenario.settings) + network_warnings(scenario.settings, governor):
+    """Warn of a certificate, keys of other governors and settings of the network that do nothing with this one."""
+    one = scenario.settings
+    for line in certificate_warnings(one) + governor_warnings(one) + network_warnings(one, governor):
         LOG.warning("%s: %s", scenario.name, line)
 
 

@@ -7,7 +7,9 @@ import pytest
 
 import pbrg_mj as pbrg
 from pbrg_mj.perception.points.beams import SeenBeams
+from pbrg_mj.perception.points.face import MOST_STEADY, STEADY, steady
 from pbrg_mj.perception.points.memory import delete_stale, no_points
+from pbrg_mj.perception.points.obstacle_points import empty_points
 from pbrg_mj.perception.track.world_frame import ScanPose
 from tests.seeing_points import estimator
 
@@ -27,6 +29,18 @@ def test_a_robot_slides_past_a_column_that_is_hardly_beside_its_way(preset: str)
     result = pbrg.run(pbrg.load(world, {"set_up": "recommended"}))
     assert np.linalg.norm(result.q_true_m[-1, 0] - [2.5, 0.0]) < 0.05
     assert result.wall_margin_m.min() > 0.0  # beyond the clearance
+
+
+@pytest.mark.parametrize(
+    ("pose_std", "may_cost"), [(0.001, STEADY), (0.007, 0.007), (0.1, MOST_STEADY)], ids=["good", "fair", "late"]
+)
+def test_a_normal_stays_as_long_as_the_pose_is_wrong_by_more_than_it_costs(pose_std: float, may_cost: float):
+    """That of the nearest place counts: one 1 m farther along the normal is known worse or better by ten times."""
+    memory = no_points(1, 2)[0]
+    memory["pose_std"] = [0.1 * pose_std if pose_std > 0.01 else 10.0 * pose_std, pose_std]
+    window = empty_points(2, memory)
+    window.x[:], window.y[:], window.point[:] = [2.0, 1.0], [0.0, 0.3], [0, 1]
+    assert steady((window, 2, np.zeros(4)), (1.0, 0.0)) == pytest.approx(may_cost, abs=1e-15)
 
 
 @pytest.mark.parametrize(

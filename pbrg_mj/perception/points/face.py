@@ -11,8 +11,9 @@ from pbrg_mj.perception.points.obstacle_points import copy_point, inset_along, n
 from pbrg_mj.perception.points.parameters import LEAST_FREE
 
 WINDOWS = (1.0, 0.5, 0.25, 0.125)  # [m] around the nearest place
-STEADY = 0.004
-"""[m] of distance that may be lost so that a normal does not turn with the noise of every scan.
+STEADY, MOST_STEADY = 0.004, 0.01
+"""[m] of distance that may be lost so that a normal does not turn with the noise of every scan: as much as the pose's
+standard deviation at the nearest place, within these.
 
 Before a round thing with r behind it the team rests where the normal points at r. That equilibrium is unstable, but a
 normal that stays makes it stable, within sqrt(2 R STEADY) to either side, R from the thing's centre: 5 cm at 0.3 m."""
@@ -52,6 +53,18 @@ def _places_within(radius, around, places, count, window):
             copy_point(places, i, window, size)
             size += 1
     return size
+
+
+@kernel
+def steady(face, normal):
+    """Return how much distance a normal of the scan before may cost at a face (window, size, path) [m]."""
+    (window, size, _), (gx, gy) = face, normal
+    ahead, std = math.inf, 0.0
+    for i in range(size):
+        along = gx * window.x[i] + gy * window.y[i]
+        if along < ahead and window.point[i] >= 0:
+            ahead, std = along, window.memory[window.point[i]]["pose_std"]
+    return min(max(std, STEADY), MOST_STEADY)
 
 
 @kernel

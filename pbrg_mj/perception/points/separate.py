@@ -20,7 +20,7 @@ import math
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.points.face import STEADY, clearance_along, next_face, offset, points_not_separated
+from pbrg_mj.perception.points.face import clearance_along, next_face, offset, points_not_separated, steady
 from pbrg_mj.perception.points.lines import write_line
 from pbrg_mj.perception.points.obstacle_points import (
     copy_point,
@@ -134,12 +134,12 @@ def _write(face, normal_and_nearest, before, half_spaces, parameters):
 def _slot(face, normal, before):
     """Return the slot of the same face in the scan before, if its normal serves as well; else a free one."""
     old, was_active, taken = before
-    most, free = clearance_along(face, normal), -1
+    least, free = clearance_along(face, normal) - steady(face, normal), -1
     for k in range(len(taken)):
         if taken[k]:
             continue
         if was_active[k] and normal[0] * old[k, 0] + normal[1] * old[k, 1] > SAME_FACE:
-            if clearance_along(face, (old[k, 0], old[k, 1])) >= most - STEADY:
+            if clearance_along(face, (old[k, 0], old[k, 1])) >= least:
                 return k
         elif free < 0 or (was_active[free] and not was_active[k]):
             free = k

@@ -16,12 +16,13 @@ import math
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.points.face import STEADY, clearance_along
+from pbrg_mj.perception.points.face import clearance_along
 from pbrg_mj.perception.points.fitted_line import OFF_LINE, fitted_line, pose_variance
 from pbrg_mj.perception.points.lines import Line
 from pbrg_mj.perception.track.confirmation import MAX_REST_SPEED
 
 LEAST_LENGTH = 0.25  # [m] as the line estimator's
+BESIDE = 0.01  # [m] by which the path keeps farther from a face than from its line where it passes by the end
 PARTS = 16  # of a face's length
 SCANS = 16  # that are told apart, by their number modulo this
 
@@ -66,7 +67,7 @@ def _passes_beside(face, normal, about, fit):
     window, _, path = face
     (gx, gy), x0, y0 = normal, window.x[0], window.y[0]
     ahead = gx * x0 + gy * y0 + fit.mean - max(gx * path[0] + gy * path[1], gx * path[2] + gy * path[3])
-    return ahead < clearance_along(face, about) - STEADY
+    return ahead < clearance_along(face, about) - BESIDE
 
 
 @kernel

@@ -39,7 +39,7 @@ def test_a_normal_stays_as_long_as_the_pose_is_wrong_by_more_than_it_costs(pose_
     memory = no_points(1, 2)[0]
     memory["pose_std"] = [0.1 * pose_std if pose_std > 0.01 else 10.0 * pose_std, pose_std]
     window = empty_points(2, memory)
-    window.x[:], window.y[:], window.point[:] = [2.0, 1.0], [0.0, 0.3], [0, 1]
+    window.x[:], window.y[:], window.point[:] = [1.0, 2.0], [0.3, 0.0], [1, 0]
     assert steady((window, 2, np.zeros(4)), (1.0, 0.0)) == pytest.approx(may_cost, abs=1e-15)
 
 

@@ -16,6 +16,7 @@ from pbrg_mj.cli.main import main
 from pbrg_mj.errors import InputError
 from pbrg_mj.log.read.digest import message_digest
 from pbrg_mj.studies.bench import release
+from tests.small_bench import small_bench
 
 SUITE = """\
 scenario: [paper/simulation_inadmissible]
@@ -30,9 +31,7 @@ LOG = "logs/none-perfect-simulation_inadmissible-2.mcap"
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("bench")
-    (folder / "given.yaml").write_text(SUITE)
-    return pbrg.bench(folder / "given.yaml", folder / "out", jobs=1).folder
+    return small_bench(SUITE, tmp_path_factory)
 
 
 @pytest.fixture

@@ -15,6 +15,7 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.bundled import bundled_families
 from pbrg_mj.studies.bench.suite import bundled_suites
 from pbrg_mj.world.plant.ideal import IdealPlant
+from tests.small_bench import small_bench
 
 SUITE = """\
 scenario: [paper/simulation_near]
@@ -32,9 +33,7 @@ LOG = "paper-lossy-simulation_near-2.mcap"
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("bench")
-    (folder / "given.yaml").write_text(SUITE)
-    return pbrg.bench(folder / "given.yaml", folder / "out", jobs=1).folder
+    return small_bench(SUITE, tmp_path_factory)
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import pytest
 
 import pbrg_mj as pbrg
 from pbrg_mj.perception.points.beams import SeenBeams
-from pbrg_mj.perception.points.face import MOST_STEADY, STEADY, steady
+from pbrg_mj.perception.points.face import LEAST_HYSTERESIS, MOST_HYSTERESIS, hysteresis
 from pbrg_mj.perception.points.memory import delete_stale, no_points
 from pbrg_mj.perception.points.obstacle_points import empty_points
 from pbrg_mj.perception.track.world_frame import ScanPose
@@ -32,7 +32,9 @@ def test_a_robot_slides_past_a_column_that_is_hardly_beside_its_way(preset: str)
 
 
 @pytest.mark.parametrize(
-    ("pose_std", "may_cost"), [(0.001, STEADY), (0.007, 0.007), (0.1, MOST_STEADY)], ids=["good", "fair", "late"]
+    ("pose_std", "may_cost"),
+    [(0.001, LEAST_HYSTERESIS), (0.007, 0.007), (0.1, MOST_HYSTERESIS)],
+    ids=["good", "fair", "late"],
 )
 def test_a_normal_stays_as_long_as_the_pose_is_wrong_by_more_than_it_costs(pose_std: float, may_cost: float):
     """That of the nearest place counts: one 1 m farther along the normal is known worse or better by ten times."""
@@ -40,7 +42,7 @@ def test_a_normal_stays_as_long_as_the_pose_is_wrong_by_more_than_it_costs(pose_
     memory["pose_std"] = [0.1 * pose_std if pose_std > 0.01 else 10.0 * pose_std, pose_std]
     window = empty_points(2, memory)
     window.x[:], window.y[:], window.point[:] = [1.0, 2.0], [0.3, 0.0], [1, 0]
-    assert steady((window, 2, np.zeros(4)), (1.0, 0.0)) == pytest.approx(may_cost, abs=1e-15)
+    assert hysteresis((window, 2, np.zeros(4)), (1.0, 0.0)) == pytest.approx(may_cost, abs=1e-15)
 
 
 @pytest.mark.parametrize(

@@ -105,20 +105,20 @@ def failing_thread(text):
 
 def test_runs_that_share_a_process_are_each_told_the_first_failure_and_a_late_one_is_a_line(hearing, capsys):
     said = "mine: the governor raised ValueError in a thread of its own: {}"
-    with worker.thread_failure_kept() as first:
+    with worker.catch_thread_failures() as first:
         note_call("mine", "governor")
-        with worker.thread_failure_kept() as second:
+        with worker.catch_thread_failures() as second:
             failing_thread("one")
         failing_thread("two")
     assert first == second == [said.format("one")]
     failing_thread("late")
     assert capsys.readouterr().err == f"error: {said.format('late')}\n"
-    with worker.thread_failure_kept() as third:  # nobody's any more
+    with worker.catch_thread_failures() as third:  # nobody's any more
         failing_thread("three")
     assert third == [] and hearing == ["three"]
 
 
 def test_what_another_process_told_is_not_kept_again(hearing):
-    with worker.thread_failure_kept() as kept:
+    with worker.catch_thread_failures() as kept:
         take_thread_failure("theirs: the governor")
     assert kept == [] and hearing == ["theirs: the governor"]

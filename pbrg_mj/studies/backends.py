@@ -18,7 +18,7 @@ from secrets import token_hex
 from typing import Any
 
 from pbrg_mj.errors import InputError, PbrgError
-from pbrg_mj.studies.run_task import Result, run_task, run_task_elsewhere
+from pbrg_mj.studies.run_task import Result, run_task, run_task_in_worker
 from pbrg_mj.studies.task import Task
 
 BACKENDS = ("joblib", "dask")
@@ -70,7 +70,7 @@ def _processes(tasks: Sequence[Task], keep_logs: bool, jobs: int) -> Generator[R
 
     options: dict[str, Any] = {"batch_size": 1, "idle_worker_timeout": IDLE_TIMEOUT}
     pool = Parallel(n_jobs=jobs, backend="loky", return_as="generator_unordered", **options)
-    one: Callable[..., Any] = delayed(run_task_elsewhere)
+    one: Callable[..., Any] = delayed(run_task_in_worker)
     # What killed processes leave behind goes with this folder. They make it, so that it never is without them.
     place = str(Path(tempfile.gettempdir()) / f"pbrg-{token_hex(8)}")
     finished = False
@@ -118,7 +118,7 @@ def _dask(tasks: Sequence[Task], keep_logs: bool, scheduler: str) -> Generator[R
 
     with Client(scheduler, timeout=SCHEDULER_TIMEOUT) as client:
         futures = [
-            client.submit(run_task_elsewhere, task, keep_logs, pure=False, key=f"run-{task.digest}") for task in tasks
+            client.submit(run_task_in_worker, task, keep_logs, pure=False, key=f"run-{task.digest}") for task in tasks
         ]
         waiting = as_completed(futures)
         try:

@@ -17,7 +17,7 @@ from pbrg_mj.api.simulate import measure, record
 from pbrg_mj.errors import ShortageError
 from pbrg_mj.log.write.provenance import versions
 from pbrg_mj.studies.task import Task
-from pbrg_mj.studies.worker import become_worker, thread_failure_kept
+from pbrg_mj.studies.worker import become_worker, catch_thread_failures
 
 MACHINE = ("platform", "processor")  # of the versions: runs may be made on several machines
 LEFT_OUT = ("log", "scenario", "seed")  # of the metrics: a record has them already, or they are no property of the run
@@ -57,7 +57,7 @@ def run_task(task: Task, keep_log: bool = False, place: str | None = None) -> Re
         return Result(task.digest, found, timings(metrics), packages(), content)
 
 
-def run_task_elsewhere(
+def run_task_in_worker(
     task: Task, keep_log: bool = False, parent: int | None = None, place: str | None = None
 ) -> Result:
     """Run a task in a process that works for another one, which is told what a plug-in's thread raises meanwhile.
@@ -66,7 +66,7 @@ def run_task_elsewhere(
     """
     if parent is not None:
         become_worker(parent, place)
-    with thread_failure_kept() as failures:
+    with catch_thread_failures() as failures:
         result = run_task(task, keep_log, place)
     return replace(result, thread_failure=next(iter(failures), None))
 

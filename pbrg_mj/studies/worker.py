@@ -39,7 +39,7 @@ def become_worker(parent: int, place: str | None = None) -> None:
 
 
 @contextmanager
-def thread_failure_kept() -> Iterator[list[str]]:
+def catch_thread_failures() -> Iterator[list[str]]:
     """Keep the first failure of a plug-in's thread, in one line, for as long as the context lasts.
 
     Where a process makes several runs at a time each is given it: whose the thread was cannot be told.

@@ -11,12 +11,13 @@ from pbrg_mj.perception.points.obstacle_points import copy_point, inset_along, n
 from pbrg_mj.perception.points.parameters import LEAST_FREE
 
 WINDOWS = (1.0, 0.5, 0.25, 0.125)  # [m] around the nearest place
-STEADY, MOST_STEADY = 0.004, 0.01
+LEAST_HYSTERESIS, MOST_HYSTERESIS = 0.004, 0.01
 """[m] of distance that may be lost so that a normal does not turn with the noise of every scan: as much as the pose's
 standard deviation at the nearest place, within these.
 
 Before a round thing with r behind it the team rests where the normal points at r. That equilibrium is unstable, but a
-normal that stays makes it stable, within sqrt(2 R STEADY) to either side, R from the thing's centre: 5 cm at 0.3 m."""
+normal that stays makes it stable, within sqrt(2 R d) to either side, R from the thing's centre and d the
+hysteresis: 5 cm at 0.3 m and 4 mm."""
 LOSS = 0.03  # [m] of it that a hull may take in any case: two places before a robot make no wedge around its target
 
 
@@ -56,7 +57,7 @@ def _places_within(radius, around, places, count, window):
 
 
 @kernel
-def steady(face, normal):
+def hysteresis(face, normal):
     """Return how much distance a normal of the scan before may cost at a face (window, size, path) [m]."""
     (window, size, _), (gx, gy) = face, normal
     ahead, std = math.inf, 0.0
@@ -64,7 +65,7 @@ def steady(face, normal):
         along = gx * window.x[i] + gy * window.y[i]
         if along < ahead and window.point[i] >= 0:
             ahead, std = along, window.memory[window.point[i]]["pose_std"]
-    return min(max(std, STEADY), MOST_STEADY)
+    return min(max(std, LEAST_HYSTERESIS), MOST_HYSTERESIS)
 
 
 @kernel

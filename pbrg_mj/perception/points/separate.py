@@ -20,7 +20,7 @@ import math
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.points.face import clearance_along, next_face, offset, points_not_separated, steady
+from pbrg_mj.perception.points.face import clearance_along, hysteresis, next_face, offset, points_not_separated
 from pbrg_mj.perception.points.lines import write_line
 from pbrg_mj.perception.points.obstacle_points import (
     copy_point,
@@ -134,7 +134,7 @@ def _write(face, normal_and_nearest, before, half_spaces, parameters):
 def _slot(face, normal, before):
     """Return the slot of the same face in the scan before, if its normal serves as well; else a free one."""
     old, was_active, taken = before
-    least, free = clearance_along(face, normal) - steady(face, normal), -1
+    least, free = clearance_along(face, normal) - hysteresis(face, normal), -1
     for k in range(len(taken)):
         if taken[k]:
             continue

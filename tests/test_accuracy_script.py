@@ -50,7 +50,7 @@ def test_a_track_is_the_walls_when_it_agrees_within_its_covariance(turn: int, of
     scanner, std = ScanningRobot(scenario("generic")), np.array([0.01, 0.005])
     track = np.zeros(1, dtype=scanner.memory.tracks.dtype)[0]
     track["angle"], track["offset"] = np.array([turn, off]) * std + [0.0, robots.WALL]
-    track["p_aa"], track["p_cc"] = std**2
+    track["e_aa"], track["e_cc"] = std**2
     assert robots._is_wall(scanner, track) == wall
 
 

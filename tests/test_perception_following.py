@@ -17,7 +17,7 @@ PARAMS = TrackParameters(
 )
 PERIOD, SCANS = 0.1, 60
 SILENT = np.full(8, np.nan), np.column_stack([np.cos(np.arange(8.0)), np.sin(np.arange(8.0))])  # ranges, directions
-COLUMNS = ("angle", "offset", "low", "high", "c_aa", "c_ac", "c_cc")
+COLUMNS = ("angle", "offset", "low", "high", "c_aa", "c_ac", "c_cc", "e_aa", "e_ac", "e_cc")
 EXACT = {"rel": 1e-7, "abs": 1e-9}  # inverses of matrices there, closed forms here
 
 
@@ -39,7 +39,7 @@ class Walk:
         lines = [line for wall in range(len(self.angle)) for line in self.lines(wall)]
         self.random.shuffle(lines)
         records = np.zeros(len(lines), LINE)
-        for name, values in zip(COLUMNS, np.array(lines).reshape(-1, 7).T, strict=True):
+        for name, values in zip(COLUMNS, np.array(lines).reshape(-1, 10).T, strict=True):
             records[name] = values
         records["track"] = -1
         time, elapsed = k * PERIOD, PERIOD if k else 0.0
@@ -60,7 +60,8 @@ class Walk:
         error = np.linalg.cholesky(R) @ self.random.standard_normal(2)
         angle = self.angle[wall] + error[0]
         offset = self.offset[wall] + self.jumps[wall] - oracle.normal_of(self.angle[wall]) @ self.at + error[1]
-        return (angle, max(offset, 0.01), low, high, R[0, 0], R[0, 1], R[1, 1])
+        of_error = 0.6 * R[0, 0], 0.3 * R[0, 1], 0.8 * R[1, 1]
+        return (angle, max(offset, 0.01), low, high, R[0, 0], R[0, 1], R[1, 1], *of_error)
 
 
 def test_the_compiled_tracks_are_those_of_plain_numpy() -> None:
@@ -88,6 +89,8 @@ def assert_same(row: np.void, track: oracle.Track) -> None:
     assert row["p_aa"] == pytest.approx(track.P[0, 0], rel=1e-7)
     assert row["p_ac"] == pytest.approx(track.P[0, 1], rel=1e-7, abs=1e-14)
     assert row["p_cc"] == pytest.approx(track.P[1, 1], rel=1e-7)
+    for name, C in (("e_aa", track.C[0, 0]), ("e_ac", track.C[0, 1]), ("e_cc", track.C[1, 1]), ("away", track.away)):
+        assert row[name] == pytest.approx(C, rel=1e-7, abs=1e-14)
     assert (row["low"], row["high"]) == pytest.approx(track.extent, **EXACT)
     assert row["seen"] == track.seen
 
@@ -95,7 +98,7 @@ def assert_same(row: np.void, track: oracle.Track) -> None:
 def one_line(time: float) -> tuple[np.ndarray, ScanPose]:
     """A wall 1 m ahead, seen by a robot at rest."""
     record = np.zeros(1, LINE)
-    for name, value in zip(COLUMNS, (0.0, 1.0, -0.8, 0.8, 1e-4, 1e-5, 4e-5), strict=True):
+    for name, value in zip(COLUMNS, (0.0, 1.0, -0.8, 0.8, 1e-4, 1e-5, 4e-5, 5e-5, 5e-6, 2e-5), strict=True):
         record[name] = value
     record["track"] = -1
     return record, ScanPose(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, time, PERIOD)
@@ -115,3 +118,4 @@ def test_a_scan_that_met_a_wall_and_shows_no_line_takes_a_sighting_back(met: boo
     assert (track["hits"], track["missed"]) == (8, 2 if met else 0)
     assert track["p_aa"] == pytest.approx(1e-4 / counted, rel=0.06)
     assert track["p_cc"] == pytest.approx(4e-5 / counted, rel=0.06)
+    assert track["e_aa"] == pytest.approx(0.5 * track["p_aa"])

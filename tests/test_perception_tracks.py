@@ -24,7 +24,7 @@ def circling(time: float) -> list[tuple[float, float, float]]:
 def errors(track: np.void, pose: np.ndarray, anchor: np.void) -> tuple[np.ndarray, np.ndarray]:
     """Error of (angle, offset) against the wall x = 1, about the anchor the track uses, and its covariance."""
     error = np.array([track["angle"], track["offset"] - (1.0 - anchor["x"])])
-    return error, np.array([[track["p_aa"], track["p_ac"]], [track["p_ac"], track["p_cc"]]])
+    return error, np.array([[track["e_aa"], track["e_ac"]], [track["e_ac"], track["e_cc"]]])
 
 
 @pytest.mark.parametrize("scans", [1, 12])
@@ -46,6 +46,18 @@ def test_fusion_averages_the_noise_of_scans() -> None:
     assert first["p_cc"] / 40 < last["p_cc"] < first["p_cc"] / 12  # the drift in sight holds it up
     assert np.sqrt(last["p_cc"]) < 0.0004
     assert last["hits"] == 40 and last["live"] and not steps[-1][3].tracks[0][1:]["live"].any()
+
+
+def test_a_half_space_is_moved_by_the_deviation_of_a_wall_at_rest() -> None:
+    given = scenario()
+    for _, _, known, memory in walk(given, lambda t: WALL, rests((0, 0, 0.3)), 40):
+        track, anchor = memory.tracks[0][0], memory.anchors[0]
+        normal = np.array([np.cos(track["angle"]), np.sin(track["angle"])])
+        s = 0.04 * np.sin(0.3 - track["angle"])  # of the hand point, by the true heading
+        deviation = np.sqrt(track["e_cc"] - 2 * s * track["e_ac"] + s**2 * track["e_aa"])
+        place = normal @ [anchor["x"], anchor["y"]] + track["offset"]
+        assert place - known.h[0, 0] - 0.1 == pytest.approx(3 * deviation, rel=0.01)
+    assert track["e_cc"] < 0.9 * track["p_cc"]
 
 
 def test_scans_that_share_a_camera_frame_do_not_average_its_noise() -> None:

@@ -40,11 +40,18 @@ class Track:
     place: np.ndarray  # the middle of the first extent, in the world
     direction: float  # of the normal then
     sightings: list[tuple[float, float, float]] = field(default_factory=list)  # time, way along the normal, variance
+    noises: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)  # what its error has of each, covariances
+    away: float = 0.0
     live: bool = True
     confirmed: bool = False
     hits: int = 1
     unseen: int = 0
     conflicts: int = 0
+
+    @property
+    def C(self) -> np.ndarray:
+        """Covariance of the error, the sum of A v over all sightings."""
+        return np.sum([A @ R @ A.T for A, R in self.noises], axis=0)
 
 
 @dataclass(frozen=True)
@@ -53,6 +60,7 @@ class Sighting:
 
     x: np.ndarray
     R: np.ndarray
+    of_error: np.ndarray
     extent: tuple[float, float]
 
 
@@ -84,6 +92,7 @@ def update_tracks(
         Sighting(
             np.array([line["angle"], line["offset"]]),
             np.array([[line["c_aa"], line["c_ac"]], [line["c_ac"], line["c_cc"]]]),
+            np.array([[line["e_aa"], line["e_ac"]], [line["e_ac"], line["e_cc"]]]),
             (float(line["low"]), float(line["high"])),
         )
         for line in lines
@@ -121,6 +130,7 @@ def predict(track: Track, now: ScanPose, params: TrackParameters) -> None:
     Q = np.diag([params.turn, params.drift]) ** 2 * share**2 * now.elapsed
     track.x = track.x - [0.0, normal_of(track.x[0]) @ shift]
     track.P = F @ track.P @ F.T + Q
+    track.noises, track.away = [(F @ A, R) for A, R in track.noises], track.away + now.elapsed
     track.extent = (track.extent[0] - along, track.extent[1] - along)
     track.unseen += 1
     kept = now.time - track.seen <= params.memory + 1e-9
@@ -182,7 +192,8 @@ def fuse(track: Track, line: Sighting, now: ScanPose, params: TrackParameters) -
     P = np.linalg.inv(W + V)
     track.x = track.x + P @ V @ difference(line.x, track.x)
     track.x[0] = turned(track.x[0])
-    track.P, track.seen = P, now.time
+    track.P, track.seen, track.away = P, now.time, 0.0
+    track.noises = [((np.eye(2) - P @ V) @ A, R) for A, R in track.noises] + [(P @ V, line.of_error)]
     track.hits, track.unseen, track.conflicts = track.hits + 1, 0, 0
     track.extent = hull(track.extent, line.extent)
     confirm(track, line, now, params)
@@ -224,6 +235,7 @@ def begin(tracks: list[Track], line: Sighting, now: ScanPose, params: TrackParam
     place = np.array([now.x, now.y]) + line.x[1] * normal_of(line.x[0]) + middle * tangent_of(line.x[0])
     x, time = np.array([turned(line.x[0]), line.x[1]]), now.time
     track = Track(x, line.R.copy(), line.extent, time, time, place, float(line.x[0]))
+    track.noises = [(np.eye(2), line.of_error)]
     free = next((i for i, old in enumerate(tracks) if not old.live), None)
     if free is None and len(tracks) == places:
         weak = [i for i, old in enumerate(tracks) if not old.confirmed and old.x[1] > line.x[1]]
@@ -248,7 +260,7 @@ def absorb(a: Track, b: Track) -> Track:
         a, b = b, a
     a.extent = hull(a.extent, b.extent)
     if b.seen >= a.seen:
-        a.seen, a.unseen = b.seen, b.unseen
+        a.seen, a.unseen, a.away = b.seen, b.unseen, b.away
     b.live = False
     return a
 

@@ -74,7 +74,8 @@ def perceive(
     at, filtered = poses_at_scan(history, readings, model), readings.pose_filter
     if filtered is not None:
         covariances = filtered.at_exposure.covariance, filtered.now.covariance
-        at = at._replace(variances=equivalent_variances(*covariances, model))
+        variances = equivalent_variances(*covariances, model)
+        at = at._replace(variances=variances, error_variances=variances)
     scans = (readings.ranges, *at, time)
     written = (tracks, anchors, known.G, known.h, known.active, known.binds)
     perceive_scans(scans, setup.packed, (memory.tracks, memory.anchors), written)
@@ -105,12 +106,13 @@ class ScanWorkspace(NamedTuple):
 def perceive_scans(scans, packed, before, after):
     """Write to `after` what is known after the scans of all robots that have beams. All arguments are plain tuples.
 
-    - scans: ranges (R, beams) [m]; poses (n, 3) and variances (n, 2) of PosesAtScan; time of use [s]
+    - scans: ranges (R, beams) [m]; poses (n, 3), variances (n, 2) and errors (n, 2), the error_variances, of
+      PosesAtScan; time of use [s]
     - packed: the members of PerceptionParameters, in their order
     - before: tracks (n, M) of TRACK and anchors (n,) of ANCHOR, as they were after the scans before
     - after: the members of PerceptionArrays, in their order, with empty half-spaces
     """
-    ranges, poses, variances, time = scans
+    ranges, poses, variances, errors, time = scans
     known = PerceptionArrays(*after)
     parameters = _named(packed)
     _copy(before, known)
@@ -118,7 +120,7 @@ def perceive_scans(scans, packed, before, after):
     for row in range(len(parameters.robots)):
         robot = parameters.robots[row]
         if not math.isnan(poses[robot, 0] + poses[robot, 1] + poses[robot, 2]):  # else it cannot place a line
-            _perceive_scan(ranges[row], (robot, poses, variances, time), parameters, work, known)
+            _perceive_scan(ranges[row], (robot, poses, variances, errors, time), parameters, work, known)
 
 
 @kernel
@@ -154,7 +156,7 @@ def _scan_workspace(beams):
 
 @kernel
 def _perceive_scan(read, whose, parameters, work, known):
-    robot, poses, variances, time = whose
+    robot, poses, variances, errors, time = whose
     pose = pose_at_scan(poses[robot], variances[robot], time, known.anchors[robot])
     _mask_own_wheels(read, parameters.blocked, work.ranges)
     count = write_lines(work.ranges, parameters.directions, parameters.line, work.fitting, work.lines)
@@ -162,7 +164,7 @@ def _perceive_scan(read, whose, parameters, work, known):
     count = without_team_mates(work.lines, count, work.fitting, pose, team, parameters.line)
     write_world_directions(work.beams, parameters.directions, pose.heading)
     tracks = known.tracks[robot]
-    lines = lines_in_world(work.lines, count, pose)
+    lines = lines_in_world(work.lines, count, pose, errors[robot])
     update_tracks(tracks, lines, (work.ranges, work.beams), pose, parameters.track)
     bound = _bound_robots(pose, parameters.teams[robot], parameters.hand_offset)
     G, h, active = known.G[robot], known.h[robot], known.active[robot]

@@ -24,7 +24,7 @@ def written(page: str, found: dict) -> str:
 
 
 def _what(found: dict) -> str:
-    ring, robotarium, ideal = (found["sensors"][name] for name in ("tof_ring", "robotarium", "ideal"))
+    ring, robotarium = (found["sensors"][name] for name in ("tof_ring", "robotarium"))
     four, of = found["tof_ring_of_four_points"], found["seeds"]
     (low, high), (near, wide) = band(of), (f"{s[0]:g} to {s[1]:g} m" for s in SPACINGS)
     angle, offset = _worst(ring, "1.5 m", "single")
@@ -69,9 +69,7 @@ What the figures say:
 - Low beams make no more false walls, and the flats of wheels in line pass for a wall less often than plates. They cost
   recall: a robot at rest with a blind side to the wall has few beams left on it, of the ring's 24 too few in many
   headings (recall {least:.1%} to {most:.1%} at 1 m), and what it sees at 60 deg beside that side may be too oblique to
-  be distinguished from a row of robots. It sees the wall when it turns.
-- The covariance is a little too large for `ideal` by design (pooled {_pooled(ideal)}): even exact ranges are taken for
-  uncertain by 1 mm, and walls in sight for drifting by 0.1 mm in a second.""")
+  be distinguished from a row of robots. It sees the wall when it turns.""")
 
 
 def _filled(text: str) -> str:
@@ -142,10 +140,6 @@ def _bias(sensor: dict, name: str) -> tuple[float, float]:
     some = sensor["cells"].values()
     turn, off = (max(abs(c[f"{name}_{key}"]) for c in some) for key in ("angle_bias_deg", "offset_bias_m"))
     return turn, 1000 * off
-
-
-def _pooled(sensor: dict) -> str:
-    return f"{sensor['consistency']['single']['mean']:.2f}"
 
 
 def _table(rows: Iterable[tuple[str, ...]]) -> str:

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 
 import numpy as np
 from raycast import Scene, cast, wheels
-from scanning_robot import CLEARANCE, HAND, SENSORS, scenario
+from scanning_robot import CLEARANCE, HAND, SENSORS, normalised, scenario
 from table import print_table
 from walls import band
 
@@ -141,13 +141,14 @@ class Drive:
     def errors(self) -> list[tuple[float, float, float]]:
         """Angle error [rad], offset error [m] and normalised error squared of each track that binds.
 
-        A track is of the wall nearest to the middle of its extent among those alike in angle.
+        A track is of the wall nearest to the middle of its extent among those alike in angle; of none it is no wall.
         """
         tracks, anchor = self.memory.tracks[0], self.memory.anchors[0]
         place = np.array([anchor["x"], anchor["y"]])
-        return [self._errors(track, place) for track in tracks[(tracks["live"] == 1) & (tracks["confirmed"] == 1)]]
+        found = (self._errors(track, place) for track in tracks[(tracks["live"] == 1) & (tracks["confirmed"] == 1)])
+        return [errors for errors in found if errors is not None]
 
-    def _errors(self, track: np.void, place: np.ndarray) -> tuple[float, float, float]:
+    def _errors(self, track: np.void, place: np.ndarray) -> tuple[float, float, float] | None:
         normal = np.array([np.cos(track["angle"]), np.sin(track["angle"])])
         middle = 0.5 * (track["low"] + track["high"])
         point = place + track["offset"] * normal + middle * np.array([-normal[1], normal[0]])
@@ -156,10 +157,11 @@ class Drive:
         outward = np.column_stack([along[:, 1], -along[:, 0]])
         off = np.where(outward @ normal > np.cos(ALIKE), distances(point, self.corners), np.inf)
         k = int(np.argmin(off))
+        if np.isinf(off[k]):
+            return None
         turn = track["angle"] - np.arctan2(outward[k, 1], outward[k, 0])
         error = np.array([np.angle(np.exp(1j * turn)), track["offset"] - outward[k] @ (a[k] - place)])
-        covariance = np.array([[track["p_aa"], track["p_ac"]], [track["p_ac"], track["p_cc"]]])
-        return float(error[0]), float(error[1]), float(error @ np.linalg.solve(covariance, error))
+        return float(error[0]), float(error[1]), normalised(error, track, self.setup)
 
 
 def drive(given: Scenario, room: str, scans: tuple[int, ...]) -> np.ndarray:

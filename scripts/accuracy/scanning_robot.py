@@ -6,7 +6,8 @@ import numpy as np
 from raycast import Scene, cast, wheels
 
 from pbrg_mj.perception.perceive import PerceptionMemory, initial, perceive
-from pbrg_mj.perception.setup import perception_setup
+from pbrg_mj.perception.setup import PerceptionSetup, perception_setup
+from pbrg_mj.perception.track.records import error_covariance
 from pbrg_mj.scenario.random_streams import Source, stream
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.sensing.beam_model import noisy_scan
@@ -67,5 +68,10 @@ class ScanningRobot:
         anchor = np.array([self.memory.anchors[0]["x"], self.memory.anchors[0]["y"]])
         turn = track["angle"] - np.arctan2(normal[1], normal[0])
         error = np.array([np.angle(np.exp(1j * turn)), track["offset"] - (offset - normal @ anchor)])
-        covariance = np.array([[track["p_aa"], track["p_ac"]], [track["p_ac"], track["p_cc"]]])
-        return float(error[0]), float(error[1]), float(error @ np.linalg.solve(covariance, error))
+        return float(error[0]), float(error[1]), normalised(error, track, self.setup)
+
+
+def normalised(error: np.ndarray, track: np.void, setup: PerceptionSetup) -> float:
+    """The normalised error squared of a track's (angle, offset), by the covariance that margins count."""
+    aa, ac, cc = error_covariance(track, setup.parameters.track)
+    return float(error @ np.linalg.solve(np.array([[aa, ac], [ac, cc]]), error))

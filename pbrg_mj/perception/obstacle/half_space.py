@@ -11,6 +11,7 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.obstacle.outline import FACE, HIDDEN, OTHER, crossing, outline
 from pbrg_mj.perception.obstacle.polygons import compiled_hull, gap
 from pbrg_mj.perception.track.extent import track_ends
+from pbrg_mj.perception.track.records import error_covariance
 
 TEAM_GAP = 0.05  # [m] of gap from which on an obstacle is kept off the whole team again
 
@@ -48,8 +49,8 @@ def half_space(tracks, root, links, robots, params):
     if face >= 0:
         gx, gy, h = _face_row(tracks[face], bound, params)
         return gx, gy, h, width
-    var = _corner_var(tracks, corners, a, (gx, gy), robots)
-    var = max(var, _corner_var(tracks, corners, b, (gx, gy), robots), 0.0)
+    var = _corner_var(tracks, corners, a, (gx, gy), (robots, params))
+    var = max(var, _corner_var(tracks, corners, b, (gx, gy), (robots, params)), 0.0)
     h = gx * points[a, 0] + gy * points[a, 1]
     return gx, gy, h - params.clearance - params.sigmas * math.sqrt(var), width
 
@@ -76,34 +77,35 @@ def _face_row(track, bound, params):
     var = 0.0
     for k in range(len(bound)):
         s = min(max(bound[k, 1] * gx - bound[k, 0] * gy, low), high)
-        var = max(var, _variance(track, s))
+        var = max(var, _variance(track, s, params))
     return gx, gy, track["offset"] - params.clearance - params.sigmas * math.sqrt(var)
 
 
 @kernel
-def _variance(track, s):
+def _variance(track, s, params):
     """Return the variance of a face's place along its normal, at coordinate s: offset - angle s."""
-    return track["p_cc"] - 2 * s * track["p_ac"] + s * s * track["p_aa"]
+    aa, ac, cc = error_covariance(track, params)
+    return cc - 2 * s * ac + s * s * aa
 
 
 @kernel
-def _corner_var(tracks, corners, corner, g, robots):
+def _corner_var(tracks, corners, corner, g, known):
     """Return the variance of g . x of one corner x of an outline, g (2,) a unit vector.
 
     Where two faces meet, n . x = offset of both gives it; an end has the face's variance across and that of any point
-    along.
+    along. What is `known` are the BoundRobots and the TrackParameters.
     """
-    _, along, sides = corners
+    (_, along, sides), (robots, params) = corners, known
     s, face, other = along[corner], sides[corner, FACE], sides[corner, OTHER]
     a = tracks[face]
     ax, ay = math.cos(a["angle"]), math.sin(a["angle"])
-    va = _variance(a, s)
+    va = _variance(a, s, params)
     if other < 0:
         end_var = robots.position_var + robots.heading_var * (s**2 + a["offset"] ** 2)
         return (g[0] * ax + g[1] * ay) ** 2 * va + (g[1] * ax - g[0] * ay) ** 2 * end_var
     b = tracks[other]
     bx, by = math.cos(b["angle"]), math.sin(b["angle"])
-    vb = _variance(b, crossing(a, b)[1])
+    vb = _variance(b, crossing(a, b)[1], params)
     det = ax * by - ay * bx
     return ((g[0] * by - g[1] * bx) / det) ** 2 * va + ((g[1] * ax - g[0] * ay) / det) ** 2 * vb
 

@@ -82,7 +82,7 @@ class PointEstimator:
         targets = np.full(self.formation.shape, np.nan) if m is None else m + self.formation
         at = poses_at_scan(history, readings, self.parameters.pose)
         seen = tuple(deskewed(readings, history, at.poses, self.robots, self.parameters))
-        scans = (seen, *at, time, memory.scans + 1)
+        scans = (seen, at.poses, at.variances, time, memory.scans + 1)
         after = (
             points,
             anchors,

@@ -29,7 +29,8 @@ class Lines:
 
     angle: np.ndarray  # (L,) direction of the outward normal n [rad]
     offset: np.ndarray  # (L,) distance of the origin, >= 0 [m]
-    covariance: np.ndarray  # (L, 2, 2) of (angle, offset) from range noise
+    covariance: np.ndarray  # (L, 2, 2) of (angle, offset) from range noise, by which lines are weighted
+    error_covariance: np.ndarray  # (L, 2, 2) of their errors
     low: np.ndarray  # (L,) where the extent seen begins along t = (-sin, cos) [m]
     high: np.ndarray  # (L,) where it ends [m]
     free_low: np.ndarray  # (L,) bool: the line truly ends at `low`, beams pass by it there
@@ -46,6 +47,7 @@ class LineBuffer(NamedTuple):
     angle: np.ndarray
     offset: np.ndarray
     covariance: np.ndarray
+    error_covariance: np.ndarray
     low: np.ndarray
     high: np.ndarray
     free_low: np.ndarray
@@ -65,7 +67,7 @@ class LineWorkspace(NamedTuple):
     members: np.ndarray  # (B,) beams of one line
     at: np.ndarray  # (B, 4) where they meet its line
     owner: np.ndarray  # (B,) line that has a beam's point, -1: none
-    fits: np.ndarray  # (B, 7) theta, c, var theta, cov, var c, low, high of each line
+    fits: np.ndarray  # (B, 10) theta, c, var theta, cov, var c, low, high of each line; aa, ac, cc of its errors
     ends: np.ndarray  # (B, 2) beams of each line's first and last point
     ranking: np.ndarray  # (B,) lines, longest first
     moved: np.ndarray  # (B,) bool: points beside a line's corner have changed hands
@@ -77,9 +79,9 @@ class LineWorkspace(NamedTuple):
 def line_buffer(beams):
     """Return a LineBuffer for all lines that a scan of so many beams can have: each takes three points at least."""
     most = beams // 3 + 1
-    angle, offset, covariance = np.empty(most), np.empty(most), np.empty((most, 2, 2))
-    low, high = np.empty(most), np.empty(most)
-    return LineBuffer(angle, offset, covariance, low, high, np.empty(most, np.bool_), np.empty(most, np.bool_))
+    angle, offset, low, high = np.empty(most), np.empty(most), np.empty(most), np.empty(most)
+    covariance, errors = np.empty((most, 2, 2)), np.empty((most, 2, 2))
+    return LineBuffer(angle, offset, covariance, errors, low, high, np.empty(most, np.bool_), np.empty(most, np.bool_))
 
 
 @kernel
@@ -96,7 +98,7 @@ def line_workspace(beams):
         members=np.empty(beams, np.int64),
         at=np.empty((beams, 4)),
         owner=np.empty(beams, np.int64),
-        fits=np.empty((beams, 7)),
+        fits=np.empty((beams, 10)),
         ends=np.empty((beams, 2), np.int64),
         ranking=np.empty(beams, np.int64),
         moved=np.empty(beams, np.bool_),
@@ -175,5 +177,7 @@ def _write_line(params, work, line, out, i):
     out.angle[i], out.offset[i], out.low[i], out.high[i] = fit[0], fit[1], fit[5], fit[6]
     out.covariance[i, 0, 0], out.covariance[i, 1, 1] = fit[2], fit[4]
     out.covariance[i, 0, 1] = out.covariance[i, 1, 0] = fit[3]
+    out.error_covariance[i, 0, 0], out.error_covariance[i, 1, 1] = fit[7], fit[9]
+    out.error_covariance[i, 0, 1] = out.error_covariance[i, 1, 0] = fit[8]
     out.free_low[i] = is_free(work.points, params, fit, work.ends[line, 0], -1)
     out.free_high[i] = is_free(work.points, params, fit, work.ends[line, 1], 1)

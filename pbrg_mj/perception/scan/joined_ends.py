@@ -10,6 +10,10 @@ that with all points and that without the last, and so is its covariance, to fir
     line + sum p_i delta_i,    P + sum p_i (P_i - P + (1 - p_i) delta_i delta_i'),
 
 delta_i how far the line moves when point i is left out (as in Bar-Shalom's probabilistic data association).
+
+The covariance of the errors counts the second last point, too. A wall that begins between the third last beam and the
+second last is as likely a priori as one that begins a beam later, and that both are foreign follows from their
+residuals, as above. The line is not moved for it, so delta delta' counts in full.
 """
 
 from __future__ import annotations
@@ -21,23 +25,29 @@ from pbrg_mj.perception.scan.line_fit import RESIDUAL, WEIGHT, S, covariance, ex
 from pbrg_mj.perception.scan.points import DX, DY, MAX_LOST, X, Y, apart
 from pbrg_mj.perception.scan.robust_fit import OUTLIER
 
+LEAST_LEFT = 3  # points of a line without its last two: through fewer any line goes
+STEPS = 8  # of the place of a corner between two beams
+LOG_2 = math.log(2.0)
 SQRT_2PI = math.sqrt(2.0 * math.pi)
 
 
 @kernel
 def allow_for_corners(points, params, order, line, count, work):
-    """Correct a line's fit (7,) for last points that may be another surface's; its beams are work.members[:count]."""
+    """Correct a line's fit (10,) for last points that may be another surface's; its beams are work.members[:count]."""
     fit, at = work.fits[line], work.at
     members = work.members[:count]
     moments = extent(points, params, members, (fit[0], fit[1]), at)
     moved = (0.0, 0.0)
+    for k in range(3):
+        fit[7 + k] = params.noise_share * fit[2 + k]
     for end in range(2):
-        i = _last(at, count, end)
+        i = _last(at, count, end, -1)
         after = _after(order, members[i], 2 * end - 1)
         ends = (members[i], after) if end == 1 else (after, members[i])
         other = work.owner[after] >= 0 and work.owner[after] != line
         if _hides(points, params, ends, other) or not apart(points, params, ends[0], ends[1], 0):
-            turn, shift = _correct(points, params, fit, (moments, at, i), after, work.odds[members[i]])
+            found = (moments, at, i, _last(at, count, end, i) if count >= LEAST_LEFT + 2 else -1)
+            turn, shift = _correct(points, params, fit, found, after, work.odds[members[i]])
             moved = (moved[0] + turn, moved[1] + shift)
     fit[0], fit[1] = wrapped(fit[0] + moved[0]), fit[1] + moved[1]
 
@@ -54,11 +64,11 @@ def _hides(points, params, ends, other):
 
 
 @kernel
-def _last(at, count, end):
-    """Return which point is last at the low (0) or high (1) end of a line."""
-    last = 0
-    for i in range(1, count):
-        if (at[i, S] > at[last, S]) == (end == 1):
+def _last(at, count, end, without):
+    """Return which point is last at the low (0) or high (1) end of a line `without` one of them."""
+    last = -1
+    for i in range(count):
+        if i != without and (last < 0 or (at[i, S] > at[last, S]) == (end == 1)):
             last = i
     return last
 
@@ -74,12 +84,12 @@ def _after(order, beam, direction):
 
 @kernel
 def _correct(points, params, fit, found, after, odds):
-    """Add to the covariance in `fit` for one last point, and return how far (theta, c) move.
+    """Add to the covariances in `fit` for the last points, and return how far (theta, c) move.
 
-    `found` are the moments of the line, its points `at` and the place of the last one there; `odds` those of it to be
-    foreign before its residual is known.
+    `found` are the moments of the line, its points `at` and the places of the last one and the one before it there, -1
+    if that is surely the line's; `odds` those of the last to be foreign before its residual is known.
     """
-    moments, at, i = found
+    moments, at, i, second = found
     total, mean, spread = moments[0], moments[1], moments[2]
     s, w = at[i, S], at[i, WEIGHT]
     kept = max(1.0 - w * (1.0 / total + (s - mean) ** 2 / spread), 1e-6)  # 1 - leverage
@@ -92,7 +102,64 @@ def _correct(points, params, fit, found, after, odds):
     fit[2] += size * turn * turn
     fit[3] += size * turn * shift
     fit[4] += size * shift * shift
-    return p * w * off * turn, p * w * off * shift
+    moved = (p * w * off * turn, p * w * off * shift)
+    both, away, grows = 0.0, (0.0, 0.0), (0.0, 0.0, 0.0)
+    if second >= 0:
+        odds_of_two, away, grows = _without_two(moments, at, (i, second), offset)
+        odds_of_two *= odds**2 * (1.0 - p)
+        both = odds_of_two / (1.0 + odds_of_two)
+    size = (1.0 - both) * p * w / kept * (params.noise_share + (1.0 - p) * w * kept * off * off)
+    turn_off, shift_off = away[0] - moved[0], away[1] - moved[1]
+    fit[7] += size * turn * turn + both * (params.noise_share * grows[0] + turn_off * turn_off)
+    fit[8] += size * turn * shift + both * (params.noise_share * grows[1] + turn_off * shift_off)
+    fit[9] += size * shift * shift + both * (params.noise_share * grows[2] + shift_off * shift_off)
+    return moved
+
+
+@kernel
+def _without_two(moments, at, places, offset):
+    """Return the odds that the last two points are foreign, against that none is, and what the line is without them.
+
+    That is how far (theta, c) move, and how much less sure they are: aa, ac, cc. The `places` (2,) in `at` are those
+    of the last point and the one before it, `offset` that of the point after them [m].
+    """
+    total, mean, spread = moments[0], moments[1], moments[2]
+    paa, pac, pcc = covariance(total, mean, spread)
+    s_i, s_k = at[places[0], S], at[places[1], S]
+    root_i, root_k = math.sqrt(at[places[0], WEIGHT]), math.sqrt(at[places[1], WEIGHT])
+    m_ii = 1.0 - root_i**2 * (1.0 / total + (s_i - mean) ** 2 / spread)  # of I less their part of the hat matrix
+    m_kk = 1.0 - root_k**2 * (1.0 / total + (s_k - mean) ** 2 / spread)
+    m_ik = -root_i * root_k * (1.0 / total + (s_i - mean) * (s_k - mean) / spread)
+    det = max(m_ii * m_kk - m_ik**2, 1e-6)
+    r_i, r_k = root_i * at[places[0], RESIDUAL], root_k * at[places[1], RESIDUAL]
+    z_i, z_k = (m_kk * r_i - m_ik * r_k) / det, (m_ii * r_k - m_ik * r_i) / det  # from the line without them
+    a_i, c_i = root_i * (paa * s_i - pac), root_i * (pac * s_i - pcc)
+    a_k, c_k = root_k * (paa * s_k - pac), root_k * (pac * s_k - pcc)
+    aa = (m_kk * a_i * a_i - 2.0 * m_ik * a_i * a_k + m_ii * a_k * a_k) / det
+    ac = (m_kk * a_i * c_i - m_ik * (a_i * c_k + a_k * c_i) + m_ii * a_k * c_k) / det
+    cc = (m_kk * c_i * c_i - 2.0 * m_ik * c_i * c_k + m_ii * c_k * c_k) / det
+    odds = _odds_of_two((r_i, r_k), (m_ii, m_ik, m_kk), (root_i * offset, root_k * offset))
+    return odds, (z_i * a_i + z_k * a_k, z_i * c_i + z_k * c_k), (aa, ac, cc)
+
+
+@kernel
+def _odds_of_two(residuals, matrix, offsets):
+    """Return the likelihood that the last two points are foreign, in that of none.
+
+    Of the last, i, and the one before, k: `residuals` r_i, r_k, `offsets` all_i, all_k of the point after them, all in
+    standard deviations, and the `matrix` m_ii, m_ik, m_kk, I less the hat matrix.
+    A wall that leaves the line at the share u of the way back from the second last beam to the third last goes away
+    from it by the same d a beam. So the point after the last is at (2 + u) d, the last at (1 + u) d, the one before at
+    u d. Whatever d, all are equally likely, so u has the density 1 / (2 + u), against log 2 where one is foreign.
+    """
+    (r_i, r_k), (m_ii, m_ik, m_kk), (all_i, all_k) = residuals, matrix, offsets
+    odds = 0.0
+    for step in range(STEPS):
+        u = (step + 0.5) / STEPS
+        mu_i, mu_k = all_i * (1.0 + u) / (2.0 + u), all_k * u / (2.0 + u)
+        square = m_ii * mu_i**2 + 2.0 * m_ik * mu_i * mu_k + m_kk * mu_k**2
+        odds += math.exp(min(r_i * mu_i + r_k * mu_k - 0.5 * square, 50.0)) / ((2.0 + u) * LOG_2 * STEPS)
+    return odds
 
 
 @kernel

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from pbrg_mj.scenario.schema import Beams, Scenario
 
+EXACT = 1e-4  # [m] of exact ranges: rounding, and bodies that tilt
 NOISE_FLOOR = 1e-3  # [m] below this, straight walls and exact ranges no longer are
 FALSE_END = 1e-3  # probability that outliers alone make a gap or an end of a line
 
@@ -23,6 +24,7 @@ class LineParameters(NamedTuple):
     agree: int  # neighbouring beams that must pass by before a line ends or has a gap
     outlier_density: float = 0.0  # density of outliers over range, against inliers [1/m]
     closed: bool = True  # the beams go all the way round: the last one is next to the first
+    noise_share: float = 1.0  # of a line's variance that is of the ranges' noise and not of its floor
 
 
 def line_parameters(scenario: Scenario) -> LineParameters:
@@ -40,6 +42,7 @@ def line_parameters(scenario: Scenario) -> LineParameters:
         agree=agreeing_beams(0.0 if exact else beams.dropout + beams.outliers),
         outlier_density=0.0 if exact else _outlier_density(beams),
         closed=beams.sweep_deg == 360.0,
+        noise_share=min(max(range_std, EXACT) / NOISE_FLOOR, 1.0) ** 2 if exact or beams.noise_ratio == 0.0 else 1.0,
     )
 
 

@@ -144,6 +144,6 @@ def _absorb(tracks, i, j):
     if b["high"] > a["high"]:
         a["high"], a["high_bound"] = b["high"], b["high_bound"]
     if b["seen"] >= a["seen"]:
-        a["seen"], a["unseen"] = b["seen"], b["unseen"]
+        a["seen"], a["unseen"], a["away"] = b["seen"], b["unseen"], b["away"]
     b["live"] = 0
     return i

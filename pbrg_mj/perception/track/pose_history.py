@@ -34,7 +34,8 @@ class PosesAtScan(NamedTuple):
     """Where robots were at a scan."""
 
     poses: np.ndarray  # (n, 3) x, y [m], heading [rad]
-    variances: np.ndarray  # (n, 2) of x and y each [m^2], of the heading [rad^2]
+    variances: np.ndarray  # (n, 2) of x and y each [m^2], of the heading [rad^2], with what accelerations add at most
+    error_variances: np.ndarray  # (n, 2) the same with what they add in the mean
 
 
 def no_poses(robots: int, frames: int) -> PoseHistory:
@@ -80,31 +81,34 @@ def poses_at_scan(history: PoseHistory, readings: Readings, model: PoseModel) ->
     age = scanned(readings.scan_frame, model) - exposure(readings.pose_frame, model)
     if age <= FRESH or len(history.time) < SPANS + 2 or readings.pose_frame < 0:
         poses, variance = readings.body_pose, (model.position_var, model.heading_var)
-        return PosesAtScan(poses, np.full((len(poses), 2), variance))
+        variances = np.full((len(poses), 2), variance)
+        return PosesAtScan(poses, variances, variances)
     return extrapolated(history, min(age, max(LONGEST, SPANS * model.frame_period)), model)
 
 
 def extrapolated(history: PoseHistory, age: float, model: PoseModel) -> PosesAtScan:
     """Return where robots are `age` [s] after the last frame of a history."""
     time, poses = history
-    found, variances = np.empty(poses.shape[1:]), np.empty((poses.shape[1], 2))
+    found, variances, errors = np.empty(poses.shape[1:]), np.empty((poses.shape[1], 2)), np.empty((poses.shape[1], 2))
     noise = model.position_var / model.shared, model.heading_var / model.shared
     ahead = math.ceil(age / model.frame_period - FRESH)  # frames that last for the age
     ahead = min(max(ahead, 1), len(time) - 1 - SPANS)
     for robot in range(len(found)):
         one = poses[:, robot].copy()
-        _extrapolate((time, one), (age, ahead), noise, (found[robot], variances[robot]))
-    return PosesAtScan(found, model.shared * variances)
+        _extrapolate((time, one), (age, ahead), noise, (found[robot], variances[robot], errors[robot]))
+    return PosesAtScan(found, model.shared * variances, model.shared * errors)
 
 
 @kernel
 def _extrapolate(frames, over, noise, written):
-    """Write a robot's pose, found (3,), and the variances (2,) of its x and y each and its heading.
+    """Write a robot's pose, found (3,), the variances (2,) of its x and y each and its heading, and errors (2,).
+
+    Those are the variances with what accelerations add in the mean over all frames.
 
     `frames` are time (H,) [s] and poses (H, 3), whose headings are unwound in place; `over` an age [s] and how many
     frames last for it, ahead; noise (2,) are the variances of a frame, [m^2] and [rad^2].
     """
-    (time, poses), (age, ahead), (found, variances) = frames, over, written
+    (time, poses), (age, ahead), (found, variances, errors) = frames, over, written
     last = len(time) - 1
     for k in range(last):
         poses[k + 1, 2] = poses[k, 2] + wrapped(poses[k + 1, 2] - poses[k, 2])
@@ -114,12 +118,14 @@ def _extrapolate(frames, over, noise, written):
         if back > 1 and span > LONGEST:
             break
         x, y, heading = _along(poses[last], poses[last - back], age / span)
-        of_place, of_heading = _errors(time, poses, (ahead, back), noise, age * (age + span))
+        of_place, of_heading, mean_place, mean_heading = _errors(time, poses, (ahead, back), noise, age * (age + span))
         own = _noise(age / span)
         if own * noise[0] + of_place < variances[0]:
             found[0], found[1], variances[0] = x, y, own * noise[0] + of_place
+            errors[0] = own * noise[0] + mean_place
         if own * noise[1] + of_heading < variances[1]:
             found[2], variances[1] = heading, own * noise[1] + of_heading
+            errors[1] = own * noise[1] + mean_heading
 
 
 @kernel
@@ -128,6 +134,7 @@ def _errors(time, poses, apart, noise, drawn):
 
     Frames are predicted from those `ahead` before them and `back` more. Of the means over all and over the last the
     larger counts: that of all covers robots that begin to turn within the age, that of the last those that turn now.
+    The mean over all follows, of both.
     """
     ahead, back = apart
     place, heading, place_now, heading_now = 0.0, 0.0, 0.0, 0.0
@@ -142,7 +149,8 @@ def _errors(time, poses, apart, noise, drawn):
         heading += scale * (theta * theta - own * noise[1])
         if k == max(count - LAST, 0):
             place_now, heading_now = place / (count - k), heading / (count - k)
-    return max(place / count, place_now, 0.0), max(heading / count, heading_now, 0.0)
+    place, heading = max(place / count, 0.0), max(heading / count, 0.0)
+    return max(place, place_now), max(heading, heading_now), place, heading
 
 
 @kernel

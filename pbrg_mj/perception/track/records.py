@@ -12,9 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pbrg_mj.kernel import kernel
 from pbrg_mj.scenario.schema import Scenario
 
-_REAL = ["angle", "offset", "p_aa", "p_ac", "p_cc", "low", "high", "low_bound", "high_bound", "first", "seen"]
+_REAL = ["angle", "offset", "p_aa", "p_ac", "p_cc", "e_aa", "e_ac", "e_cc", "away"]
+_REAL += ["low", "high", "low_bound", "high_bound", "first", "seen"]
 _REAL += ["ref_angle", "ref_x", "ref_y", "w0", "w1", "w2", "e0", "e1", "end_blur"]
 _WHOLE = ["live", "confirmed", "slot", "hits", "missed", "unseen"]
 _WHOLE += ["contradictions", "conflicts", "end_moves", "own_only"]
@@ -22,7 +24,8 @@ _WHOLE += ["contradictions", "conflicts", "end_moves", "own_only"]
 TRACK = np.dtype([(name, np.float64) for name in _REAL] + [(name, np.int64) for name in _WHOLE])
 """One line tracked by one robot.
 
-- angle [rad], offset [m], and their covariance p_aa, p_ac, p_cc
+- angle [rad], offset [m], and their covariance p_aa, p_ac, p_cc by which sightings are weighted: walls may drift
+- e_aa, e_ac, e_cc: covariance of their errors if the wall rests; away [s]: for how long it has been out of sight
 - low, high [m]: the extent seen; low_bound, high_bound [m]: beams passed by there, so the track ends before; infinite
   when no end has been seen
 - first, seen [s]: first and last sighting; hits: sightings; missed: scans whose beams met it and that showed no line;
@@ -48,6 +51,13 @@ class TrackParameters(NamedTuple):
     clearance: float  # of hand points from faces [m]
     sigmas: float  # half-spaces move inward by this many standard deviations
     min_points: int  # of a line
+
+
+@kernel
+def error_covariance(track, params):
+    """Return aa, ac, cc of the errors' covariance: of a wall at rest, and of its drift while it is out of sight."""
+    away = track["away"]
+    return track["e_aa"] + away * params.turn**2, track["e_ac"], track["e_cc"] + away * params.drift**2
 
 
 def track_parameters(scenario: Scenario, agree: int, clearance: float) -> TrackParameters:

@@ -68,6 +68,9 @@ def _predict(track, now, params):
     # offset' = offset - n . shift, so the angle's error moves it by -t . shift
     track["p_cc"] += along * (along * track["p_aa"] - 2 * track["p_ac"])
     track["p_ac"] -= along * track["p_aa"]
+    track["e_cc"] += along * (along * track["e_aa"] - 2 * track["e_ac"])
+    track["e_ac"] -= along * track["e_aa"]
+    track["away"] += now.elapsed
     share = SEEN_SHARE if track["unseen"] == 0 else 1.0
     track["p_aa"] += (share * params.turn) ** 2 * now.elapsed
     track["p_cc"] += (share * params.drift) ** 2 * now.elapsed
@@ -94,11 +97,39 @@ def _fuse(track, line, scan, now, params):
     track["p_aa"] = (1 - kaa) * paa - kac * pac
     track["p_cc"] = (1 - kcc) * pcc - kca * pac
     track["p_ac"] = (1 - kaa) * pac - kac * pcc
+    _update_errors(track, line, (kaa, kac, kca, kcc))
     track["seen"] = now.time
     track["hits"] += 1
     track["unseen"] = track["contradictions"] = track["conflicts"] = 0
     update_extent(track, line, scan, now, params)
     confirm(track, line, now, params)
+
+
+@kernel
+def _update_errors(track, line, gain):
+    """Update the errors' covariance C of a wall at rest by the gain K, kaa, kac, kca, kcc.
+
+    Its error is e' = (I - K) e + K v, v that of the sighting. So C' = (I - K) C (I - K)' + K R K', for whatever K
+    (Gelb, "Applied Optimal Estimation", 1974, section 7.2).
+    """
+    kaa, kac, kca, kcc = gain
+    aa, ac, cc = _congruent((1 - kaa, -kac, -kca, 1 - kcc), (track["e_aa"], track["e_ac"], track["e_cc"]))
+    raa, rac, rcc = _congruent(gain, (line["e_aa"], line["e_ac"], line["e_cc"]))
+    track["e_aa"], track["e_ac"], track["e_cc"] = aa + raa, ac + rac, cc + rcc
+    track["away"] = 0.0
+
+
+@kernel
+def _congruent(matrix, symmetric):
+    """Return aa, ac, cc of M C M': the `matrix` M is maa, mac, mca, mcc, and C is `symmetric`: aa, ac, cc."""
+    maa, mac, mca, mcc = matrix
+    aa, ac, cc = symmetric
+    first, second = maa * aa + mac * ac, maa * ac + mac * cc  # the first row of M C
+    return (
+        first * maa + second * mac,
+        first * mca + second * mcc,
+        mca * (mca * aa + 2 * mcc * ac) + mcc * mcc * cc,
+    )
 
 
 @kernel
@@ -125,6 +156,7 @@ def _initiate(tracks, line, scan, now, params):
     track["angle"] = wrapped(line["angle"])
     track["offset"] = line["offset"]
     track["p_aa"], track["p_ac"], track["p_cc"] = line["c_aa"], line["c_ac"], line["c_cc"]
+    track["e_aa"], track["e_ac"], track["e_cc"], track["away"] = line["e_aa"], line["e_ac"], line["e_cc"], 0.0
     track["first"] = track["seen"] = now.time
     track["hits"] = track["live"] = 1
     track["missed"] = 0
@@ -144,6 +176,8 @@ def _delete_contradicted(tracks, scan, params):
             met, past, echoes = _beams_on(track, scan, params)
             against = echoes > 0 and met + past >= LEAST_BEAMS and past >= PASSED_SHARE * (met + past)
             track["contradictions"] = track["contradictions"] + 1 if against else 0
+            if met >= LEAST_BEAMS:
+                track["away"] = 0.0
             if params.min_points > 0 and met >= params.min_points:
                 _count_miss(track)
             if track["contradictions"] >= MAX_CONTRADICTIONS:
@@ -165,6 +199,11 @@ def _count_miss(track):
             grows * track["p_aa"],
             grows * track["p_ac"],
             grows * track["p_cc"],
+        )
+        track["e_aa"], track["e_ac"], track["e_cc"] = (
+            grows * track["e_aa"],
+            grows * track["e_ac"],
+            grows * track["e_cc"],
         )
 
 

@@ -27,14 +27,15 @@ ANCHOR = np.dtype([(name, np.float64) for name in ("x", "y", "time", "known")])
 first scan, then 1."""
 
 LINE = np.dtype(
-    [(name, np.float64) for name in ("angle", "offset", "c_aa", "c_ac", "c_cc", "low", "high")]
+    [(name, np.float64) for name in ("angle", "offset", "c_aa", "c_ac", "c_cc", "e_aa", "e_ac", "e_cc", "low", "high")]
     + [(name, np.bool_) for name in ("free_low", "free_high")]
     + [(name, np.int64) for name in ("role", "track")],
     align=True,
 )
-"""One line of a scan in the world: angle of its normal [rad], offset from the robot [m], their covariance c_aa, c_ac,
-c_cc (range noise and pose noise), low and high along t from the robot's foot [m], whether these ends are free; its role
-(see association.py) and its track, -1 for none yet."""
+"""One line of a scan in the world: angle of its normal [rad], offset from the robot [m]; the covariance by which they
+are weighted c_aa, c_ac, c_cc (range noise and pose noise) and that of their errors e_aa, e_ac, e_cc; low and high along
+t from the robot's foot [m], whether these ends are free; its role (see association.py) and its track, -1 for none
+yet."""
 
 
 class PoseModel(NamedTuple):
@@ -109,11 +110,12 @@ def pose_at_scan(estimate, variances, time, last):
 
 
 @kernel
-def lines_in_world(lines, count, pose):
+def lines_in_world(lines, count, pose, errors):
     """Return the first `count` of `lines` (a LineBuffer) in the world, as records LINE (count,).
 
     The noise of the ScanPose `pose` is added to every line: with the robot's own position as the anchor, an error of
-    the heading turns the line and an error of the position shifts it, whatever the distance.
+    the heading turns the line and an error of the position shifts it, whatever the distance. The `errors` (2,) are
+    `error_variances` of position and heading.
     """
     turned = np.empty(count, LINE)
     for i in range(count):
@@ -121,6 +123,8 @@ def lines_in_world(lines, count, pose):
         line["angle"], line["offset"] = lines.angle[i] + pose.heading, lines.offset[i]
         line["c_aa"], line["c_ac"] = lines.covariance[i, 0, 0] + pose.heading_var, lines.covariance[i, 0, 1]
         line["c_cc"] = lines.covariance[i, 1, 1] + pose.position_var
+        line["e_aa"], line["e_ac"] = lines.error_covariance[i, 0, 0] + errors[1], lines.error_covariance[i, 0, 1]
+        line["e_cc"] = lines.error_covariance[i, 1, 1] + errors[0]
         line["low"], line["high"] = lines.low[i], lines.high[i]
         line["free_low"], line["free_high"] = lines.free_low[i], lines.free_high[i]
         line["role"], line["track"] = 0, -1

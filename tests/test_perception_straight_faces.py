@@ -10,7 +10,7 @@ from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.perception.points.beams import SeenBeams
 from pbrg_mj.perception.points.detect import add_scan
 from pbrg_mj.perception.points.estimator import PointEstimator
-from pbrg_mj.perception.points.lines import line_at
+from pbrg_mj.perception.points.lines import is_on_line, line_at
 from pbrg_mj.perception.points.memory import no_points
 from pbrg_mj.perception.points.obstacle_points import ObstaclePoints
 from pbrg_mj.perception.points.range_flow import store_scan
@@ -107,6 +107,23 @@ def test_one_echo_ahead_of_a_line_binds_no_more_until_another_scan_has_it(ahead:
     assert line.found != again
     assert window.memory["binds"][0] == again
     assert window.memory["binds"][1:].all()
+
+
+@pytest.mark.parametrize(("echoes", "deviations", "found"), [(1, 5.5, True), (1, 7.0, False), (5, 5.5, False)])
+def test_one_echo_ahead_that_noise_explains_makes_a_wall_no_less_a_line(echoes: int, deviations: float, found: bool):
+    """Five of them side by side are no noise. In 1 of 50 faces another one beside it is ahead by noise."""
+    made, _ = estimator()
+    rng, std, lines = np.random.default_rng(12), 0.004, 0
+    for _ in range(50):
+        (window, count, path), _ = places(rng, 0.0, std, 0.0)
+        ahead = np.argsort(np.abs(window.y - 0.1))[:echoes]  # of 120 on 1.4 m
+        window.x[ahead] = 0.6 - deviations * std * np.cos(np.arctan2(window.y[ahead], 0.6))
+        window.memory["x"][:] = window.x
+        line = straight_face((window, count, path), (1.0, 0.0), made.parameters)
+        lines += line.found
+        assert not line.found or abs(line.offset - 0.6) <= 4.0 * line.std
+        assert not line.found or is_on_line(window, ahead[0], line)
+    assert lines >= 45 if found else lines == 0
 
 
 @pytest.mark.parametrize(("speed", "bend"), [(0.03, 0.0), (-0.03, 0.0), (0.0, 0.01), (0.0, -0.01)])

@@ -16,7 +16,8 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.parameters import LEAST_JOINING
 
 LEAST_PLACES = 12  # that make a line
-OFF_LINE = 25.0  # squared standard deviations: one of 200 places is off so far by chance once in 10^4 scans
+OFF_LINE = 25.0  # squared standard deviations: of 72 new places of a scan one is off so far by chance in 10^4 scans
+LONE_OFF_LINE = 36.0  # of a place with no other beside it half as far ahead: in 10^7 scans
 BENT = 4.0 * OFF_LINE  # ahead of the first line, whose normal is not that of the places yet
 TURNS = 2  # of the normal: the second leaves out what is behind the line without what the first left out
 SAME_PLACE = 0.02  # [m] besides the noise of ranges, as far as two echoes of one thing are apart
@@ -122,13 +123,13 @@ def _leave_out_outliers(window, normal, weighted, fit):
     count = 0
     for i in range(weighted.shape[1]):
         off = weighted[1, i] - fit.mean - fit.slope * (weighted[0, i] - fit.middle)
-        if off < 0.0 and off * off * weighted[2, i] > OFF_LINE and not _has_company(window, normal, i, -off):
+        if off < 0.0 and off * off * weighted[2, i] > OFF_LINE and not has_company(window, normal, i, -off):
             weighted[2, i], count = 0.0, count + 1
     return count
 
 
 @kernel
-def _has_company(window, normal, i, ahead):
+def has_company(window, normal, i, ahead):
     """Tell whether an echo beside echo i is half as far ahead [m] or more, whether it binds or not.
 
     Beside it is in the same scan what may be of the same thing, and in another what is at the same place.

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.points.fitted_line import EXACT, OFF_LINE
+from pbrg_mj.perception.points.fitted_line import EXACT, LONE_OFF_LINE
 
 ON_LINE = 0.01  # [m] that a corner may be off the line of its face
 
@@ -75,4 +75,4 @@ def echoes_on_lines(echoes, lines):
 def _fits(line, x, y, variance):
     """Tell whether a place of that variance [m^2] may be on a `Line`, and whether it is between its ends."""
     along, off = line.gx * y - line.gy * x, line.gx * x + line.gy * y - line.offset
-    return off * off <= OFF_LINE * (variance + line.std**2 + EXACT**2), line.low <= along <= line.high
+    return off * off <= LONE_OFF_LINE * (variance + line.std**2 + EXACT**2), line.low <= along <= line.high

@@ -4,9 +4,10 @@ Noise of ranges is independent from echo to echo. The errors of a pose are the s
 independent from scan to scan. A face may be a little bent, c q(s) with q the quadratic that is orthogonal to 1 and s
 (Forsythe, J. SIAM 5(2), 1957): the line goes through where the bent face is nearest.
 
-No line is what is off it by more than `OFF_LINE` deviations, one place or the mean of those in a part of it: things
-that lie against a wall are kept off echo by echo. Nor is what may come nearer at `MAX_REST_SPEED`, as the means of the
-scans tell: places of several scans are where it was, not where it is.
+No line is what is off it by more than `OFF_LINE` deviations, one place or the mean of those in a part of it, and by
+more than `LONE_OFF_LINE` a place ahead that has no other beside it: things that lie against a wall are kept off echo by
+echo. Nor is what may come nearer at `MAX_REST_SPEED`, as the means of the scans tell: places of several scans are where
+it was, not where it is.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.face import clearance_along
-from pbrg_mj.perception.points.fitted_line import OFF_LINE, fitted_line, pose_variance
+from pbrg_mj.perception.points.fitted_line import LONE_OFF_LINE, OFF_LINE, fitted_line, has_company, pose_variance
 from pbrg_mj.perception.points.lines import Line
 from pbrg_mj.perception.track.confirmation import MAX_REST_SPEED
 
@@ -46,7 +47,7 @@ def straight_face(face, about, parameters):
     if high - low < LEAST_LENGTH:
         return nothing
     shares, pose_var = _shares(window, weighted, (low, high)), _pose_variance(window, normal, weighted, fit)
-    if not _is_straight(weighted, fit, (low, high), (shares, pose_var)):
+    if not _is_straight((window, normal, weighted), fit, (low, high), (shares, pose_var)):
         return nothing
     approach = _approach(window, weighted, fit, pose_var)
     if approach < 0.0:
@@ -138,17 +139,18 @@ def _approach(window, weighted, fit, pose_var):
 
 
 @kernel
-def _is_straight(weighted, fit, ends, noise):
+def _is_straight(places, fit, ends, noise):
     """Tell whether no place and no part of a face is off its line.
 
-    `noise` are shares (PARTS, SCANS) and pose_var, of `_shares` and `_pose_variance`: places of one scan are off by the
-    error of the same pose.
+    `places` are (window, normal, weighted), `noise` the shares (PARTS, SCANS) and pose_var of `_shares` and
+    `_pose_variance`: places of one scan are off by the error of the same pose.
     """
-    shares, pose_var = noise
+    (window, normal, weighted), (shares, pose_var) = places, noise
     off, ratio = np.zeros(PARTS), PARTS / (ends[1] - ends[0])
     for i in range(weighted.shape[1]):
         y = weighted[1, i] - fit.mean
-        if y * y * weighted[2, i] > OFF_LINE:
+        deviations = y * y * weighted[2, i]
+        if deviations > OFF_LINE and (deviations > LONE_OFF_LINE or y > 0.0 or has_company(window, normal, i, -y)):
             return False
         if weighted[2, i] > 0.0:
             off[min(int((weighted[0, i] - ends[0]) * ratio), PARTS - 1)] += weighted[2, i] * y

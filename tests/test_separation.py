@@ -376,6 +376,45 @@ def test_who_is_pushed_back_has_the_right_of_way() -> None:
         np.testing.assert_allclose(driven[:, 0], [-rate * keeper.gain * 0.1, 0.5 * keeper.gain * 0.1], atol=1e-9)
 
 
+def all_see(problem: Problem) -> Problem:
+    """Return the problem of `coming_at` in which every robot knows the half-space that comes."""
+    spaces, n = problem.half_spaces, len(problem.p)
+    assert spaces is not None
+    return replace(
+        problem,
+        half_spaces=replace(spaces, active=np.ones((n, 1), dtype=bool), binds=np.eye(n, dtype=bool)[:, None]),
+    )
+
+
+@pytest.mark.parametrize("sees", [True, False])
+@pytest.mark.parametrize("closing", [0.1, 0.4])
+def test_a_team_mate_makes_room_for_who_is_pushed_back_towards_it(closing: float, sees: bool) -> None:
+    """In the ideal plant, and with a team-mate as near as is allowed at first. One that sees nothing is in the way."""
+    rng = np.random.default_rng(309)
+    keeper, G, h = filter_of(rng, 2), np.array([0.6, 0.8]), 1.0
+    q = np.array([[0.0, 0.0], -(keeper.distance + 1e-6) * G])
+    least = np.inf
+    for _ in range(3000):
+        problem = coming_at(keeper, q, G, h, closing)
+        driven = keeper.filtered(all_see(problem) if sees else problem, q, np.zeros((2, 2)), np.zeros((2, 2)))
+        q, h = q + keeper.tick * driven, h - keeper.tick * closing
+        least = min(least, h - keeper.margin - G @ q[0])
+        assert closest(q) >= keeper.distance - 1e-12
+    assert (least >= -1e-3) == sees
+    assert not sees or closest(q) - keeper.distance == pytest.approx(closing / keeper.gain, rel=0.05)
+
+
+def test_a_robot_makes_room_for_nobody_on_the_other_side_of_what_comes_or_farther_from_it() -> None:
+    rng = np.random.default_rng(310)
+    keeper, G = filter_of(rng, 2), np.array([1.0, 0.0])
+    for x, moves in ((0.35, True), (0.9, False), (-0.35, False)):
+        q = np.array([[0.0, 0.0], [x, 0.0]])
+        h = keeper.margin + (0.4 if x < 0.5 else 0.3)  # robot 0 is pushed back from 0.2 m on
+        problem = all_see(coming_at(keeper, q, G, h, 0.4))
+        driven = keeper.filtered(problem, q, np.zeros((2, 2)), np.zeros((2, 2)))
+        assert (driven[0, 0] < 0.0) == moves
+
+
 def test_two_that_are_pushed_at_each_other_keep_their_distance() -> None:
     """In the ideal plant, with 2 gamma tick = 1: each takes all of gamma, and half-spaces come from either side."""
     rng = np.random.default_rng(308)

@@ -131,19 +131,21 @@ def write_driven(half_spaces, state, wheels, numbers, driven):
         for axis in range(2):
             displacement[j, axis] = q[j, axis] - formation[j, axis] - p[j, axis]
     moved = q, displacement, u
-    most = n + owners * slots
+    most = 2 * n + owners * slots
     normals, offsets, retreats = np.empty((most, 2)), np.empty(most), np.zeros(most)
     for j in range(n):
         x, y = u[j, 0] - gain * displacement[j, 0], u[j, 1] - gain * displacement[j, 1]
         scale = _scale(x, y, heading[j], facets)
         wx, wy = scale * x, scale * y
-        pushed = _pushed(half_spaces, q, j, margin, gain)
+        coming = _approach_of_team_mates(half_spaces, q, j, (distance, margin, gain))
+        pushed = _pushed(half_spaces, q, j, margin, gain) or _makes_room(q, j, coming, (distance, gain))
         speed = math.inf if pushed else math.sqrt(wx * wx + wy * wy)
         retreats[:] = 0.0
         rate = gain if pushed else 0.5 * gain
         robots = _robots_in_the_way(q, j, (distance, rate, speed), normals, offsets)
         written = normals, offsets, retreats
-        rows = _half_spaces_in_the_way(half_spaces, moved, j, (margin, gain, tick, speed), written, robots)
+        rows = _room_for_team_mates(q, j, coming, (distance, gain, speed), written, robots)
+        rows = _half_spaces_in_the_way(half_spaces, moved, j, (margin, gain, tick, speed), written, rows)
         found, x, y = _nearest_velocity(wx, wy, normals[:rows], offsets[:rows], retreats[:rows])
         scale = _scale(x, y, heading[j], facets) if found else 0.0  # but for rounding, 0 is allowed
         x, y = scale * x, scale * y
@@ -196,6 +198,59 @@ def _pushed(half_spaces, q, j, margin, gain):
                 if gain * behind < closing[i, k]:
                     return True
     return False
+
+
+@kernel
+def _approach_of_team_mates(half_spaces, q, j, numbers):
+    """Return what each other robot (n,) needs of robot j, gain times a distance, and how fast it comes to j [m/s].
+
+    It is pushed back by what binds j and comes, for which both are small.
+    """
+    G, h, active, binds, closing = half_spaces
+    distance, margin, gain = numbers
+    approach = np.zeros(len(q))
+    for i in range(h.shape[0]):
+        for k in range(h.shape[1]):
+            if not (active[i, k] and binds[i, k, j] and closing[i, k] > 0.0):
+                continue
+            Gx, Gy = G[i, k, 0], G[i, k, 1]
+            for other in range(len(q)):
+                x, y = q[j, 0] - q[other, 0], q[j, 1] - q[other, 1]
+                apart, along = math.sqrt(x * x + y * y), -(Gx * x + Gy * y)
+                behind = h[i, k] - margin - (Gx * q[other, 0] + Gy * q[other, 1])
+                if along > 0.0 and behind > -distance:  # not on the other side of what comes
+                    speed = closing[i, k]
+                    retreat = min(max(speed - gain * behind, 0.0), speed)
+                    room = min(max(2.0 * speed - gain * behind, 0.0), speed)
+                    approach[other] = max(approach[other], (retreat + room) * along / apart)
+    return approach
+
+
+@kernel
+def _makes_room(q, j, approach, numbers):
+    """Tell whether robot j must move away from some other robot that is pushed back towards it."""
+    distance, gain = numbers
+    for i in range(len(q)):
+        apart = math.sqrt((q[i, 0] - q[j, 0]) ** 2 + (q[i, 1] - q[j, 1]) ** 2)
+        if approach[i] > 0.0 and gain * (apart - distance) < approach[i]:
+            return True
+    return False
+
+
+@kernel
+def _room_for_team_mates(q, j, approach, numbers, written, rows):
+    """Append the rows of robots that are pushed back towards robot j, and how fast it makes room for them."""
+    distance, gain, speed = numbers
+    normals, offsets, retreats = written
+    for i in range(len(q)):
+        x, y = q[i, 0] - q[j, 0], q[i, 1] - q[j, 1]
+        apart = math.sqrt(x * x + y * y)
+        required = gain * (apart - distance) - approach[i]
+        bound, retreat = max(0.0, required), max(0.0, -required)
+        if approach[i] > 0.0 and (bound < speed or retreat > 0.0):
+            normals[rows, 0], normals[rows, 1], offsets[rows], retreats[rows] = x / apart, y / apart, bound, retreat
+            rows += 1
+    return rows
 
 
 @kernel

@@ -19,6 +19,12 @@ so that h - G.q_j falls by the rate gamma at most (a control barrier function th
 retreat, j has the right of way: its rows of other robots have gamma in place of gamma / 2. Where other rows still do
 not leave it, the largest share of all retreats that they leave takes its place.
 
+What j knows to come at c pushes robots between it and j, too, and j makes room for them: robot i, at the distance
+e = h - G.q_i, must retreat at rho = max(0, c - gamma e), and gamma times the distance that it needs for that will be
+c before long; so j keeps
+
+    n_ij.w_j <= gamma (||q_i - q_j|| - d) - (rho + min(c, max(0, 2 c - gamma e))) max(0, G.n_ij).
+
 In physics w is scaled down where robots turn, so that it meets these rows while they do: turning.py.
 
 A pair takes at most 2 gamma, so ||q_i - q_j|| stays above d if it was, and below d it never falls; nobody crosses a

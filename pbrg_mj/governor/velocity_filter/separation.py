@@ -234,7 +234,10 @@ def _approach_of_team_mates(half_spaces, q, j, numbers):
 
 @kernel
 def _makes_room(q, j, approach, numbers):
-    """Tell whether robot j must move away from some other robot that is pushed back towards it."""
+    """Tell whether robot j must move away from some other robot that is pushed back towards it.
+
+    `approach` (n,) [m/s] as `_approach_of_team_mates` returns it.
+    """
     distance, gain = numbers
     for i in range(len(q)):
         apart = math.sqrt((q[i, 0] - q[j, 0]) ** 2 + (q[i, 1] - q[j, 1]) ** 2)
@@ -245,7 +248,10 @@ def _makes_room(q, j, approach, numbers):
 
 @kernel
 def _room_for_team_mates(q, j, approach, numbers, written, rows):
-    """Append the rows of robots that are pushed back towards robot j, and how fast it makes room for them."""
+    """Append the rows of robots that are pushed back towards robot j, and how fast it makes room for them.
+
+    `approach` (n,) [m/s] as `_approach_of_team_mates` returns it; `written` as for `_half_spaces_in_the_way`.
+    """
     distance, gain, speed = numbers
     normals, offsets, retreats = written
     for i in range(len(q)):

@@ -9,6 +9,7 @@ starts, formations and references; those it is measured in are none of those it 
 
 from __future__ import annotations
 
+import argparse
 import json
 import sys
 from pathlib import Path
@@ -79,6 +80,9 @@ def measured(env: TeamParallelEnv, gains: np.ndarray) -> list[float]:
 
 
 def main() -> int:
+    options = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    options.add_argument("--write", action="store_true", help="write docs/data/policy.json and docs/img/policy.png")
+    write = options.parse_args().write
     env = environment()
     curve = trained(env)
     for k, one in enumerate(curve[:-1]):
@@ -89,7 +93,7 @@ def main() -> int:
     print("gains:", ", ".join(f"{name} {gain:.2f}" for name, gain in zip(TERMS, learned, strict=True)))
     for name, earned in held_out.items():
         print(f"{name:8}  median of {len(earned)} other worlds {np.median(earned):8.2f}")
-    if "--write" in sys.argv[1:]:
+    if write:
         text = json.dumps({"curve": curve, "held_out": held_out}, indent=1)
         (TOP / "docs/data/policy.json").write_text(text + "\n", encoding="utf-8")
         _figure(curve, {name: float(np.median(held_out[name])) for name in held_out})

@@ -132,7 +132,8 @@ def test_each_row_leads_to_the_runs_that_give_its_numbers(planted):
         for column in ("gap to the optimum [m]", "distance left [m]"):
             values = [float(one[column]) for one in given if one[column] != "-"]
             shown = [float(one) for one in re.findall(r"[\d.]+", line[column])]
-            assert shown == pytest.approx(np.percentile(values, [50, 25, 75]), rel=5e-3)
+            assert shown[:3] == pytest.approx(np.percentile(values, [50, 25, 75]), rel=5e-3)
+            assert shown[3:] == ([] if len(values) == len(given) else [len(values), len(given)])
         crossed = sum(one["crossing"] == "yes" for one in given)
         assert line["crossings [95 %]"].startswith(f"{100 * crossed / len(given):.0f} % [")
         assert float(line["infeasible [s]"]) == np.mean([float(one["infeasible [s]"]) for one in given]) == 2.5

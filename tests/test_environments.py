@@ -40,6 +40,11 @@ def test_gymnasium_accepts_half_spaces_and_scans() -> None:
     check_env(TeamEnv(PHYSICS, observations="scans"), skip_render_check=True)
 
 
+def test_a_batch_has_a_world_at_least() -> None:
+    with pytest.raises(pbrg.InputError, match="worlds: is 0; allowed: 1 or more"):
+        TeamVectorEnv(IDEAL, 0)
+
+
 WRONG_ACTIONS = {
     "not finite": [np.array([np.nan, 0.0]), np.array([0.0, np.inf])],
     "shape": [np.zeros(1), np.zeros(4), np.zeros((2, 2)), np.zeros(0), 0.5],

@@ -51,6 +51,7 @@ def test_a_planted_crossing_is_found_shrunk_and_ready_to_run(files, tmp_path, ca
     said = json.loads(capsys.readouterr().out)
     assert said["nearest"] < 0 and said["runs"] <= 30
     found = pbrg.load(tmp_path / "out" / "found.yaml")
+    assert found.settings.description == "A failure of team, made shorter"
     assert found.settings.operator.reference == (3, 0)
     assert len(found.settings.world.all_obstacles) == 1 and found.settings.world.walls[0].start == (1.0, -6)
     assert found.settings.robots == 1

@@ -42,6 +42,8 @@ class TeamVectorEnv(VectorEnv):
 
         Raises InputError for what no batch can step.
         """
+        if worlds < 1:
+            raise InputError(f"is {worlds}; allowed: 1 or more", key="worlds")
         self._worlds, self.num_envs = Worlds(scenario, options or Options(**keys)), worlds
         if self._worlds.scenario.family_yaml is not None:
             raise InputError("worlds of a family differ in their models; allowed: gymnasium.vector.SyncVectorEnv")

@@ -52,7 +52,7 @@ def shrunk(
                 if (made := shows(candidate)) is not None:
                     best, record, changed = candidate, made, True
                     break
-    return write_document(best), record, runs
+    return write_document(best | {"description": f"A failure of {scenario.name}, made shorter"}), record, runs
 
 
 def _shorter(data: Data, record: Record, tick: float) -> Iterator[Data]:

@@ -50,6 +50,13 @@ def _difference(one: Difference | None) -> str:
     return f"{mean} [{low}, {high}] ({one.pairs})"
 
 
+def _of_some(row: Row, metric: str) -> str:
+    """Return a metric's quartiles, and how many runs have it where not all do."""
+    known = len(row.values(metric))
+    text = quartiles_text(row.quartiles(metric))
+    return text if known in (0, len(row.ok)) else f"{text} ({known} of {len(row.ok)})"
+
+
 def _least(row: Row) -> str:
     worst = row.by_margin()
     return number_text(worst[0].number(MARGIN)) if worst else NONE
@@ -91,9 +98,9 @@ COLUMNS: Columns = {
     "contacts [95 %]": lambda row: _rate(row.rate(lambda one: one.touched)),
     "crossings [95 %]": lambda row: _rate(row.rate(lambda one: one.crossed)),
     "least margin [m]": _least,
-    "gap to the optimum [m]": lambda row: quartiles_text(row.quartiles(GAP)),
+    "gap to the optimum [m]": lambda row: _of_some(row, GAP),
     "its geometric mean [m]": lambda row: number_text(row.gap),
-    "distance left [m]": lambda row: quartiles_text(row.quartiles(LEFT)),
+    "distance left [m]": lambda row: _of_some(row, LEFT),
     "settling / none (settled)": _settling,
     "violated: ball / directional / predictive [%]": _shares,
     "infeasible [s]": lambda row: number_text(row.infeasible),

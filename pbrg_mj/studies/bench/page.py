@@ -23,7 +23,7 @@ from pbrg_mj.studies.bench.columns import (
     run_cells,
     title,
 )
-from pbrg_mj.studies.bench.pictures import picture
+from pbrg_mj.studies.bench.pictures import LEGEND, picture
 from pbrg_mj.studies.bench.suite import Suite
 from pbrg_mj.studies.bench.table import BenchRun, Row
 from pbrg_mj.studies.runner import LOGS
@@ -54,7 +54,7 @@ def page(suite: Suite, rows: Sequence[Row], folder: Path, versions: Mapping[str,
         _timings(rows),
         "<h2>Tunings</h2><ul>",
         *(f"<li>{escape(governor)}: {escape(tuning)}</li>" for governor, tuning in suite.tunings.items()),
-        "</ul><h2>Runs</h2>",
+        f"</ul><h2>Runs</h2><p>{LEGEND}</p>",
         *(_runs(row, folder) for row in rows),
         "</body></html>\n",
     ]
@@ -93,7 +93,8 @@ def _timings(rows: Sequence[Row]) -> str:
 
 def _runs(row: Row, folder: Path) -> str:
     ordered, others = row.by_margin(), row.others()
-    shown = {"worst": ordered[0], "median": ordered[(len(ordered) - 1) // 2]} if ordered else {}
+    middle = "median" if len(ordered) % 2 else "lower median"
+    shown = {"worst": ordered[0], middle: ordered[(len(ordered) - 1) // 2]} if ordered else {}
     figures = "".join(_figure(word, one, folder) for word, one in shown.items())
     lines = "".join(_run(one, others.get(one.log)) for one in row.runs)
     head = "".join(f"<th>{escape(one)}</th>" for one in ("log", "ended", *RUN_COLUMNS, "compared with", "command"))

@@ -12,6 +12,10 @@ from pbrg_mj.api.run import Run
 SIZE = 260  # pixels of its longer side
 MOST_POINTS = 150  # of a robot's way
 ROOM = 0.4  # [m] around all robots
+LEGEND = (
+    "Pictures: hand points' ways from the start (ring) to the end (dot), walls and obstacles (brown), moving boxes at"
+    " their waypoints (orange), and the formation about the last reference (grey rings); the bar is 1 m long."
+)
 COLOURS = ("#1b6ca8", "#c0392b", "#2e8b57", "#8e44ad", "#b9770e", "#117a65", "#7b241c", "#34495e")
 
 
@@ -33,6 +37,8 @@ def picture(run: Run) -> str:
     parts += [_shape("polygon", place(corners), "#b08968") for corners in outlines(footprints(settings))]
     parts += [_shape("polygon", place(corners), "#f5b971") for corners in outlines(moving_footprints(settings))]
     parts += [_circle(one, "none", "#888", 4) for one in place(goal)]
+    bar = np.array([[low[0] + 0.1, low[1] + 0.1], [low[0] + 1.1, low[1] + 0.1]])
+    parts.append(_shape("polyline", place(bar), "none", "#000"))
     every = max(1, len(way) // MOST_POINTS)
     for robot in range(way.shape[1]):
         colour, line = COLOURS[robot % len(COLOURS)], place(np.concatenate([way[::every, robot], way[-1:, robot]]))

@@ -40,6 +40,7 @@ class GovernorEntry(Section):
 class Quick(Section):
     """What `--quick` takes of a suite."""
 
+    description: str | None = Field(default=None, description="the suite's if not given")
     scenario: tuple[str, ...]
     train: Seeds
     held_out: Seeds
@@ -218,6 +219,7 @@ def _shortened(file: StudyFile[SuiteKeys]) -> StudyFile[SuiteKeys]:
         raise file.error(("quick",), "is missing: this suite has no smaller one")
     chosen: dict[str, Any] = {name: getattr(quick, name) for name in ("scenario", "train", "held_out")}
     chosen["duration"] = quick.duration or keys.duration
+    chosen["description"] = keys.description if quick.description is None else quick.description
     for part in ("governors", "networks"):
         chosen[part] = {name: getattr(keys, part)[name] for name in getattr(quick, part)}
     return StudyFile(file.path, keys.model_copy(update=chosen), file.document, file.content)

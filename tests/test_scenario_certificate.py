@@ -23,7 +23,7 @@ def test_a_kind_brings_its_certificate(kind: str, certificate: str) -> None:
         ({"governor.certificate": "predictive"}, "governor.certificate: is predictive with `kind: distributed`"),
         (
             {"governor.kind": "certified", "governor.certificate": "ball"},
-            "governor.certificate: is ball with `kind: certified`; allowed: directional_ball, predictive",
+            "ball with `kind: certified`; allowed: directional_ball, predictive; ball with another",
         ),
         (
             {"governor.kind": "rollout", "governor.certificate": "directional_ball"},

@@ -15,7 +15,7 @@ def recommended(name: str, *overrides: str) -> Scenario:
 
 @pytest.mark.parametrize("name", bundled_scenarios())
 def test_every_bundled_scenario_takes_the_recommended_set_up(name: str):
-    """The ideal plant has neither beams nor motors."""
+    """The ideal plant has neither beams nor motors; robots that have no beams are bound by what others see."""
     own, scenario = load_scenario(name).scenario, recommended(name)
     physics = scenario.plant == "physics"
     assert (scenario.governor.kind, scenario.governor.certificate, scenario.control.leak) == (
@@ -24,8 +24,9 @@ def test_every_bundled_scenario_takes_the_recommended_set_up(name: str):
         0,
     )
     assert scenario.drive.friction_compensation == physics
-    assert scenario.estimator.source == ("points" if physics else own.estimator.source)
-    assert scenario.estimator.scope == ("own" if physics else own.estimator.scope)
+    source, scope = ("points", "own") if own.sensors.beams.robots == "all" else ("beams", "team")
+    assert scenario.estimator.source == (source if physics else own.estimator.source)
+    assert scenario.estimator.scope == (scope if physics else own.estimator.scope)
     assert scenario.world == own.world and scenario.team == own.team
 
 
@@ -38,6 +39,16 @@ def test_overrides_after_it_win_and_those_before_do_not():
 def test_it_goes_by_the_plant_and_the_drive_that_the_scenario_has_in_the_end():
     assert not recommended("obstacles/box", "drive.kind=speed_loop").drive.friction_compensation
     assert recommended("obstacles/box", "drive.kind=voltage").drive.friction_compensation
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("reference", [(655578.6, 755126.9), (10.0, 17.0)])
+def test_who_sees_nothing_is_kept_off_a_wall_whose_end_the_one_that_sees_has_passed(reference: tuple[float, float]):
+    """Oblique references draw the team along the wall of which only robot 5 knows, and past its end."""
+    keys = {"set_up": "recommended", "operator.reference": list(reference)}
+    run = pbrg.run(pbrg.load("paper/experiment_inadmissible", keys, duration=25.0, seed=81085))
+    assert run.metrics.true_margin_min_m is not None and run.metrics.true_margin_min_m > 0.0
+    assert run.metrics.wall_contacts == 0
 
 
 def test_of_a_family_it_is_in_the_world_that_is_drawn():

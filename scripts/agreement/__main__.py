@@ -7,7 +7,7 @@ python -m scripts.agreement certified # NIDS and ADMM at one round a tick under 
 
 from __future__ import annotations
 
-import sys
+import argparse
 from collections.abc import Callable, Iterable
 from itertools import product
 
@@ -125,4 +125,7 @@ def print_moving(name: str, found: Moving) -> None:
 
 
 if __name__ == "__main__":
-    {"static": static_table, "moving": moving_table, "certified": certified_table}[sys.argv[1]]()
+    tables = {"static": static_table, "moving": moving_table, "certified": certified_table}
+    options = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    options.add_argument("table", choices=tables)
+    tables[options.parse_args().table]()

@@ -113,9 +113,10 @@ def _certified(scenario: Scenario) -> Iterator[Diagnostic]:
     governor, network = scenario.governor, scenario.network
     allowed = _allowed(governor)
     if governor.certificate not in allowed:
+        other = "; ball with another `governor.optimizer` than flooding" if governor.kind == "certified" else ""
         yield Diagnostic(
             ("governor", "certificate"),
-            f"is {governor.certificate} with `kind: {governor.kind}`; allowed: {', '.join(allowed)}",
+            f"is {governor.certificate} with `kind: {governor.kind}`; allowed: {', '.join(allowed)}{other}",
         )
     if len(scenario.team.leaders) > 1 and (network.loss > 0 or network.outages):
         yield Diagnostic(

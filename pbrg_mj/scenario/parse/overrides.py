@@ -10,7 +10,7 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.diagnostics import KeyPath, dotted_key, yaml_text
 from pbrg_mj.scenario.parse.document import DEEPEST, Document, read_document
 from pbrg_mj.scenario.parse.renamed_keys import renamed_path
-from pbrg_mj.scenario.parse.set_ups import SET_UP, SET_UPS, overrides_of_set_up, plant_and_drive
+from pbrg_mj.scenario.parse.set_ups import SET_UP, SET_UPS, overrides_of_set_up, set_up_for
 
 
 def apply_overrides(document: Document, overrides: Sequence[str]) -> Document:
@@ -23,7 +23,7 @@ def apply_overrides(document: Document, overrides: Sequence[str]) -> Document:
     if not named:
         return _all_applied(document, overrides)
     others = _all_applied(document, [text for text in overrides if text not in named])
-    given = overrides_of_set_up(*plant_and_drive(others.data))
+    given = overrides_of_set_up(set_up_for(others.data))
     for text in overrides:
         document = _all_applied(document, given if _is_set_up(text) else (text,))
     return document

@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 SET_UP = "set_up"
 SET_UPS = ("recommended",)
 
 
-def overrides_of_set_up(plant: str, drive: str) -> Sequence[str]:
-    """Return what the recommended set-up sets for a plant and a kind of drive; the overrides after it win.
+class SetUpFor(NamedTuple):
+    """What the recommended set-up depends on."""
 
-    The ideal plant has neither beams nor motors. Motors make up for their own friction where voltage drives them; then
+    plant: str = "physics"
+    drive: str = "voltage"
+    all_see: bool = True  # every robot has beams
+
+
+def overrides_of_set_up(given_for: SetUpFor) -> Sequence[str]:
+    """Return what the recommended set-up sets; the overrides after it win.
+
+    The ideal plant has neither beams nor motors. With points every robot keeps off what it sees itself: where some have
+    no beams, lines of walls bind the whole team. Motors make up for their own friction where voltage drives them; then
     xi need not leak, because the governor keeps them from the saturation that the leak counteracts.
     """
     given = [
@@ -21,15 +30,25 @@ def overrides_of_set_up(plant: str, drive: str) -> Sequence[str]:
         "governor.optimizer=flooding",
         "control.leak=0",
     ]
-    if plant == "physics":
+    if given_for.plant != "physics":
+        return given
+    if given_for.all_see:
         given += ["estimator.source=points", "estimator.scope=own", "estimator.half_spaces_per_robot=8"]
-        if drive == "voltage":
-            given.append("drive.friction_compensation=true")
-    return given
+    else:
+        given += ["estimator.source=beams", "estimator.scope=team"]
+    return [*given, "drive.friction_compensation=true"] if given_for.drive == "voltage" else given
 
 
-def plant_and_drive(data: Any) -> tuple[str, str]:
-    """Return the plant and the kind of drive that the data of a scenario ask for, or what they are by default."""
-    drive = data.get("drive") if isinstance(data, Mapping) else None
-    kind = drive.get("kind", "voltage") if isinstance(drive, Mapping) else "voltage"
-    return str(data.get("plant", "physics")) if isinstance(data, Mapping) else "physics", str(kind)
+def set_up_for(data: Any) -> SetUpFor:
+    """Return what the data of a scenario ask for, or what they are by default."""
+    if not isinstance(data, Mapping):
+        return SetUpFor()
+    drive, beams = _section(data, "drive"), _section(_section(data, "sensors"), "beams")
+    return SetUpFor(
+        str(data.get("plant", "physics")), str(drive.get("kind", "voltage")), beams.get("robots", "all") == "all"
+    )
+
+
+def _section(data: Mapping[Any, Any], name: str) -> Mapping[Any, Any]:
+    section = data.get(name)
+    return section if isinstance(section, Mapping) else {}

@@ -19,6 +19,7 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.families.draw import draw_world
 from pbrg_mj.scenario.parse.document import read_document
 from pbrg_mj.studies.bench.bench import Bench
+from pbrg_mj.studies.bench.columns import quartiles_text
 from pbrg_mj.studies.bench.statistics import Difference, Quartiles, shifted_geometric_mean
 from pbrg_mj.studies.bench.suite import bundled_suites, read_suite
 
@@ -158,6 +159,34 @@ def test_a_submission_that_lies_is_refused(made, submission, capsys):
     (submission / "suite.yaml").unlink()
     with pytest.raises(InputError, match="has no suite"):
         pbrg.verify_bench(submission)
+
+
+def test_processes_find_what_one_finds_in_the_same_order(submission, capsys):
+    logs = sorted((submission / "logs").iterdir())
+    logs[1].write_bytes(logs[0].read_bytes())
+    logs[-1].write_bytes(logs[-1].read_bytes()[:-100])
+    seen = []
+    alone = pbrg.verify_bench(submission, jobs=1)
+    several = pbrg.verify_bench(submission, jobs=2, watch=lambda *numbers: seen.append(numbers))
+    assert alone.problems == several.problems and len(alone.problems) == 2
+    assert alone.bench.table() == several.bench.table()
+    total = len(alone.bench.runs)
+    assert [one[:2] for one in seen] == [(k, total) for k in range(total + 1)] and seen[-1][2] == 2
+    assert main(["bench", "--verify", str(submission), "--force"]) == 2
+    assert capsys.readouterr().err == "error: --force does not go with --verify; allowed: --jobs\n"
+
+
+def test_times_by_the_wall_clock_stand_beside_the_table(made, submission, capsys):
+    """In the terminal, in Markdown and on the page, of every row; from the logs alone, too."""
+    row = made.rows[0]
+    times = sorted(1e3 * one.timings["governor_ms.median"] / one.record["robots"] for one in row.runs)
+    assert row.compute_us().median == pytest.approx(np.median(times))
+    shown = quartiles_text(row.compute_us())
+    lines = [line for line in made.wall_clock().splitlines() if line.startswith(f"{row.governor} ")]
+    assert shown in lines[0] and len(made.wall_clock().splitlines()) == 2 + len(made.rows)
+    for name in ("wall_clock.md", "index.html"):
+        assert shown in (made.folder / name).read_text("utf-8")
+    assert pbrg.verify_bench(submission, jobs=1).bench.wall_clock() == made.wall_clock()
 
 
 @pytest.mark.parametrize(

@@ -49,10 +49,11 @@ def test_the_manifest_is_that_of_the_files(folder, made, tmp_path, capsys):
     assert main(["bench", "--release", str(folder)]) == 0
     content = (folder / "release.json").read_bytes()
     whole = hashlib.sha256(content).hexdigest()
-    assert capsys.readouterr().out == f"{folder / 'release.json'}: 9 files, SHA-256 {whole}\n"
+    assert capsys.readouterr().out == f"{folder / 'release.json'}: 10 files, SHA-256 {whole}\n"
     manifest = json.loads(content)
     assert list(manifest["files"]) == sorted(manifest["files"]) and str(tmp_path) not in content.decode()
     names = ["index.html", "records.parquet", "runs.jsonl", "runs.md", "suite.yaml", "table.md", "timings.parquet"]
+    names.append("wall_clock.md")
     assert set(manifest["files"]) == {*names, LOG, LOG.replace("-2", "-1")}
     for name, digest in manifest["files"].items():
         assert hashlib.sha256((made / name).read_bytes()).hexdigest() == digest
@@ -61,7 +62,7 @@ def test_the_manifest_is_that_of_the_files(folder, made, tmp_path, capsys):
     assert pbrg.release_bench(shutil.copytree(folder, tmp_path / "elsewhere")).sha256 == whole
     assert main(["bench", "--verify", str(folder)]) == 0
     said = capsys.readouterr().out
-    assert f"as released in {folder / 'release.json'}: 9 files, SHA-256 {whole}\n" in said
+    assert f"as released in {folder / 'release.json'}: 10 files, SHA-256 {whole}\n" in said
     assert said.endswith("every log replays, and the table agrees with the logs\n")
 
 

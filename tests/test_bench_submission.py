@@ -89,7 +89,7 @@ def test_it_is_handed_in_as_a_folder_and_verified_where_the_plug_in_is_installed
     shutil.copytree(made.folder / "logs", tmp_path / "logs")
     for name in ("suite.yaml", "table.md"):
         shutil.copy(made.folder / name, tmp_path)
-    assert main(["bench", "--verify", str(tmp_path)]) == 0
+    assert main(["bench", "--verify", str(tmp_path), "--jobs", "1"]) == 0
     assert capsys.readouterr().out.endswith("every log replays, and the table agrees with the logs\n")
     monkeypatch.setattr(sys, "path", [one for one in sys.path if one != str(installed)])
     assert main(["bench", "--verify", str(tmp_path)]) == 2

@@ -298,11 +298,41 @@ def test_an_episode_that_ends_early_pays_for_the_time_left() -> None:
     np.testing.assert_allclose(distance_reward(step._replace(touched=np.zeros(n, dtype=bool))), -0.2)
 
 
-def test_what_no_batch_steps_is_refused() -> None:
-    with pytest.raises(pbrg.InputError, match="plant"):
-        TeamVectorEnv(IDEAL, 2)
-    with pytest.raises(pbrg.InputError, match="SyncVectorEnv"):
-        TeamVectorEnv(pbrg.load("families/boxes", duration=0.2), 2)
+ONE_BY_ONE = {
+    "ideal": IDEAL,
+    "family": pbrg.load("families/boxes", {"draw.team.robots": 3, "set_up": "recommended"}, duration=0.4),
+    "moving boxes": pbrg.load("families/moving_boxes", {"draw.team.robots": 3}, duration=0.4),
+    "radio": PHYSICS.override({"radio.delay": 0.02}),
+}
+
+
+@pytest.mark.parametrize("kind", ONE_BY_ONE)
+def test_what_no_batch_steps_is_a_vector_environment_too(kind: str) -> None:
+    """Each world is that of its seed alone, bit for bit, from one reset to the next."""
+    scenario = ONE_BY_ONE[kind]
+    many, alone = TeamVectorEnv(scenario, 3), TeamEnv(scenario)
+    for first in (11, 21):
+        observed, info = many.reset(seed=first)
+        assert info["seed"].tolist() == [first, first + 1, first + 2]
+        assert not np.array_equal(observed[0], observed[1]) or kind == "ideal"  # which has no noise
+        actions = np.random.default_rng(first).uniform(-1, 1, (4, *many.action_space.shape)).astype(np.float32)
+        steps = [many.step(one) for one in actions]
+        for world in range(3):
+            expected, _ = alone.reset(seed=first + world)
+            np.testing.assert_array_equal(observed[world], expected)
+            for action, (seen, rewards, _, _, infos) in zip(actions, steps, strict=True):
+                expected, reward, _, _, told = alone.step(action[world])
+                np.testing.assert_array_equal(seen[world], expected)
+                assert (rewards[world], infos["wall_margin_m"][world]) == (reward, told["wall_margin_m"])
+
+
+def test_worlds_of_other_teams_or_durations_are_refused() -> None:
+    boxes = pbrg.load("families/boxes", {"governor.kind": "none"}, duration=0.2)
+    with pytest.raises(pbrg.InputError, match="draws a team of other agents"):
+        TeamVectorEnv(boxes, 12, actions="velocities").reset(seed=1)
+    durations = {"draw.keys": {"timing.duration": {"choice": [0.2, 0.4]}}}
+    with pytest.raises(pbrg.InputError, match="worlds of several durations or ticks"):
+        TeamVectorEnv(pbrg.load("families/boxes", durations), 4).reset(seed=1)
 
 
 def test_drawing_goes_on_from_a_seed_given() -> None:

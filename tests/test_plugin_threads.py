@@ -8,6 +8,7 @@ import threading
 from pathlib import Path
 
 import pytest
+from joblib.externals.loky import get_reusable_executor
 
 import pbrg_mj as pbrg
 from pbrg_mj.cli.main import main
@@ -33,6 +34,15 @@ seeds: {seeds}
 duration: 0.1
 set: {{reference.solver: none, governor.kind: threaded}}
 """
+SUITE = """\
+scenario: [paper/simulation_near]
+train: 1-2
+held_out: 3-4
+duration: 0.1
+set: {reference.solver: none}
+governors: {threaded: {settings: {governor.kind: threaded}, networks: [perfect], tuning: none}}
+networks: {perfect: {}}
+"""
 SAYS = "error: threaded: the robot program raised ValueError in a thread of its own: in a thread \u2460\n"
 
 
@@ -46,6 +56,7 @@ def installed(tmp_path_factory, monkeypatch):
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: their-threads\nVersion: 1.0\n")
     (info / "entry_points.txt").write_text("[pbrg_mj.robot_programs]\nthreaded = their_threads:build\n")
+    get_reusable_executor().shutdown(wait=True)  # processes that are there already would not find it
     monkeypatch.syspath_prepend(str(site))
     monkeypatch.setenv("PYTHONPATH", ":".join([str(site), *sys.path]))
     yield
@@ -58,6 +69,20 @@ def test_in_a_study_it_is_one_line_wherever_the_runs_are_made(runs, jobs, instal
     assert main(["sweep", str(tmp_path / "given.yaml"), "-o", str(tmp_path / "out"), "--jobs", str(jobs)]) == 1
     assert capfd.readouterr().err == SAYS
     assert len((tmp_path / "out" / "runs.jsonl").read_text().splitlines()) == 1 + runs
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_where_a_benchmark_is_verified_it_is_one_line(jobs, installed, tmp_path, capfd):
+    (tmp_path / "given.yaml").write_text(SUITE)
+    folder = str(tmp_path / "out")
+    for arguments in (
+        [str(tmp_path / "given.yaml"), "-o", folder, "--jobs", "1"],
+        ["--verify", folder, "--jobs", str(jobs)],
+    ):
+        assert main(["bench", *arguments]) == 1
+        said = [line for line in capfd.readouterr().err.splitlines() if not line.startswith("written: ")]
+        assert len(said) == 1 and said[0].startswith("error: threaded: the robot program")
+        assert said[0].endswith("raised ValueError in a thread of its own: in a thread \u2460")
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ import typer
 import pbrg_mj as pbrg
 from pbrg_mj.cli.arguments import ignore_mujoco_gl
 from pbrg_mj.cli.console import emit, note
-from pbrg_mj.cli.study import Study, study_progress, with_study_options
+from pbrg_mj.cli.study import Study, with_study_options
 from pbrg_mj.errors import InputError
 
 
@@ -46,19 +46,24 @@ def bench(
         if folder is not None and (suite is not None or quick or None not in (verify, release)):
             raise InputError(f"{option} takes a folder alone; allowed: pbrg bench {option} DIR")
     if verify is not None:
-        return _verify(verify, against)
+        return _verify(study, verify, against)
     if release is not None:
-        return _release(release)
+        study.refuse("--release")
+        emit(str(pbrg.release_bench(release)))
+        return 0
     made = study(pbrg.bench, suite or "standard", output, quick=quick)
     emit(made.table())
-    note(f"written: {made.folder / 'index.html'}, table.md, runs.md, records.parquet, logs")
+    emit("")
+    emit(made.wall_clock())
+    note(f"written: {made.folder / 'index.html'}, table.md, wall_clock.md, runs.md, records.parquet, logs")
     return 0
 
 
-def _verify(folder: Path, against: Path | None) -> int:
-    with study_progress() as watch:
-        found = pbrg.verify_bench(folder, against=against, watch=watch)
+def _verify(study: Study, folder: Path, against: Path | None) -> int:
+    found = study.with_jobs("--verify", pbrg.verify_bench, folder, against=against)
     emit(found.bench.table())
+    emit("")
+    emit(found.bench.wall_clock())
     worlds = f"the worlds of the suite {found.suite}" if found.suite else "worlds of its own suite"
     emit("")
     for problem in found.problems:
@@ -69,8 +74,3 @@ def _verify(folder: Path, against: Path | None) -> int:
         emit(f"every log has the messages of those released in {against}")
     emit(f"{worlds}; {found.verdict()}")
     return 0 if found.ok else 1
-
-
-def _release(folder: Path) -> int:
-    emit(str(pbrg.release_bench(folder)))
-    return 0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import asdict, dataclass, fields
 from inspect import Parameter, Signature, signature
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,12 +15,40 @@ import typer
 import pbrg_mj as pbrg
 from pbrg_mj.cli.arguments import Force
 from pbrg_mj.cli.console import note
+from pbrg_mj.errors import InputError
 from pbrg_mj.text import counted
 
 StudyFolder = Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="The folder to fill, or go on with.")]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
-Study = Callable[..., Any]
-"""Called with a function of the API and its arguments; gives it the options of all studies, and a progress bar."""
+
+
+@dataclass(frozen=True)
+class Study:
+    """The options of all studies, as they were given."""
+
+    jobs: int | None
+    backend: str
+    scheduler: str | None
+    force: bool
+
+    def __call__(self, function: Callable[..., Any], *arguments: Any, **more: Any) -> Any:
+        """Call a function of the API with its arguments, these options and a progress bar."""
+        with study_progress() as watch:
+            return function(*arguments, **more, **asdict(self), watch=watch)
+
+    def with_jobs(self, what: str, function: Callable[..., Any], *arguments: Any, **more: Any) -> Any:
+        """Call a function that takes of these options `jobs` alone, for the option `what`. Raises InputError."""
+        self.refuse(what, but="jobs")
+        with study_progress() as watch:
+            return function(*arguments, **more, jobs=self.jobs, watch=watch)
+
+    def refuse(self, what: str, but: str | None = None) -> None:
+        """Raise InputError when another of these options than `but` was given beside the option `what`."""
+        for one in fields(self):
+            default = signature(_options).parameters[one.name].default
+            if one.name != but and getattr(self, one.name) != default:
+                allowed = f"; allowed: --{but}" if but else ""
+                raise InputError(f"--{one.name} does not go with {what}{allowed}")
 
 
 def _options(
@@ -27,9 +56,9 @@ def _options(
     backend: Annotated[str, typer.Option(help="joblib: this machine; dask: the workers of --scheduler.")] = "joblib",
     scheduler: Annotated[str | None, typer.Option(metavar="ADDRESS", help="Of Dask, such as tcp://host:8786.")] = None,
     force: Force = False,
-) -> dict[str, Any]:
+) -> Study:
     """Return the options that all studies have."""
-    return {"jobs": jobs, "backend": backend, "scheduler": scheduler, "force": force}
+    return Study(jobs, backend, scheduler, force)
 
 
 def with_study_options(command: Callable[..., int]) -> Callable[..., int]:
@@ -37,12 +66,7 @@ def with_study_options(command: Callable[..., int]) -> Callable[..., int]:
     own, shared = (signature(one, eval_str=True).parameters for one in (command, _options))
 
     def extended(**given: Any) -> int:
-        options = _options(**{name: given.pop(name) for name in shared})
-
-        def study(function: Callable[..., Any], *arguments: Any, **more: Any) -> Any:
-            with study_progress() as watch:
-                return function(*arguments, **more, **options, watch=watch)
-
+        study = _options(**{name: given.pop(name) for name in shared})
         return command(**given, study=study)
 
     kept = [one for one in own.values() if one.name != "study"]

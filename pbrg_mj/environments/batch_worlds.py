@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from pbrg_mj.environments.episode import TrueState
+from pbrg_mj.environments.episode import Episode, TrueState
+from pbrg_mj.environments.worlds import Worlds
 from pbrg_mj.loop.closed_loop import ClosedLoop
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.sensing.noise import sensor_noise
@@ -16,19 +17,21 @@ from pbrg_mj.world.plant.interface import Observation, Truth
 
 
 class BatchWorlds:
-    """W worlds at time 0. They move on together."""
+    """Worlds at time 0, one for each seed. They move on together."""
 
-    def __init__(self, loop: ClosedLoop, worlds: int, threads: int):
-        """Compose the model once; `loop` is the closed loop of one such world. Raises as `PlantBatch`."""
-        scenario = loop.scenario
-        self._like, self._plant = loop, PlantBatch(scenario, worlds, threads)
-        shape = (worlds, scenario.robots)
+    def __init__(self, worlds: Worlds, seeds: Sequence[int], threads: int):
+        """Compose the model once. Raises as `PlantBatch`."""
+        loop = worlds.first.loop
+        self._like, self._plant = loop, PlantBatch(loop.scenario, len(seeds), threads)
+        shape = (len(seeds), loop.scenario.robots)
         self._hand, self._margin = np.empty((*shape, 2)), np.empty(shape)
         self._touched_walls, self._touched_robots = np.empty(shape, dtype=bool), np.empty(shape, dtype=bool)
         self._voltage = np.zeros((*shape, 2))
         self.observed = self._plant.observe()
+        loops = (self._loop(world, worlds.settings(seed)) for world, seed in enumerate(seeds))
+        self.episodes = [Episode(loop, worlds.options) for loop in loops]
 
-    def loop(self, world: int, scenario: Scenario) -> ClosedLoop:
+    def _loop(self, world: int, scenario: Scenario) -> ClosedLoop:
         """Return the closed loop of one world, with the noise of this scenario's seed."""
         noise = sensor_noise(scenario)
         return replace(self._like, scenario=scenario, world=_OneWorld(self, world), noise=noise)

@@ -14,6 +14,7 @@ from pbrg_mj.environments.reward import Step
 from pbrg_mj.errors import InputError
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.scenario.schema import Scenario as Settings
+from pbrg_mj.world.plant.interface import Plant
 
 LARGEST_SEED = 2**31
 
@@ -69,9 +70,14 @@ def advance(episode: Episode, actions: Any) -> Step:
     world = episode.loop.world
     for _ in range(episode.ticks_held):
         world.advance(episode.command())
-        truth = world.truth()
-        episode.record(TrueState(*(getattr(truth, name) for name in TrueState._fields)))
+        episode.record(true_state(world))
     return episode.step()
+
+
+def true_state(world: Plant) -> TrueState:
+    """Return what an episode takes of a world's ground truth."""
+    truth = world.truth()
+    return TrueState(*(getattr(truth, name) for name in TrueState._fields))
 
 
 def _without_optimum(settings: Settings) -> Settings:

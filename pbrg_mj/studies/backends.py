@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from secrets import token_hex
-from typing import Any
+from typing import Any, TypeVar
 
 from pbrg_mj.errors import InputError, PbrgError
 from pbrg_mj.studies.run_task import Result, run_task, run_task_in_worker
@@ -25,6 +25,7 @@ BACKENDS = ("joblib", "dask")
 IDLE_TIMEOUT = 20  # [s] without work after which a process ends, also where the one that gave it work was killed
 WARNINGS = "PYTHONWARNINGS"  # by which Python decides what to warn of, in a process that begins
 SCHEDULER_TIMEOUT = 10.0  # [s] for a scheduler to answer
+R = TypeVar("R")
 
 
 @dataclass(frozen=True)
@@ -64,19 +65,30 @@ def _one_by_one(tasks: Sequence[Task], keep_logs: bool) -> Generator[Result, Non
 
 
 def _processes(tasks: Sequence[Task], keep_logs: bool, jobs: int) -> Generator[Result, None, None]:
+    return in_processes(run_task_in_worker, [(task, keep_logs) for task in tasks], jobs)
+
+
+def in_processes(
+    function: Callable[..., R], arguments: Sequence[tuple[Any, ...]], jobs: int
+) -> Generator[R, None, None]:
+    """Yield what a function gives for each of the arguments, in the order in which they come.
+
+    It is given what `become_worker` takes, too, by keyword: `parent` and `place`. Closing the iterator ends what is
+    under way. Raises PbrgError when one of the processes is killed.
+    """
     from joblib import Parallel, delayed
     from joblib.externals.loky import get_reusable_executor
     from joblib.externals.loky.process_executor import TerminatedWorkerError
 
     options: dict[str, Any] = {"batch_size": 1, "idle_worker_timeout": IDLE_TIMEOUT}
     pool = Parallel(n_jobs=jobs, backend="loky", return_as="generator_unordered", **options)
-    one: Callable[..., Any] = delayed(run_task_in_worker)
+    one: Callable[..., Any] = delayed(function)
     # What killed processes leave behind goes with this folder. They make it, so that it never is without them.
     place = str(Path(tempfile.gettempdir()) / f"pbrg-{token_hex(8)}")
     finished = False
     try:
         with _hangup_blocked(), _warnings_ignored():
-            made: Any = pool(one(task, keep_logs, parent=os.getpid(), place=place) for task in tasks)
+            made: Any = pool(one(*given, parent=os.getpid(), place=place) for given in arguments)
         with warnings.catch_warnings(), closing(made) as results:
             warnings.filterwarnings("ignore", ".*have been cancelled")  # as Ctrl-C means them to be
             yield from results

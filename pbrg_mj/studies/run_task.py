@@ -43,7 +43,7 @@ def run_task(task: Task, keep_log: bool = False, place: str | None = None) -> Re
     `place`: the folder for its files, which stay there if the process is killed. Raises OSError, MemoryError and
     ShortageError when the machine is short of something: that is no property of the run.
     """
-    with _folder(place) if keep_log else nullcontext() as folder, _silent():
+    with _folder(place) if keep_log else nullcontext() as folder, silent():
         log = Path(folder) / "run.mcap" if folder else None
         try:
             metrics = record(task.scenario(), log) if log else measure(task.scenario())
@@ -125,7 +125,7 @@ def _flat(data: Record) -> Record:
 
 
 @contextmanager
-def _silent() -> Iterator[None]:
+def silent() -> Iterator[None]:
     """Print no warnings: a study would print them once for every run; `pbrg validate` tells them."""
     logger = logging.getLogger("pbrg_mj")
     before = logger.level

@@ -9,18 +9,18 @@ from typing import Unpack
 
 from pbrg_mj.analysis.output_file import write_text_atomically
 from pbrg_mj.errors import InputError
-from pbrg_mj.studies.bench.markdown import RUNS, as_markdown, runs_markdown
+from pbrg_mj.studies.bench.markdown import RUNS, as_markdown, runs_markdown, wall_clock_markdown
 from pbrg_mj.studies.bench.page import page
 from pbrg_mj.studies.bench.suite import Suite, copy_scenarios, read_suite
 from pbrg_mj.studies.bench.table import BenchRun, Row, bench_runs, table
-from pbrg_mj.studies.bench.text import as_text
+from pbrg_mj.studies.bench.text import as_text, wall_clock_text
 from pbrg_mj.studies.records import rows, write_records
 from pbrg_mj.studies.run_task import Record, packages
 from pbrg_mj.studies.runner import Runner, RunOptions
 
 FILES = {False: "suite.yaml", True: "quick_suite.yaml"}
 """The suite's file in a benchmark's folder; another name where it was run with `quick`."""
-TABLE, PAGE = "table.md", "index.html"
+TABLE, WALL_CLOCK, PAGE = "table.md", "wall_clock.md", "index.html"
 
 
 @dataclass(frozen=True)
@@ -40,6 +40,10 @@ class Bench:
         """Return the table for a terminal."""
         return as_text(self.rows)
 
+    def wall_clock(self) -> str:
+        """Return the times by the wall clock for a terminal."""
+        return wall_clock_text(self.rows)
+
     def markdown(self) -> str:
         """Return the table in Markdown, the same at every repetition."""
         return as_markdown(self.suite, self.rows)
@@ -54,9 +58,9 @@ def bench(
 ) -> Bench:
     """Run a suite, a bundled one's name or a file, and write its table, page, records and logs into `folder`.
 
-    `table.md` is the same at every repetition; `runs.md` names each run's log and the command that makes it; the page
-    `index.html` has pictures and wall-clock times besides. `quick` runs the suite's smaller one. Other arguments,
-    resumption and errors are those of `sweep`.
+    `table.md` is the same at every repetition; `runs.md` names each run's log and the command that makes it;
+    `wall_clock.md` has the times, which no repetition makes again, and the page `index.html` all of it, with pictures.
+    `quick` runs the suite's smaller one. Other arguments, resumption and errors are those of `sweep`.
     """
     read, folder = read_suite(suite, quick=quick), Path(folder)
     if (folder / FILES[not quick]).exists() and not options.get("force"):
@@ -75,6 +79,7 @@ def write(suite: Suite, results: Sequence[tuple[Record, Record]], folder: Path) 
     write_records(folder, *rows(suite.tasks, results))
     texts = {
         TABLE: made.markdown(),
+        WALL_CLOCK: wall_clock_markdown(made.rows),
         RUNS: runs_markdown(made.rows),
         PAGE: page(suite, made.rows, folder, packages()),
     }

@@ -121,6 +121,11 @@ DIFFERENCES: Columns = dict(list(COLUMNS.items())[:NAMED]) | {
     "settling time [s]": _compared(SETTLING),
     "least margin [m]": _compared(MARGIN),
 }
+WALL_CLOCK: Columns = dict(list(COLUMNS.items())[:NAMED]) | {
+    "seeds": lambda row: NAMES[row.group],
+    "compute a robot and tick [us]": lambda row: quartiles_text(row.compute_us()),
+}
+WALL_CLOCK_TITLE = "Wall clock, not reproducible: median [quartiles]"
 DIFFERENCES_TITLE = f"differences to {WITHOUT} in the same world, mean [95 %] (pairs)"
 
 

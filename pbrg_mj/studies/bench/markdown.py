@@ -11,6 +11,8 @@ from pbrg_mj.studies.bench.columns import (
     NAMES,
     NONE,
     RUN_COLUMNS,
+    WALL_CLOCK,
+    WALL_CLOCK_TITLE,
     Columns,
     compared,
     link,
@@ -38,6 +40,11 @@ def as_markdown(suite: Suite, rows: Sequence[Row]) -> str:
             parts.append(f"{name.capitalize()}: {DIFFERENCES_TITLE}\n\n{_table(DIFFERENCES, pairs)}")
     tunings = "\n".join(f"- {governor}: {tuning}" for governor, tuning in suite.tunings.items())
     return "\n".join([*parts, f"## Tunings\n\n{tunings}\n"])
+
+
+def wall_clock_markdown(rows: Sequence[Row]) -> str:
+    """Return the times by the wall clock in Markdown: other ones at every repetition."""
+    return f"{WALL_CLOCK_TITLE}\n\n{_table(WALL_CLOCK, rows)}"
 
 
 def runs_markdown(rows: Sequence[Row]) -> str:

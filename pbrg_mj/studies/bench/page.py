@@ -16,10 +16,11 @@ from pbrg_mj.studies.bench.columns import (
     NAMES,
     NONE,
     RUN_COLUMNS,
+    WALL_CLOCK,
+    WALL_CLOCK_TITLE,
     Columns,
     compared,
     link,
-    quartiles_text,
     run_cells,
     title,
 )
@@ -51,7 +52,7 @@ def page(suite: Suite, rows: Sequence[Row], folder: Path, versions: Mapping[str,
         f'<meta http-equiv="Content-Security-Policy" content="{escape(policy)}"><style>{STYLE}</style></head><body>',
         f"<h1>{heading}</h1><p>{counted(len(suite.tasks), 'run')}. {made}</p>",
         *(_tables(rows, group) for group in NAMES),
-        _timings(rows),
+        f"<h2>{escape(WALL_CLOCK_TITLE)}</h2>{_table(WALL_CLOCK, rows)}",
         "<h2>Tunings</h2><ul>",
         *(f"<li>{escape(governor)}: {escape(tuning)}</li>" for governor, tuning in suite.tunings.items()),
         f"</ul><h2>Runs</h2><p>{LEGEND}</p>",
@@ -78,17 +79,6 @@ def _table(columns: Columns, rows: Sequence[Row]) -> str:
 def _cell(row: Row, columns: Columns, column: str) -> str:
     cell, place = escape(columns[column](row)), link(row, columns, column)
     return f'<a href="{escape(place)}">{cell}</a>' if place else cell
-
-
-def _timings(rows: Sequence[Row]) -> str:
-    lines = []
-    for row in rows:
-        one = row.compute_us()
-        text = quartiles_text(one)
-        where = f"<td>{escape(NAMES[row.group])}</td><td>{escape(row.network)}</td>"
-        lines.append(f"<tr><td>{_cell(row, COLUMNS, 'governor')}</td>{where}<td>{text}</td></tr>")
-    head = "<tr><th>governor</th><th>seeds</th><th>network</th><th>compute a robot and tick [us]</th></tr>"
-    return f"<h2>Wall clock, not reproducible</h2><table>{head}{''.join(lines)}</table>"
 
 
 def _runs(row: Row, folder: Path) -> str:

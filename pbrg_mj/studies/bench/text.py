@@ -10,6 +10,8 @@ from pbrg_mj.studies.bench.columns import (
     DIFFERENCES_TITLE,
     NAMED,
     NAMES,
+    WALL_CLOCK,
+    WALL_CLOCK_TITLE,
     Columns,
     cells,
     compared,
@@ -29,10 +31,18 @@ def as_text(rows: Sequence[Row]) -> str:
     return "\n\n".join(parts)
 
 
+def wall_clock_text(rows: Sequence[Row]) -> str:
+    """Return the times by the wall clock for a terminal, a line a row."""
+    return f"{WALL_CLOCK_TITLE}\n{_aligned([list(WALL_CLOCK), *(cells(row, WALL_CLOCK) for row in rows)])}"
+
+
 def _turned(title: str, columns: Columns, rows: Sequence[Row]) -> str:
     """Return rows as columns, each under its governor's name."""
     turned = [[title, *list(columns)[NAMED:]]]
     turned += [[one[0], *one[NAMED:]] for one in (cells(row, columns) for row in rows)]
-    widths = [max(map(len, column)) for column in turned]
-    lines = zip(*turned, strict=True)
+    return _aligned(list(zip(*turned, strict=True)))
+
+
+def _aligned(lines: Sequence[Sequence[str]]) -> str:
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)

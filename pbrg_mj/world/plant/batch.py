@@ -109,8 +109,19 @@ class PlantBatch:
             self._batch.step(nstep=steps, stage=mujoco.mjtStage.mjSTAGE_VEL)
 
 
+def is_batchable(scenario: Scenario) -> bool:
+    """Return whether the plant needs nothing but MuJoCo within a tick, and one model for all worlds."""
+    return _unsupported(scenario) is None
+
+
 def check_batchable(scenario: Scenario) -> None:
-    """Raise InputError for a scenario whose plant needs more than MuJoCo within a tick, or one model per world."""
+    """Raise InputError for a scenario that is not `is_batchable`."""
+    if key := _unsupported(scenario):
+        raise InputError("a batch of worlds does not support this; run the seeds one by one", key=key)
+
+
+def _unsupported(scenario: Scenario) -> str | None:
+    """Return the key of what no batch can step."""
     unsupported = {
         "plant": scenario.plant != "physics",
         "robot": load_robot_model(scenario.robot).omnidirectional,
@@ -121,9 +132,7 @@ def check_batchable(scenario: Scenario) -> None:
         "world.moving_boxes": bool(scenario.world.moving_boxes),
         "disturbances.kidnappings": bool(scenario.disturbances.kidnappings),
     }
-    for key, given in unsupported.items():
-        if given:
-            raise InputError("a batch of worlds does not support this; run the seeds one by one", key=key)
+    return next((key for key, given in unsupported.items() if given), None)
 
 
 @kernel

@@ -203,6 +203,15 @@ def records(*overrides):
     return list(Simulation.build(load(*overrides)).records())
 
 
+def test_doctor_lists_parts_and_the_packages_that_offer_them(capsys, monkeypatch):
+    monkeypatch.setattr("pbrg_mj.api.doctor.probe_gl", lambda _: {"works": True, "error": None, "packages": []})
+    assert main(["doctor"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    kinds = next(line for line in lines if line.startswith("governor.kind "))
+    assert kinds.split(None, 1)[1].startswith("distributed, certified, ") and "walker (their-package 1.0)" in kinds
+    assert "counting (their-package 1.0)" in next(line for line in lines if line.startswith("reference.solver "))
+
+
 def test_a_governor_with_options():
     found = records("governor.kind=walker", "governor.options={gain: 0.5}")
     m = np.array([record.solution.m[0] for record in found])

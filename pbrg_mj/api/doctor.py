@@ -9,6 +9,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from pbrg_mj.plugins import IN_SCENARIOS, Kind, installed
 from pbrg_mj.scenario.robots import ROBOTS, RobotName
 from pbrg_mj.video.gl import PACKAGES, probe_gl
 
@@ -47,7 +48,7 @@ OPTIONAL = {
 
 
 def doctor() -> dict[str, Any]:
-    """Return versions, cores, GL, caches and robots as plain data: what works here, and how to fix what does not."""
+    """Return versions, cores, GL, caches, robots and parts as plain data: what works here, and how to fix what does not."""
     return {
         "python": platform.python_version(),
         "platform": platform.platform(),
@@ -59,7 +60,17 @@ def doctor() -> dict[str, Any]:
         "gl": {backend: probe_gl(backend) for backend in PACKAGES},
         "numba_cache": _numba_cache(),
         "robots": {name: _robot(name) for name in ROBOTS},
+        "parts": {kind.key: _parts(kind) for kind in IN_SCENARIOS},
     }
+
+
+def _parts(kind: Kind) -> dict[str, str]:
+    """Return the names that a scenario may give for a kind of part, with the packages that offer them."""
+    found = dict.fromkeys(kind.built_in, "pbrg-mj")
+    for one in (kind, kind.other):
+        for name, entry in (installed(one) if one else {}).items():
+            found[name] = f"{entry.dist.name} {entry.dist.version}" if entry.dist else "an installed package"
+    return found
 
 
 def _robot(name: RobotName) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from pbrg_mj.cli.console import emit, emit_json
 def doctor(
     json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> int:
-    """Show versions, cores, GL, caches and robots: what works here, and how to fix what does not."""
+    """Show versions, cores, GL, caches, robots and parts: what works here, and how to fix what does not."""
     found = pbrg.doctor()
     if json:
         emit_json(found)
@@ -38,4 +38,7 @@ def _lines(found: dict[str, Any]) -> list[str]:
     for name, one in found["robots"].items():
         numbers = f"{one['mass_kg']:.2f} kg, {200 * one['radius_m']:.0f} cm, {one['top_speed_m_s']:.2f} m/s"
         lines.append(f"{'robot ' + name:<30} {one['description']} ({numbers})")
+    for key, parts in found["parts"].items():
+        names = (name if package == "pbrg-mj" else f"{name} ({package})" for name, package in parts.items())
+        lines.append(f"{key:<30} {', '.join(names)}")
     return lines

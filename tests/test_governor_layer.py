@@ -206,7 +206,7 @@ def test_the_search_finds_what_a_layer_commits_that_does_not_wait(monkeypatch: p
     assert worst_found(course, 80, 6, seed=62) > 0.01
 
 
-@pytest.mark.parametrize(("certificate", "back"), [("ball", 0.005), ("predictive", 1.99)])
+@pytest.mark.parametrize(("certificate", "back"), [("ball", 0.005), ("directional_ball", 0.005), ("predictive", 1.99)])
 @pytest.mark.parametrize("distance", [-0.005, 0.001])
 def test_a_team_at_or_beyond_its_line_comes_back(certificate: str, back: float, distance: float) -> None:
     """At rest 5 mm beyond the line or 1 mm before it, called 2 m back: no deadlock, no farther across. Balls creep."""

@@ -207,8 +207,9 @@ def test_the_directional_ball_is_an_interval_found_by_brute_force_too() -> None:
         if not len(allowed):
             empty += 1
             assert low > high - 1e-3
-            least = (gamma * norms + z - room).min()
-            assert (low - high) / 2 == pytest.approx(least, abs=1e-3) or n == 1
+            at_mean = gamma * np.sqrt(((e - e.mean()) ** 2).sum() + (xi**2).sum()) + e.mean() - room
+            assert (low - high) / 2 == pytest.approx(at_mean, abs=1e-12)
+            assert room - (low + high) / 2 == pytest.approx(at_mean, abs=1e-12)  # to spare in formation
             continue
         assert high == pytest.approx(allowed[-1], abs=1e-3)
         assert low == pytest.approx(allowed[0], abs=1e-3) or (low < -8.0 and allowed[0] == -8.0)

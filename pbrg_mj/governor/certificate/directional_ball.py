@@ -89,7 +89,8 @@ def _write_advances(half_spaces, state, team, allowed):
 def interval(n, total, square, gamma, slack):
     """Return the least and the largest z with gamma sqrt(square - 2 total z + n z^2) + z <= slack.
 
-    Without such a z, return the z of the least violation v as (z + v, z - v): low above high.
+    Without such a z, return (z + v, z - v), low above high: v is how much is violated with m at the mean of G.p, and z
+    is the place that would in formation have as much to spare. What is least violated is a team at rest where it is.
     """
     a = gamma * gamma
     first, half, last = a * n - 1.0, slack - a * total, a * square - slack * slack
@@ -101,8 +102,7 @@ def interval(n, total, square, gamma, slack):
             return -half / first - reach, -half / first + reach
     elif half > 0.0:  # one robot, gamma = 1
         return -np.inf, min(-last / (2.0 * half), slack)
-    # The left side is least where its slope is 0, at z = mean - sqrt(rest / (n (gamma^2 n - 1))).
-    rest = max(square - total * total / n, 0.0)
-    z = total / n - np.sqrt(rest / (n * max(first, LINEAR_TOLERANCE)))
-    violation = max(gamma * np.sqrt(max(square - 2.0 * total * z + n * z * z, 0.0)) + z - slack, 0.0)
+    rest, mean = max(square - total * total / n, 0.0), total / n
+    violation = gamma * np.sqrt(rest) + mean - slack
+    z = slack - violation
     return z + violation, z - violation

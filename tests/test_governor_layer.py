@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -13,9 +14,12 @@ from pbrg_mj.governor.certificate.evaluate import rows_of_model, worst_rows
 from pbrg_mj.governor.certificate.predictive import PredictiveCertificate
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.certified.consensus import Verdict
+from pbrg_mj.governor.certified.flood import COUNT, Flood
 from pbrg_mj.governor.certified.layer import NO_ROWS, LayerProgram, PredictedTeam, decision
+from pbrg_mj.governor.certified.robot import OF_VERDICT, CertifiedProgram
 from pbrg_mj.governor.certified.vectorized import LayerGovernor
 from pbrg_mj.governor.messaging.networked import NetworkedGovernor
+from pbrg_mj.governor.optimizers.by_name import OPTIMIZERS
 from pbrg_mj.governor.problem.ball import BallCertificate, ball_rows
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.governor.problem.rows import row_values
@@ -168,10 +172,10 @@ class Adversary(Channel):
 
 
 def scheduled(course: Course, schedule: np.ndarray) -> NetworkedGovernor:
-    """The layer with cycles of two ticks, as if all messages were in time, while this is what happens to them."""
+    """The robots' program with cycles of two ticks, as if all were in time, while this happens to their messages."""
     carried = governor(course.scenario)
     assert isinstance(carried, NetworkedGovernor)
-    assert isinstance(carried.program, LayerProgram)
+    assert isinstance(carried.program, LayerProgram | CertifiedProgram)
     program = replace(carried.program, cycle_ticks=2, repeats=1)
     lines = Adversary(
         np.zeros(10, dtype=np.int64), 0.0, Loss(), 1, np.zeros((0, 3), np.int64), 10**9, schedule=schedule
@@ -194,16 +198,45 @@ def worst_found(course: Course, ticks: int, tries: int, seed: int) -> float:
     return worst
 
 
-@pytest.mark.parametrize("certificate", ["ball", "directional_ball", "predictive"])
-def test_no_schedule_of_losses_and_delays_makes_the_layer_commit_wrongly(certificate: str) -> None:
-    course = Course(certificate, "governor.optimizer=scalar", "network.loss=0.5")
-    assert worst_found(course, 80, 6, seed=62) <= 1e-8
+OPTIMIZER_AND_CERTIFICATE = [
+    (optimizer, certificate)
+    for optimizer in ("flooding", *OPTIMIZERS)
+    for certificate in ("ball", "directional_ball", "predictive")
+    if (optimizer, certificate) != ("flooding", "ball")
+]
 
 
-def test_the_search_finds_what_a_layer_commits_that_does_not_wait(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Verdict, "complete", lambda self, robots: self.robots != 0)
-    course = Course("predictive", "governor.optimizer=scalar", "network.loss=0.5")
+@pytest.mark.parametrize(("optimizer", "certificate"), OPTIMIZER_AND_CERTIFICATE)
+@pytest.mark.parametrize(
+    ("ticks", "tries", "seeds"), [(80, 6, 1), pytest.param(120, 10, 2, marks=pytest.mark.slow)], ids=["short", "long"]
+)
+def test_no_schedule_of_losses_and_delays_makes_robots_commit_wrongly(
+    optimizer: str, certificate: str, ticks: int, tries: int, seeds: int
+) -> None:
+    course = Course(certificate, f"governor.optimizer={optimizer}", "network.loss=0.5")
+    for seed in range(62, 62 + seeds):
+        assert worst_found(course, ticks, tries, seed) <= 1e-8
+
+
+@pytest.mark.parametrize("optimizer", ["scalar", "flooding"])
+def test_the_search_finds_what_robots_commit_that_do_not_wait(optimizer: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    if optimizer == "scalar":
+        monkeypatch.setattr(Verdict, "complete", lambda self, robots: self.robots != 0)
+    else:
+        monkeypatch.setattr(Flood, "contents", what_has_come(Flood.contents))
+    course = Course("predictive", f"governor.optimizer={optimizer}", "network.loss=0.5")
     assert worst_found(course, 80, 6, seed=62) > 0.01
+
+
+def what_has_come(contents: Callable[..., list[bytes] | None]) -> Callable[..., list[bytes] | None]:
+    """Take a robot whose verdict is missing for one that sees nothing."""
+
+    def found(flood: Flood, kind: int, robots: int) -> list[bytes] | None:
+        if kind != OF_VERDICT:
+            return contents(flood, kind, robots)
+        return [flood.content(kind, robot) or COUNT.pack(0) for robot in range(robots)]
+
+    return found
 
 
 @pytest.mark.parametrize(("certificate", "back"), [("ball", 0.005), ("directional_ball", 0.005), ("predictive", 1.99)])

@@ -48,7 +48,7 @@ OPTIONAL = {
 
 
 def doctor() -> dict[str, Any]:
-    """Return versions, cores, GL, caches, robots and parts as plain data: what works here, and how to fix what does not."""
+    """Return versions, cores, GL, caches, robots and parts as plain data: what works, and how to fix what does not."""
     return {
         "python": platform.python_version(),
         "platform": platform.platform(),

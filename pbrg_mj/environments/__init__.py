@@ -2,15 +2,16 @@
 
     from pbrg_mj.environments import parallel_env, TeamEnv, TeamVectorEnv
 
-options       what agents do and see, and for how long
-observation   what a robot knows, as one vector
-reward        what a step was worth
-episode       one world with its closed loop, an action at a time
-worlds        the worlds that seeds draw
-batch_worlds  worlds of one scenario in one batch of physics
-parallel      PettingZoo: every robot, or every leader, is an agent
-team          Gymnasium: one agent has the whole team
-vector        Gymnasium: many worlds of one scenario, physics in one batch
+options          what agents do and see, and for how long
+observation      what a robot knows, as one vector
+reward           what a step was worth
+episode          one world with its closed loop, an action at a time
+worlds           the worlds that seeds draw
+batch_worlds     worlds of one scenario in one batch of physics
+separate_worlds  worlds with a plant each
+parallel         PettingZoo: every robot, or every leader, is an agent
+team             Gymnasium: one agent has the whole team
+vector           Gymnasium: many worlds of one scenario or family
 
 docs/learn.md shows how to use them. Importing this loads neither library before a name that needs it.
 """

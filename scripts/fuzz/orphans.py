@@ -1,6 +1,7 @@
 """A study's process is killed alone at a random moment: those that make its runs end, and the same command goes on.
 
-All of them hold the pipe of its stderr open; that it ends says that nobody is left.
+All of them hold the pipe of its stderr open; that it ends says that nobody is left. This is for a process that has
+made no runs in others itself: a fork has its resource tracker, which removes what is left when all of them are gone.
 """
 
 from __future__ import annotations
@@ -59,7 +60,7 @@ STUDIES: dict[str, tuple[str, tuple[str, ...]]] = {  # by command: the study's f
     "falsify": (SEARCH, ("paper/simulation_near", "--search", FILE, "--budget", "9")),
     "bench": (SUITE, (FILE,)),
 }
-TIMED = ("timings.parquet", "index.html", JOURNAL)  # hold wall clocks, or the order in which runs came
+TIMED = ("timings.parquet", "wall_clock.md", "index.html", JOURNAL)  # hold wall clocks, or the order in which runs came
 _whole: dict[str, dict[str, bytes]] = {}  # what is in the folder of a study that nobody killed
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from markdown_it import MarkdownIt
 from scipy import stats
 
 from pbrg_mj.studies.bench.markdown import as_markdown, runs_markdown
@@ -173,3 +174,16 @@ def test_without_none_there_is_no_table_of_differences(planted):
     suite, rows = planted
     alone = [replace(row, paired=()) for row in rows if row.governor != "none"]
     assert "differences" not in as_text(alone) + as_markdown(suite, alone)
+
+
+def test_text_of_suites_is_no_markup_in_any_table(planted, tmp_path):
+    suite, rows = planted
+    hostile = "<script>a</script> | [x](http://y) `*b*`"
+    file = replace(suite.file, keys=suite.file.keys.model_copy(update={"description": hostile}))
+    suite = replace(suite, file=file, tunings={hostile: hostile})
+    rows = [replace(row, governor=hostile, network=hostile) for row in rows]
+    for text in (as_markdown(suite, rows), runs_markdown(rows)):
+        shown = MarkdownIt("commonmark").enable("table").render(text)
+        assert "<script" not in shown and 'http://y"' not in shown and "<em>b" not in shown
+        assert "&lt;script&gt;a&lt;/script&gt; | [x](http://y) `*b*`" in shown
+    assert "<script>a" not in page(suite, rows, tmp_path, {})

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from pbrg_mj.analysis.metrics.run_metrics import RunMetrics
 from pbrg_mj.analysis.metrics.table import LAYOUT, WRAPPED, cell, shown, text
 from pbrg_mj.scenario.bundled import PAPER_RUNS
+from pbrg_mj.text import markdown_code, markdown_text
 
 RUNS = PAPER_RUNS
 """The bundled scenarios under `paper/`, in the order of the paper's figures 4, 5, 7 and 8."""
@@ -18,9 +19,9 @@ LEFT_OUT = {"wall clock"}  # groups of numbers that differ from one repetition t
 def markdown(runs: Sequence[RunMetrics]) -> str:
     """Return the runs' numbers as a Markdown table, a column each: the rows of `pbrg compare` but wall-clock times."""
     data = [run.as_dict() for run in runs]
-    lines = [_row("", [f"`{one['scenario']}`" for one in data]), _row("---", ["---"] * len(data))]
+    lines = [_row("", [markdown_code(one["scenario"]) for one in data]), _row("---", ["---"] * len(data))]
     lines += [
-        _row(label, [_escaped((text if key in WRAPPED else cell)(shown(one, key))) for one in data])
+        _row(label, [markdown_text((text if key in WRAPPED else cell)(shown(one, key))) for one in data])
         for label, key in _rows()
     ]
     return "\n".join(lines) + "\n"
@@ -38,8 +39,4 @@ def _rows() -> Iterator[tuple[str, str]]:
 
 
 def _row(label: str, cells: list[str]) -> str:
-    return "| " + " | ".join([_escaped(label), *cells]) + " |"
-
-
-def _escaped(text: str) -> str:
-    return text.replace("|", "\\|")
+    return "| " + " | ".join(one.replace("|", "\\|") for one in [label, *cells]) + " |"

@@ -22,9 +22,10 @@ from pbrg_mj.studies.bench.columns import (
 from pbrg_mj.studies.bench.suite import Suite
 from pbrg_mj.studies.bench.table import BenchRun, Row
 from pbrg_mj.studies.runner import LOGS
-from pbrg_mj.text import counted
+from pbrg_mj.text import counted, markdown_code, markdown_text
 
 RUNS = "runs.md"
+FROM_FILES = ("governor", "network")  # columns whose text is the suite's
 
 
 def as_markdown(suite: Suite, rows: Sequence[Row]) -> str:
@@ -32,13 +33,13 @@ def as_markdown(suite: Suite, rows: Sequence[Row]) -> str:
 
     The least margin leads to the log that has it, each governor to `runs.md`, which has the logs of its row.
     """
-    parts = [f"{suite.title}: {counted(len(suite.tasks), 'run')}.\n"]
+    parts = [f"{markdown_text(suite.title)}: {counted(len(suite.tasks), 'run')}.\n"]
     for group, name in NAMES.items():
         shown = [row for row in rows if row.group == group]
         parts.append(f"## {name.capitalize()}\n\n{_table(COLUMNS, shown)}")
         if pairs := compared(shown):
             parts.append(f"{name.capitalize()}: {DIFFERENCES_TITLE}\n\n{_table(DIFFERENCES, pairs)}")
-    tunings = "\n".join(f"- {governor}: {tuning}" for governor, tuning in suite.tunings.items())
+    tunings = "\n".join(f"- {markdown_text(f'{governor}: {tuning}')}" for governor, tuning in suite.tunings.items())
     return "\n".join([*parts, f"## Tunings\n\n{tunings}\n"])
 
 
@@ -49,17 +50,18 @@ def wall_clock_markdown(rows: Sequence[Row]) -> str:
 
 def runs_markdown(rows: Sequence[Row]) -> str:
     """Return the runs of each row: logs, what the table has of them, and the commands that make the logs."""
-    return "\n".join(f'## <a id="{row.anchor}"></a>{title(row)}\n\n{_runs(row)}' for row in rows)
+    return "\n".join(f'## <a id="{row.anchor}"></a>{markdown_text(title(row))}\n\n{_runs(row)}' for row in rows)
 
 
 def _runs(row: Row) -> str:
     others = row.others()
     head = ["log", "ended", *RUN_COLUMNS, "compared with", "command"]
-    lines = [
-        _line([_log(one), *run_cells(one), _log(others.get(one.log)), f"`{one.task.command(one.log)}`"])
-        for one in row.runs
-    ]
-    return "\n".join([*_head(head), *lines]) + "\n"
+    return "\n".join([*_head(head), *(_run(one, others.get(one.log)) for one in row.runs)]) + "\n"
+
+
+def _run(one: BenchRun, other: BenchRun | None) -> str:
+    ended, *cells = run_cells(one)
+    return _line([_log(one), markdown_text(ended), *cells, _log(other), markdown_code(one.task.command(one.log))])
 
 
 def _log(one: BenchRun | None) -> str:
@@ -76,6 +78,7 @@ def _table(columns: Columns, rows: Sequence[Row]) -> str:
 def _linked(row: Row, columns: Columns, column: str) -> str:
     """Return a cell; the governor with a link to its runs, the least margin of all with one to the log that has it."""
     cell, place = columns[column](row), link(row, columns, column, RUNS)
+    cell = markdown_text(cell) if column in FROM_FILES else cell
     return f"[{cell}]({place})" if place else cell
 
 
@@ -84,4 +87,4 @@ def _head(names: Sequence[str]) -> tuple[str, str]:
 
 
 def _line(cells: Sequence[str]) -> str:
-    return "| " + " | ".join(cell.replace("|", "\\|").replace("\n", " ") for cell in cells) + " |"
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"

@@ -7,10 +7,11 @@ import pytest
 
 from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.load import load_scenario
-from pbrg_mj.scenario.random_streams import Source, Streams
+from pbrg_mj.scenario.random_streams import Source, Streams, stream
 from pbrg_mj.scenario.schema import Beams, Camera, Operator, Scenario, Sensors, Team
+from pbrg_mj.sensing.beam_model import noisy_scan
+from pbrg_mj.sensing.frame_buffer import FrameBuffer
 from pbrg_mj.sensing.noise import SensorNoise, sensor_noise
-from pbrg_mj.sensing.normal_buffer import NormalBuffer
 from pbrg_mj.sensing.sense import sense
 from pbrg_mj.world.plant.interface import Observation
 
@@ -36,7 +37,7 @@ def scenario(**changes: object) -> Scenario:
 
 def test_readings_are_held_bit_for_bit_between_frames() -> None:
     first = sense(observation(4), None, NOISE)
-    moved = replace(observation(4, 2.0), body_pose=np.ones((ROBOTS, 3)))
+    moved = observation(4, 2.0)._replace(body_pose=np.ones((ROBOTS, 3)))
     held = sense(moved, first, NOISE)
     assert first.new_scan and not held.new_scan
     assert np.array_equal(held.body_pose, first.body_pose) and np.array_equal(held.ranges, first.ranges)
@@ -44,9 +45,9 @@ def test_readings_are_held_bit_for_bit_between_frames() -> None:
 
 def test_pose_and_scan_are_renewed_apart() -> None:
     first = sense(observation(4), None, NOISE)
-    second = sense(replace(observation(4), pose_frame=5), first, NOISE)
+    second = sense(observation(4)._replace(pose_frame=5), first, NOISE)
     assert np.all(second.body_pose != first.body_pose) and np.array_equal(second.ranges, first.ranges)
-    third = sense(replace(observation(4), pose_frame=5, scan_frame=5), second, NOISE)
+    third = sense(observation(4)._replace(pose_frame=5, scan_frame=5), second, NOISE)
     assert third.new_scan and np.array_equal(third.body_pose, second.body_pose)
     assert np.all(third.ranges != second.ranges)
 
@@ -132,12 +133,12 @@ def test_the_scenario_sets_the_noise() -> None:
 
 def test_a_robot_keeps_its_noise_when_others_lose_their_beams() -> None:
     alone = replace(NOISE, beam_robots=(2,))
-    seen = sense(replace(observation(9), ranges=np.ones((1, BEAMS))), None, alone)
+    seen = sense(observation(9)._replace(ranges=np.ones((1, BEAMS))), None, alone)
     assert np.array_equal(seen.ranges[0], sense(observation(9), None, NOISE).ranges[2])
 
 
 def test_no_beams_at_all() -> None:
-    reading = sense(replace(observation(2), ranges=np.zeros((0, BEAMS))), None, replace(NOISE, beam_robots=()))
+    reading = sense(observation(2)._replace(ranges=np.zeros((0, BEAMS))), None, replace(NOISE, beam_robots=()))
     assert reading.ranges.shape == (0, BEAMS)
 
 
@@ -170,12 +171,20 @@ def test_as_many_biases_as_robots(key: str) -> None:
 
 def test_numbers_drawn_ahead_are_those_of_their_frames() -> None:
     """In whatever order frames are asked for, with some left out; and no more are drawn than in a row."""
-    streams, drawn = Streams(5, Source.CAMERA), []
-    draws = NormalBuffer(Streams(5, Source.CAMERA), 3)
-    at = draws._streams.at
-    draws._streams.at = lambda robot, frame: (drawn.append(frame), at(robot, frame))[1]
+    drawn, draws = [], FrameBuffer()
     for frame in [0, 1, 2, 20, 23, 26, 27, 28, 45]:
-        found = draws.at(frame, 2)
-        expected = [streams.at(robot, frame).standard_normal(3) for robot in range(2)]
-        np.testing.assert_array_equal(found, expected)
-    assert len(drawn) == 2 * (16 + 1 + 1 + 1 + 16 + 1)
+        assert draws.at(frame, lambda one: (drawn.append(one), 10 * one)[1]) == 10 * frame
+    assert len(drawn) == 16 + 1 + 1 + 1 + 16 + 1
+
+
+def test_frames_have_the_noise_of_their_own_streams() -> None:
+    """Poses and ranges of a frame are those of its streams alone, whichever frames were seen before."""
+    noise, rows = sensor_noise(scenario()), range(ROBOTS)
+    for frame in [0, 1, 2, 20, 23]:
+        seen, raw = observation(frame), observation(frame).ranges
+        alone = sense(seen, None, noise)
+        normal = [Streams(noise.seed, Source.CAMERA).at(robot, frame).standard_normal(3) for robot in rows]
+        np.testing.assert_array_equal(alone.body_pose, seen.body_pose + noise.pose_std * normal)
+        randoms = [stream(noise.seed, Source.BEAMS, robot, frame) for robot in noise.beam_robots]
+        expected = [noisy_scan(row, noise, random) for row, random in zip(raw, randoms, strict=True)]
+        np.testing.assert_array_equal(alone.ranges, expected)

@@ -17,7 +17,8 @@ from pbrg_mj.governor.problem.near_reference import write_near_references
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.governor.registry import certificate, governor
 from pbrg_mj.kernel import kernel
-from pbrg_mj.loop.batch_team import BatchTeam, TeamStates, control_world, write_places
+from pbrg_mj.loop.batch_team import TeamStates, batch_control_of_team, control_world, write_places
+from pbrg_mj.loop.compiled_control import CompiledControl
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.schema import Scenario
 
@@ -25,7 +26,7 @@ from pbrg_mj.scenario.schema import Scenario
 class BatchControl(Protocol):
     """Governor and control of W worlds."""
 
-    team: BatchTeam
+    team: CompiledControl
     states: TeamStates
 
     def learn(self, world: int, half_spaces: HalfSpaces) -> None:
@@ -52,10 +53,12 @@ def batch_control(scenario: Scenario, half_spaces: HalfSpaces) -> BatchControl:
     if isinstance(chosen, DistributedGovernor) and chosen.channel is None and chosen.backend == "compiled":
         if isinstance(rows, StateCertificate):
             raise InputError("a batch has rows of the ball alone; run the seeds one by one", key="governor.certificate")
-        return DistributedBatch(BatchTeam.of(scenario), chosen, rows, scenario.governor.reference_range, half_spaces)
+        return DistributedBatch(
+            batch_control_of_team(scenario), chosen, rows, scenario.governor.reference_range, half_spaces
+        )
     decision = chosen.compiled if isinstance(chosen, CertifiedGovernor) else None
     if decision is not None and isinstance(decision.certificate, PredictiveCertificate):
-        return CertifiedBatch(BatchTeam.of(scenario), decision, decision.certificate, half_spaces)
+        return CertifiedBatch(batch_control_of_team(scenario), decision, decision.certificate, half_spaces)
     only = "a batch runs the distributed governor, or the certified one by prediction, without delay, loss or outage"
     raise InputError(f"{only}; run the seeds one by one", key="governor")
 
@@ -65,7 +68,7 @@ class DistributedBatch:
 
     def __init__(
         self,
-        team: BatchTeam,
+        team: CompiledControl,
         chosen: DistributedGovernor,
         rows: Certificate,
         reference_range: float,
@@ -115,7 +118,7 @@ class CertifiedBatch:
     """The certified governor in W worlds, with messages that arrive within their round."""
 
     def __init__(
-        self, team: BatchTeam, decision: CompiledDecision, rows: PredictiveCertificate, half_spaces: HalfSpaces
+        self, team: CompiledControl, decision: CompiledDecision, rows: PredictiveCertificate, half_spaces: HalfSpaces
     ):
         """Begin with nothing held."""
         worlds = len(half_spaces.h)
@@ -142,7 +145,7 @@ def _step_distributed(states, half_spaces, estimates, rows, operator, governor, 
 
     `estimates` (four arrays, W first) are those of `Estimates`, `rows` (five arrays, W first) those of `Rows`;
     `operator` the reference r (2,) and its reach [m]; `governor` the gains (numbers, in order) of `Flow`, rounds a tick
-    and beyond which bound estimates have diverged; `team` (a tuple, as above) is `BatchTeam.packed`.
+    and beyond which bound estimates have diverged; `team` (a tuple, as above) is `CompiledControl.packed`.
     """
     pose, xi, displacement, m, diverged, _ = states
     (r, reach), (gains, rounds, beyond) = operator, governor
@@ -166,7 +169,7 @@ def _step_certified(states, half_spaces, held, r, decision, team):
     """Do the same with the certified governor.
 
     `held` (W, 2) [m] are the references held, r (2,) [m] the operator's; `decision` is certificate and limits as for
-    `write_predicted_next`; `team` (a tuple, as above) is `BatchTeam.packed`.
+    `write_predicted_next`; `team` (a tuple, as above) is `CompiledControl.packed`.
     """
     pose, xi, displacement, m, _, _ = states
     G, h, active, binds, _ = half_spaces

@@ -41,14 +41,14 @@ class WorldGroup:
     """Some seeds of one scenario, stepped by the thread that calls."""
 
     def __init__(self, scenario: Scenario, seeds: Sequence[int], in_turn: Lock):
-        """Build the worlds; `in_turn` is the lock that all groups share. Raises as `batch_control` and `PlantBatch`."""
+        """Build the worlds; `in_turn` is the lock that all groups share. Raises as `PlantBatch` and `batch_control`."""
         self._scenario, self._in_turn = scenario, in_turn
         self._estimator = estimator(scenario, load_robot_model(scenario.robot))
         self._goal_directed = self._estimator if isinstance(self._estimator, GoalDirectedEstimator) else None
         first = self._estimator.init()
         self._half_spaces = stacked_for_worlds(first.half_spaces, len(seeds))
-        self._control = batch_control(scenario, self._half_spaces)
         self._plant = PlantBatch(scenario, len(seeds), threads=1)
+        self._control = batch_control(scenario, self._half_spaces)
         noises = (sensor_noise(scenario.model_copy(update={"seed": seed})) for seed in seeds)
         self._sensing = [WorldSensing(noise, None, first, first.half_spaces) for noise in noises]
         self._frames = (-2, -2)  # of the camera and the beams, when last looked at

@@ -9,6 +9,7 @@ import numpy as np
 
 from pbrg_mj.governor.problem.interface import Certificate, Governor, StateCertificate
 from pbrg_mj.governor.velocity_filter.interface import VelocityFilter
+from pbrg_mj.loop.compiled_control import CompiledControl
 from pbrg_mj.perception.estimator import Estimator, GoalDirectedEstimator
 from pbrg_mj.scenario.schema import Control, Scenario, operator_reference
 from pbrg_mj.sensing.noise import SensorNoise
@@ -35,6 +36,7 @@ class ClosedLoop:
     drive: Drive
     velocity_filters: tuple[VelocityFilter, ...] = ()  # in the order in which they change u
     exchange: Exchange | None = None  # of p and xi; None: all of it arrives at once
+    compiled_control: CompiledControl | None = None  # of the same control; None: part by part
 
     @cached_property
     def goal_directed(self) -> GoalDirectedEstimator | None:

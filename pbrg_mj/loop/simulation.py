@@ -16,8 +16,10 @@ from pbrg_mj.governor.monitor.passivity_monitor import passivity_monitor
 from pbrg_mj.governor.plug_in import PlugInGovernor
 from pbrg_mj.governor.problem.interface import Governor
 from pbrg_mj.governor.registry import certificate, governor, reference_solver, velocity_filters
+from pbrg_mj.governor.velocity_filter.interface import VelocityFilter
 from pbrg_mj.kernel import clock
 from pbrg_mj.loop.closed_loop import ClosedLoop
+from pbrg_mj.loop.compiled_control import CompiledControl
 from pbrg_mj.loop.monitor import CompletedTick, Monitor, MonitorState, evaluate
 from pbrg_mj.loop.record import TickRecord
 from pbrg_mj.loop.resources import check_memory
@@ -30,7 +32,8 @@ from pbrg_mj.sensing.noise import sensor_noise
 from pbrg_mj.team.exchange import exchange
 from pbrg_mj.team.graph import network
 from pbrg_mj.team.wind_up import WindUpDetector
-from pbrg_mj.vehicle.drive import drive_of
+from pbrg_mj.vehicle.drive import Drive, drive_of
+from pbrg_mj.vehicle.motor_lag import motor_lag
 from pbrg_mj.world.plant.build import build_plant
 from pbrg_mj.world.scene.robot import load_robot_model
 
@@ -58,6 +61,7 @@ class Simulation:
         check_memory(scenario)
         timing, robot, graph = scenario.timing, load_robot_model(scenario.robot), network(scenario)
         chosen = governor(scenario, objects.governor)
+        drive, filters = drive_of(scenario, robot), velocity_filters(scenario)
         loop = ClosedLoop(
             scenario=scenario,
             world=build_plant(scenario),
@@ -68,9 +72,10 @@ class Simulation:
             hand_offset=robot.hand_offset,
             certificate=certificate(scenario, objects.certificate),
             governor=chosen,
-            drive=drive_of(scenario, robot),
-            velocity_filters=velocity_filters(scenario),
+            drive=drive,
+            velocity_filters=filters,
             exchange=exchange(scenario),
+            compiled_control=_compiled_control(scenario, drive, filters),
         )
         balances = passivity_monitor(chosen)
         monitor = Monitor(
@@ -152,3 +157,9 @@ class Simulation:
         for index in range(self.ticks + 1):
             state, tick = control_tick(loop, state, index)
             yield tick
+
+
+def _compiled_control(scenario: Scenario, drive: Drive, filters: tuple[VelocityFilter, ...]) -> CompiledControl | None:
+    """Return the control in one call; None where a part of it is not compiled, or needs what lies between the parts."""
+    at_once = exchange(scenario) is None and motor_lag(scenario) is None
+    return CompiledControl.of(scenario, drive, filters) if at_once and scenario.governor.backend == "compiled" else None

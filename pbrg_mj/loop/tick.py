@@ -18,12 +18,16 @@ from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.governor.velocity_filter.separation import separation
 from pbrg_mj.kernel import clock
 from pbrg_mj.loop.closed_loop import ClosedLoop
+from pbrg_mj.loop.compiled_control import CompiledControl
 from pbrg_mj.loop.tick_data import ControlTick, ExternalCommand, LoopState, PoseEstimate, SensedTick
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.sensing.sense import sense
 from pbrg_mj.team.exchange import ExchangeMemory
 from pbrg_mj.team.pre_stabiliser import pre_stabilise
 from pbrg_mj.vehicle.hand_point import hand_point
+
+Moved = tuple[np.ndarray, np.ndarray | None, ExchangeMemory | None, np.ndarray | None]
+"""xi, displacement, exchange and motion of the next tick's `LoopState`."""
 
 
 def initial_state(loop: ClosedLoop) -> LoopState:
@@ -73,8 +77,7 @@ def govern_and_command(
     solution, memory = loop.governor.step(problem, memory)
     governed = clock()
 
-    velocity, moved = _controlled(loop, state, sensed, (problem, solution.m), external.velocity)
-    command = loop.drive.command(velocity, sensed.readings.body_pose)
+    velocity, command, moved = _controlled(loop, state, sensed, (problem, solution.m), external.velocity)
     tick = ControlTick(
         index=sensed.index,
         time=sensed.time,
@@ -116,11 +119,13 @@ def _controlled(
     sensed: SensedTick,
     governed: tuple[Problem, np.ndarray],
     asked: np.ndarray | None,
-) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray | None, ExchangeMemory | None, np.ndarray | None]]:
-    """Return the velocities to drive (n, 2), and xi, displacement, exchange and motion of the next tick.
+) -> tuple[np.ndarray, np.ndarray, Moved]:
+    """Return the velocities to drive (n, 2), the plant's commands (n, 2) for them, and the states of the next tick.
 
     `governed` are the problem and the governed references, `asked` are velocities in place of those of eq. 2.
     """
+    if loop.compiled_control is not None and asked is None:
+        return _controlled_at_once(loop.compiled_control, state, sensed, governed)
     problem, m = governed
     velocity, xi_rate, exchange = _pre_stabilise(loop, state, problem, m)
     if asked is not None:
@@ -132,7 +137,19 @@ def _controlled(
         displacement = displacement + loop.tick * (driven - velocity)
     # p is q - b less the displacement, so it moves by the velocity before filters.
     motion = None if loop.motor_lag is None or state.motion is None else loop.motor_lag.after(state.motion, velocity)
-    return driven, (state.xi + loop.tick * xi_rate, displacement, exchange, motion)
+    command = loop.drive.command(driven, sensed.readings.body_pose)
+    return driven, command, (state.xi + loop.tick * xi_rate, displacement, exchange, motion)
+
+
+def _controlled_at_once(
+    control: CompiledControl, state: LoopState, sensed: SensedTick, governed: tuple[Problem, np.ndarray]
+) -> tuple[np.ndarray, np.ndarray, Moved]:
+    """Return the same in one call: between two steps of physics, every call of NumPy costs microseconds."""
+    pose, (problem, m), displacement = sensed.pose, governed, state.displacement
+    kept = problem.xi if displacement is None else displacement  # without separation it is not read
+    given = pose.body_pose, pose.hand_world, problem.p, problem.xi, m, kept
+    velocity, command, xi, moved = control.step(sensed.half_spaces, given)
+    return velocity, command, (xi, None if displacement is None else moved, None, None)
 
 
 def _pre_stabilise(
@@ -150,16 +167,16 @@ def _rows(loop: ClosedLoop, state: LoopState, half_spaces: HalfSpaces, p: np.nda
     """Return the certificate's rows: of the state, for who asks, or those of before while the half-spaces stay."""
     if loop.state_certificate is not None:
         owners, slots = half_spaces.h.shape
-        made = partial(_rows_of_the_state, loop, half_spaces, (*prediction_state(p, state.xi, state.motion), state.m))
+        made = partial(_rows_of_the_state, loop, half_spaces, p, state)
         return LazyRows(made, (owners, 2 * slots))
     if state.rows is None or half_spaces is not state.half_spaces:
         return cast(Certificate, loop.certificate).rows(half_spaces)
     return state.rows
 
 
-def _rows_of_the_state(loop: ClosedLoop, half_spaces: HalfSpaces, state: tuple[Any, ...]) -> Rows:
-    """Return the rows at p, xi and the references applied in the tick before, None before the first one."""
-    p, xi, m = state
+def _rows_of_the_state(loop: ClosedLoop, half_spaces: HalfSpaces, p: np.ndarray, state: LoopState) -> Rows:
+    """Return the rows at p (n, 2) and xi [m], with the references applied in the tick before."""
     network, certificate = loop.network, cast(StateCertificate, loop.certificate)
-    held = p.mean(axis=0) if m is None else network.leader @ m / network.leaders
-    return certificate.rows_at(half_spaces, p, xi, held)
+    y, others = prediction_state(p, state.xi, state.motion)
+    held = y.mean(axis=0) if state.m is None else network.leader @ state.m / network.leaders
+    return certificate.rows_at(half_spaces, y, others, held)

@@ -1,7 +1,7 @@
 """Raw samples of the sensors to what robots see: seeded noise, held frames.
 
 noise           parameters of the noise, from a scenario
-normal_buffer   random numbers of frames to come
+frame_buffer    random numbers of frames to come
 noise_model     noise of another package in their place
 beam_model      what a range sensor makes of true ranges, one effect after the other
 cone            the nearest thing in a beam's view

@@ -7,30 +7,28 @@ from collections.abc import Iterable
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.sensing.noise import SensorNoise
+from pbrg_mj.sensing.noise import BeamNumbers, SensorNoise
 
 
 def noisy_scan(raw: np.ndarray, noise: SensorNoise, random: np.random.Generator) -> np.ndarray:
-    """Return one scan (beams,) [m] of raw ranges (beams,); see `noisy_scans`."""
-    return noisy_scans(raw[None], noise, [random])[0]
+    """Return one scan (beams,) [m] of raw ranges (beams,); see `reported_scans`."""
+    return reported_scans(raw[None], noise, beam_numbers((1, len(raw)), noise, [random]))[0]
 
 
-def noisy_scans(raw: np.ndarray, noise: SensorNoise, randoms: Iterable[np.random.Generator]) -> np.ndarray:
+def reported_scans(raw: np.ndarray, noise: SensorNoise, numbers: BeamNumbers) -> np.ndarray:
     """Return scans (b, beams) [m] as the sensors report them: NaN where a beam returned nothing.
 
     In this order: additive and multiplicative Gaussian noise, quantisation, range limits, outliers, dropout. A raw -1
     (no hit) and a raw range at the maximum (the sensor's cutoff) give no point: none was seen. Outliers come from
-    anywhere between the limits, whatever the beam hit, in the sensor's steps. `randoms` are taken row after row.
+    anywhere between the limits, whatever the beam hit, in the sensor's steps. `numbers` are those of `beam_numbers`.
     """
     shares = (noise.dropout, noise.outliers)
     limits = (noise.range_min, noise.range_max, float(noise.quantum))
-    return _reported(raw, _drawn(raw.shape, noise, randoms), (noise.range_std, noise.range_ratio), shares, limits)
+    return _reported(raw, numbers, (noise.range_std, noise.range_ratio), shares, limits)
 
 
-def _drawn(
-    shape: tuple[int, int], noise: SensorNoise, randoms: Iterable[np.random.Generator]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return the random numbers of scans (b, beams): standard normal, uniform in [0, 1), normal, uniform (b, 2 beams).
+def beam_numbers(shape: tuple[int, int], noise: SensorNoise, randoms: Iterable[np.random.Generator]) -> BeamNumbers:
+    """Return the random numbers of scans (b, beams), of `randoms` row after row.
 
     In this order, whatever the parameters, so that each parameter changes only what it says; but what nothing depends
     on at the end is not drawn.

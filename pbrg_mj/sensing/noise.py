@@ -13,13 +13,15 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.scenario.random_streams import Source, Streams
 from pbrg_mj.scenario.schema import Scenario, per_robot
 from pbrg_mj.sensing.camera_faults import CameraFaults, camera_faults
+from pbrg_mj.sensing.frame_buffer import FrameBuffer
 from pbrg_mj.sensing.noise_model import PlugInNoise
-from pbrg_mj.sensing.normal_buffer import NormalBuffer
 from pbrg_mj.sensing.pose_filter import FilterParameters
 from pbrg_mj.sensing.signal_strength import SignalStrength
 from pbrg_mj.sensing.ultra_wideband import Radio, radio_of
 from pbrg_mj.world.scene.robot import load_robot_model
 
+BeamNumbers = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+"""Standard normal, uniform in [0, 1), normal (b, beams) and uniform (b, 2 beams) numbers of b scans."""
 LEAST_STD = 1e-6  # [m], [rad] of a camera that the filter takes for exact
 
 
@@ -61,14 +63,19 @@ class SensorNoise:
         return np.array([self.position_std, self.position_std, self.heading_std])
 
     @cached_property
-    def camera_draws(self) -> NormalBuffer:
-        """What is drawn for x, y and heading in the camera's frames."""
-        return NormalBuffer(self.camera_streams, 3)
+    def camera_draws(self) -> FrameBuffer[np.ndarray]:
+        """What is drawn for x, y and heading (n, 3) in the camera's frames."""
+        return FrameBuffer()
 
     @cached_property
     def beam_streams(self) -> Streams:
         """Random streams of the beams."""
         return Streams(self.seed, Source.BEAMS)
+
+    @cached_property
+    def beam_draws(self) -> FrameBuffer[BeamNumbers]:
+        """What is drawn for the scans of all robots, in the frames of the beams."""
+        return FrameBuffer()
 
     @cached_property
     def radio_streams(self) -> Streams:

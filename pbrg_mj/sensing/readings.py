@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from pbrg_mj.sensing.pose_filter import FilterMemory
 
 
-@dataclass(frozen=True)
-class Readings:
+class Readings(NamedTuple):
     """Sensor readings after noise; the only view of the world that anything downstream has.
 
     `new_scan` is true in the first tick that shows a scan; `ranges` are NaN where a beam returned nothing

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from pbrg_mj.scenario.schema import WHITE
-from pbrg_mj.sensing.beam_model import noisy_scans
+from pbrg_mj.sensing.beam_model import beam_numbers, reported_scans
 from pbrg_mj.sensing.cone import nearest_in_cones, values_of_rays
-from pbrg_mj.sensing.noise import SensorNoise
+from pbrg_mj.sensing.noise import BeamNumbers, SensorNoise
 from pbrg_mj.sensing.pose_filter import (
     FilterMemory,
     FilterParameters,
@@ -32,7 +32,7 @@ def sense(observation: Observation, previous: Readings | None, noise: SensorNois
     of the camera that is lost is none.
     """
     if previous is not None and noise.pose_filter is None and _held(observation, previous):
-        return replace(previous, new_scan=False) if previous.new_scan else previous
+        return previous._replace(new_scan=False) if previous.new_scan else previous
     pose_frame, faults = observation.pose_frame, noise.camera_faults
     if previous is not None and faults is not None and faults.is_lost(pose_frame, noise.seed):
         pose_frame = previous.pose_frame
@@ -65,7 +65,7 @@ def _poses(observation: Observation, noise: SensorNoise) -> np.ndarray:
     if noise.model is not None:
         at = [noise.camera_streams.at(robot, observation.pose_frame) for robot in range(len(true))]
         return np.array([noise.model.pose(pose, random) for pose, random in zip(true, at, strict=True)])
-    seen = true + noise.pose_std * noise.camera_draws.at(observation.pose_frame, len(true))
+    seen = true + noise.pose_std * noise.camera_draws.at(observation.pose_frame, partial(_camera_numbers, noise, true))
     if noise.radio is not None:
         for robot in range(len(true)):
             random = noise.radio_streams.at(robot, observation.pose_frame)
@@ -88,7 +88,21 @@ def _ranges(observation: Observation, noise: SensorNoise) -> np.ndarray:
     if noise.range_bias or noise.beam_bias_std:
         there = (raw >= 0) & (raw < noise.range_max)  # what was hit; a range at the maximum is the sensor's cutoff
         raw = np.where(there, np.maximum(raw + noise.beam_biases(raw.shape[1]), 0.0), raw)
-    return noisy_scans(raw, noise, (streams.at(robot, observation.scan_frame) for robot in noise.beam_robots))
+    return reported_scans(raw, noise, noise.beam_draws.at(observation.scan_frame, partial(_beam_numbers, noise, raw)))
+
+
+def _camera_numbers(noise: SensorNoise, poses: np.ndarray, frame: int) -> np.ndarray:
+    """Return standard normal numbers like the poses (n, 3) for a frame of the camera."""
+    numbers = np.empty(poses.shape)
+    for robot, row in enumerate(numbers):
+        noise.camera_streams.at(robot, frame).standard_normal(out=row)
+    return numbers
+
+
+def _beam_numbers(noise: SensorNoise, raw: np.ndarray, frame: int) -> BeamNumbers:
+    """Return the random numbers of scans like the ranges (b, beams) in a frame of the beams."""
+    streams = noise.beam_streams
+    return beam_numbers(raw.shape, noise, (streams.at(robot, frame) for robot in noise.beam_robots))
 
 
 def _echoes(observation: Observation, noise: SensorNoise) -> np.ndarray:

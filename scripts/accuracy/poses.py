@@ -8,7 +8,6 @@ Wheels slip as the filter assumes: the variance of a wheel's travel is `sensors.
 from __future__ import annotations
 
 import argparse
-from dataclasses import replace
 
 import numpy as np
 from rooms import ROOMS, SCANS, Drive, way
@@ -48,7 +47,7 @@ class DriveOnWheels(Drive):
             random = np.random.default_rng([self.noise.seed, 99, round(1e6 * time)])
             slipped = travel + np.sqrt(filtering.slip * np.abs(travel)) * random.standard_normal(2)
             self.wheels, self.turned = self.wheels + slipped / filtering.wheel_radius, time
-        return replace(super().observed(frame, scan, time), wheel_angle=self.wheels[None])
+        return super().observed(frame, scan, time)._replace(wheel_angle=self.wheels[None])
 
 
 def squares(sensors: dict, seed: int) -> list[float]:

@@ -48,7 +48,7 @@ class PredictiveCertificate:
         grid, spread = self.grid, self.grid.bound * np.sqrt(len(self.formation))
         return grid.columns, grid.bound, grid.s, grid.s + spread, grid.s - spread
 
-    @property
+    @cached_property
     def packed(self) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, float]]:
         """What kernels take: the grid's rows, and the formation with the margin."""
         return self.grid_rows, (self.formation, self.margin)

@@ -35,16 +35,18 @@ class CertifiedGovernor:
 
     def step(self, problem: Problem, memory: np.ndarray) -> tuple[Solution, np.ndarray]:
         """Return this tick's reference; `inadmissible` or `infeasible` where no m near the team, or none, is."""
-        n, decided = problem.network.robots, (self._by_rows if self.compiled is None else self.compiled.next_reference)
+        network, decided = problem.network, (self._by_rows if self.compiled is None else self.compiled.next_reference)
         m, status, intervals = decided(problem, memory)
-        flooded = n * (ITEM.size + self.state_bytes + ITEM.size + COUNT.size) + intervals * INTERVAL.size  # bytes
+        flooded = (
+            network.robots * (ITEM.size + self.state_bytes + ITEM.size + COUNT.size) + intervals * INTERVAL.size
+        )  # bytes
         solution = Solution(
             m=m,
             multipliers=np.zeros(problem.rows_shape),
             status=status,
             rounds=2 * self.diameter,
-            bytes_sent=problem.network.degree * flooded,
-            lost=np.zeros(n, dtype=np.int64),
+            bytes_sent=network.times_degree(flooded),
+            lost=network.times_degree(0),
         )
         return solution, m[0]
 

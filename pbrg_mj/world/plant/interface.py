@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 
-@dataclass(frozen=True)
-class Observation:
+class Observation(NamedTuple):
     """Raw, noise-free readings as the sensors hold them at the start of a tick.
 
     A frame number grows by one with every new sample; between samples the reading is held.

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import partial
 
 import mujoco
@@ -92,7 +91,7 @@ class MujocoPlant:
         last = self._observed
         if last is None or self._step >= self._observed_until:
             self._observed = last = self._sample()
-        return replace(last, time=self.time, wheel_angle=self._wheel_angle()) if self._encoders else last
+        return last._replace(time=self.time, wheel_angle=self._wheel_angle()) if self._encoders else last
 
     def _wheel_angle(self) -> np.ndarray:
         return self.data.qpos[self._index.wheel_angle]
@@ -146,7 +145,7 @@ class MujocoPlant:
             body_pose = self._kidnappings.camera_readings(body_pose, self._camera.step(pose_frame))
         last = self._observed
         if last and last.scan_frame == scan:
-            return replace(last, body_pose=body_pose, pose_frame=pose_frame)
+            return last._replace(body_pose=body_pose, pose_frame=pose_frame)
         met = self._surfaces.hit_properties(readings, index.beams)
         return Observation(body_pose, pose_frame, readings[index.beams], scan, **met)
 
@@ -170,7 +169,7 @@ class MujocoPlant:
         voltage = self._disturbances.without_dead_motors(voltage, self._step)
         changed = voltage is not self._voltage
         if changed:
-            self._motors[:] = over_first_step(self._voltage, voltage)
+            over_first_step(self._voltage, voltage, out=self._motors)
         if self._disturbances.pushing:
             self.data.xfrc_applied[self._index.body, :2] = self._disturbances.force(self._step)
         mujoco.mj_step2(self.model, self.data)

@@ -171,7 +171,7 @@ def test_as_many_biases_as_robots(key: str) -> None:
 
 def test_numbers_drawn_ahead_are_those_of_their_frames() -> None:
     """In whatever order frames are asked for, with some left out; and no more are drawn than in a row."""
-    drawn, draws = [], FrameBuffer()
+    drawn, draws = [], FrameBuffer(16)
     for frame in [0, 1, 2, 20, 23, 26, 27, 28, 45]:
         assert draws.at(frame, lambda one: (drawn.append(one), 10 * one)[1]) == 10 * frame
     assert len(drawn) == 16 + 1 + 1 + 1 + 16 + 1

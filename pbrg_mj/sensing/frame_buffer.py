@@ -9,17 +9,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
-FRAMES = 16  # drawn in a row
-
 Numbers = TypeVar("Numbers")
 
 
 class FrameBuffer(Generic[Numbers]):
     """What is drawn for a frame, kept for the next frames of a row."""
 
-    def __init__(self) -> None:
-        """Begin before the first frame, 0."""
-        self._last = -1
+    def __init__(self, frames: int) -> None:
+        """Begin before the first frame, 0; so many `frames` are drawn in a row."""
+        self._frames, self._last = frames, -1
         self._drawn: dict[int, Numbers] = {}
 
     def at(self, frame: int, draw: Callable[[int], Numbers]) -> Numbers:
@@ -28,7 +26,7 @@ class FrameBuffer(Generic[Numbers]):
         `draw` must be the same function of the frame in every call.
         """
         if frame not in self._drawn:
-            frames = range(frame, frame + (FRAMES if frame == self._last + 1 else 1))
+            frames = range(frame, frame + (self._frames if frame == self._last + 1 else 1))
             self._drawn = {one: draw(one) for one in frames}
         self._last = frame
         return self._drawn[frame]

@@ -22,6 +22,8 @@ from pbrg_mj.world.scene.robot import load_robot_model
 
 BeamNumbers = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 """Standard normal, uniform in [0, 1), normal (b, beams) and uniform (b, 2 beams) numbers of b scans."""
+CAMERA_FRAMES = 16  # whose numbers are drawn in a row
+BEAM_FRAMES = 4  # likewise; some hundred times as many numbers as a frame of the camera takes
 LEAST_STD = 1e-6  # [m], [rad] of a camera that the filter takes for exact
 
 
@@ -65,7 +67,7 @@ class SensorNoise:
     @cached_property
     def camera_draws(self) -> FrameBuffer[np.ndarray]:
         """What is drawn for x, y and heading (n, 3) in the camera's frames."""
-        return FrameBuffer()
+        return FrameBuffer(CAMERA_FRAMES)
 
     @cached_property
     def beam_streams(self) -> Streams:
@@ -75,7 +77,7 @@ class SensorNoise:
     @cached_property
     def beam_draws(self) -> FrameBuffer[BeamNumbers]:
         """What is drawn for the scans of all robots, in the frames of the beams."""
-        return FrameBuffer()
+        return FrameBuffer(BEAM_FRAMES)
 
     @cached_property
     def radio_streams(self) -> Streams:

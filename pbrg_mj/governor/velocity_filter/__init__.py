@@ -4,5 +4,6 @@
 - `barrier`: every robot's control barrier function: nearest velocity that approaches half-spaces no faster than allowed
 - `potential_field`: every robot is repelled from the half-spaces that it sees
 - `separation`: robots keep their distance from each other
+- `separation_rows`: the rows of velocities that it keeps
 - `turning`: how much slower they go past each other because they turn
 """

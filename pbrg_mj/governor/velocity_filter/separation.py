@@ -43,6 +43,14 @@ from pbrg_mj.governor.certificate.projection import nearest_allowed
 from pbrg_mj.governor.certificate.speed import turning_offset
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.governor.velocity_filter.interface import known_half_spaces
+from pbrg_mj.governor.velocity_filter.separation_rows import (
+    approach_of_team_mates,
+    is_pushed_back,
+    makes_room,
+    write_half_spaces_in_the_way,
+    write_robots_in_the_way,
+    write_room_for_team_mates,
+)
 from pbrg_mj.governor.velocity_filter.turning import turning_share
 from pbrg_mj.kernel import kernel
 from pbrg_mj.scenario.schema import Scenario
@@ -143,15 +151,15 @@ def write_driven(half_spaces, state, wheels, numbers, driven):
         x, y = u[j, 0] - gain * displacement[j, 0], u[j, 1] - gain * displacement[j, 1]
         scale = _scale(x, y, heading[j], facets)
         wx, wy = scale * x, scale * y
-        coming = _approach_of_team_mates(half_spaces, q, j, (distance, margin, gain))
-        pushed = _pushed(half_spaces, q, j, margin, gain) or _makes_room(q, j, coming, (distance, gain))
+        coming = approach_of_team_mates(half_spaces, q, j, (distance, margin, gain))
+        pushed = is_pushed_back(half_spaces, q, j, margin, gain) or makes_room(q, j, coming, (distance, gain))
         speed = math.inf if pushed else math.sqrt(wx * wx + wy * wy)
         retreats[:] = 0.0
         rate = gain if pushed else 0.5 * gain
-        robots = _robots_in_the_way(q, j, (distance, rate, speed), normals, offsets)
+        robots = write_robots_in_the_way(q, j, (distance, rate, speed), normals, offsets)
         written = normals, offsets, retreats
-        rows = _room_for_team_mates(q, j, coming, (distance, gain, speed), written, robots)
-        rows = _half_spaces_in_the_way(half_spaces, moved, j, (margin, gain, tick, speed), written, rows)
+        rows = write_room_for_team_mates(q, j, coming, (distance, gain, speed), written, robots)
+        rows = write_half_spaces_in_the_way(half_spaces, moved, j, (margin, gain, tick, speed), written, rows)
         found, x, y = _nearest_velocity(wx, wy, normals[:rows], offsets[:rows], retreats[:rows])
         scale = _scale(x, y, heading[j], facets) if found else 0.0  # but for rounding, 0 is allowed
         x, y = scale * x, scale * y
@@ -191,119 +199,3 @@ def _scale(x, y, heading, facets):
     for f in range(len(facets)):
         largest = max(largest, facets[f, 0] * (c * x + s * y) + facets[f, 1] * (c * y - s * x))
     return 1.0 / largest
-
-
-@kernel
-def _pushed(half_spaces, q, j, margin, gain):
-    """Tell whether some half-space that comes nearer pushes robot j back, perhaps faster than it wants to go."""
-    G, h, active, binds, closing = half_spaces
-    for i in range(h.shape[0]):
-        for k in range(h.shape[1]):
-            if active[i, k] and binds[i, k, j] and closing[i, k] > 0.0:
-                behind = h[i, k] - margin - (G[i, k, 0] * q[j, 0] + G[i, k, 1] * q[j, 1])
-                if gain * behind < closing[i, k]:
-                    return True
-    return False
-
-
-@kernel
-def _approach_of_team_mates(half_spaces, q, j, numbers):
-    """Return what each other robot (n,) needs of robot j, gain times a distance, and how fast it comes to j [m/s].
-
-    It is pushed back by what binds j and comes, for which both are small.
-    """
-    G, h, active, binds, closing = half_spaces
-    distance, margin, gain = numbers
-    approach = np.zeros(len(q))
-    for i in range(h.shape[0]):
-        for k in range(h.shape[1]):
-            if not (active[i, k] and binds[i, k, j] and closing[i, k] > 0.0):
-                continue
-            Gx, Gy = G[i, k, 0], G[i, k, 1]
-            for other in range(len(q)):
-                x, y = q[j, 0] - q[other, 0], q[j, 1] - q[other, 1]
-                apart, along = math.sqrt(x * x + y * y), -(Gx * x + Gy * y)
-                behind = h[i, k] - margin - (Gx * q[other, 0] + Gy * q[other, 1])
-                if along > 0.0 and behind > -distance:  # not on the other side of what comes
-                    speed = closing[i, k]
-                    retreat = min(max(speed - gain * behind, 0.0), speed)
-                    room = min(max(2.0 * speed - gain * behind, 0.0), speed)
-                    approach[other] = max(approach[other], (retreat + room) * along / apart)
-    return approach
-
-
-@kernel
-def _makes_room(q, j, approach, numbers):
-    """Tell whether robot j must move away from some other robot that is pushed back towards it.
-
-    `approach` (n,) [m/s] as `_approach_of_team_mates` returns it.
-    """
-    distance, gain = numbers
-    for i in range(len(q)):
-        apart = math.sqrt((q[i, 0] - q[j, 0]) ** 2 + (q[i, 1] - q[j, 1]) ** 2)
-        if approach[i] > 0.0 and gain * (apart - distance) < approach[i]:
-            return True
-    return False
-
-
-@kernel
-def _room_for_team_mates(q, j, approach, numbers, written, rows):
-    """Append the rows of robots that are pushed back towards robot j, and how fast it makes room for them.
-
-    `approach` (n,) [m/s] as `_approach_of_team_mates` returns it; `written` as for `_half_spaces_in_the_way`.
-    """
-    distance, gain, speed = numbers
-    normals, offsets, retreats = written
-    for i in range(len(q)):
-        x, y = q[i, 0] - q[j, 0], q[i, 1] - q[j, 1]
-        apart = math.sqrt(x * x + y * y)
-        required = gain * (apart - distance) - approach[i]
-        bound, retreat = max(0.0, required), max(0.0, -required)
-        if approach[i] > 0.0 and (bound < speed or retreat > 0.0):
-            normals[rows, 0], normals[rows, 1], offsets[rows], retreats[rows] = x / apart, y / apart, bound, retreat
-            rows += 1
-    return rows
-
-
-@kernel
-def _robots_in_the_way(q, j, numbers, normals, offsets):
-    """Write the rows of robots so near that a velocity of this speed may violate them; return how many."""
-    distance, rate, speed = numbers
-    rows = 0
-    for i in range(len(q)):
-        x, y = q[i, 0] - q[j, 0], q[i, 1] - q[j, 1]
-        apart = math.sqrt(x * x + y * y)
-        bound = rate * max(apart - distance, 0.0)
-        if i != j and bound < speed and apart > 0.0:
-            normals[rows, 0], normals[rows, 1], offsets[rows] = x / apart, y / apart, bound
-            rows += 1
-    return rows
-
-
-@kernel
-def _half_spaces_in_the_way(half_spaces, state, j, numbers, written, rows):
-    """Append the rows of half-spaces that bind robot j likewise, and how fast those that come nearer push it back.
-
-    `state` is q, displacement and u, each (n, 2); `written` are normals (R, 2), offsets (R,) [m/s] and retreats (R,)
-    [m/s], of which `rows` are there.
-    """
-    G, h, active, binds, closing = half_spaces
-    normals, offsets, retreats = written
-    q, displacement, u = state
-    margin, gain, tick, speed = numbers
-    for i in range(h.shape[0]):
-        for k in range(h.shape[1]):
-            if not (active[i, k] and binds[i, k, j]):
-                continue
-            Gx, Gy = G[i, k, 0], G[i, k, 1]
-            behind = h[i, k] - margin - (Gx * q[j, 0] + Gy * q[j, 1])
-            ahead = Gx * (tick * u[j, 0] - displacement[j, 0]) + Gy * (tick * u[j, 1] - displacement[j, 1])
-            bound = max(0.0, gain * behind, ahead / tick if ahead <= behind else 0.0)
-            retreat = 0.0
-            if closing[i, k] > 0.0:
-                required = gain * behind - closing[i, k]
-                bound, retreat = max(0.0, required), max(0.0, -required)
-            if bound < speed or retreat > 0.0:
-                normals[rows, 0], normals[rows, 1], offsets[rows], retreats[rows] = Gx, Gy, bound, retreat
-                rows += 1
-    return rows

@@ -1,0 +1,130 @@
+"""The rows of velocities that keep a robot its distance from others and from half-spaces, for `separation`.
+
+Each is normal.w <= offset. Where what comes nearer pushes the robot back, w must also retreat along -normal. `numbers`
+are distance and margin [m], gain and rate [1/s], tick [s], and the robot's speed [m/s]; `half_spaces` (five arrays, n
+first) and q, displacement, u (n, 2) those of `write_driven`; j is the robot whose rows they are.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pbrg_mj.kernel import kernel
+
+
+@kernel
+def is_pushed_back(half_spaces, q, j, margin, gain):
+    """Tell whether some half-space that comes nearer pushes robot j back, perhaps faster than it wants to go."""
+    G, h, active, binds, closing = half_spaces
+    for i in range(h.shape[0]):
+        for k in range(h.shape[1]):
+            if active[i, k] and binds[i, k, j] and closing[i, k] > 0.0:
+                behind = h[i, k] - margin - (G[i, k, 0] * q[j, 0] + G[i, k, 1] * q[j, 1])
+                if gain * behind < closing[i, k]:
+                    return True
+    return False
+
+
+@kernel
+def approach_of_team_mates(half_spaces, q, j, numbers):
+    """Return what each other robot (n,) needs of robot j, gain times a distance, and how fast it comes to j [m/s].
+
+    It is pushed back by what binds j and comes, for which both are small.
+    """
+    G, h, active, binds, closing = half_spaces
+    distance, margin, gain = numbers
+    approach = np.zeros(len(q))
+    for i in range(h.shape[0]):
+        for k in range(h.shape[1]):
+            if not (active[i, k] and binds[i, k, j] and closing[i, k] > 0.0):
+                continue
+            Gx, Gy = G[i, k, 0], G[i, k, 1]
+            for other in range(len(q)):
+                x, y = q[j, 0] - q[other, 0], q[j, 1] - q[other, 1]
+                apart, along = math.sqrt(x * x + y * y), -(Gx * x + Gy * y)
+                behind = h[i, k] - margin - (Gx * q[other, 0] + Gy * q[other, 1])
+                if along > 0.0 and behind > -distance:  # not on the other side of what comes
+                    speed = closing[i, k]
+                    retreat = min(max(speed - gain * behind, 0.0), speed)
+                    room = min(max(2.0 * speed - gain * behind, 0.0), speed)
+                    approach[other] = max(approach[other], (retreat + room) * along / apart)
+    return approach
+
+
+@kernel
+def makes_room(q, j, approach, numbers):
+    """Tell whether robot j must move away from some other robot that is pushed back towards it.
+
+    `approach` (n,) [m/s] as `approach_of_team_mates` returns it.
+    """
+    distance, gain = numbers
+    for i in range(len(q)):
+        apart = math.sqrt((q[i, 0] - q[j, 0]) ** 2 + (q[i, 1] - q[j, 1]) ** 2)
+        if approach[i] > 0.0 and gain * (apart - distance) < approach[i]:
+            return True
+    return False
+
+
+@kernel
+def write_room_for_team_mates(q, j, approach, numbers, written, rows):
+    """Append the rows of robots that are pushed back towards robot j, and how fast it makes room for them.
+
+    `approach` (n,) [m/s] as `approach_of_team_mates` returns it; `written` as for `write_half_spaces_in_the_way`.
+    """
+    distance, gain, speed = numbers
+    normals, offsets, retreats = written
+    for i in range(len(q)):
+        x, y = q[i, 0] - q[j, 0], q[i, 1] - q[j, 1]
+        apart = math.sqrt(x * x + y * y)
+        required = gain * (apart - distance) - approach[i]
+        bound, retreat = max(0.0, required), max(0.0, -required)
+        if approach[i] > 0.0 and (bound < speed or retreat > 0.0):
+            normals[rows, 0], normals[rows, 1], offsets[rows], retreats[rows] = x / apart, y / apart, bound, retreat
+            rows += 1
+    return rows
+
+
+@kernel
+def write_robots_in_the_way(q, j, numbers, normals, offsets):
+    """Write the rows of robots so near that a velocity of this speed may violate them; return how many."""
+    distance, rate, speed = numbers
+    rows = 0
+    for i in range(len(q)):
+        x, y = q[i, 0] - q[j, 0], q[i, 1] - q[j, 1]
+        apart = math.sqrt(x * x + y * y)
+        bound = rate * max(apart - distance, 0.0)
+        if i != j and bound < speed and apart > 0.0:
+            normals[rows, 0], normals[rows, 1], offsets[rows] = x / apart, y / apart, bound
+            rows += 1
+    return rows
+
+
+@kernel
+def write_half_spaces_in_the_way(half_spaces, state, j, numbers, written, rows):
+    """Append the rows of half-spaces that bind robot j likewise, and how fast those that come nearer push it back.
+
+    `state` is q, displacement and u, each (n, 2); `written` are normals (R, 2), offsets (R,) [m/s] and retreats (R,)
+    [m/s], of which `rows` are there.
+    """
+    G, h, active, binds, closing = half_spaces
+    normals, offsets, retreats = written
+    q, displacement, u = state
+    margin, gain, tick, speed = numbers
+    for i in range(h.shape[0]):
+        for k in range(h.shape[1]):
+            if not (active[i, k] and binds[i, k, j]):
+                continue
+            Gx, Gy = G[i, k, 0], G[i, k, 1]
+            behind = h[i, k] - margin - (Gx * q[j, 0] + Gy * q[j, 1])
+            ahead = Gx * (tick * u[j, 0] - displacement[j, 0]) + Gy * (tick * u[j, 1] - displacement[j, 1])
+            bound = max(0.0, gain * behind, ahead / tick if ahead <= behind else 0.0)
+            retreat = 0.0
+            if closing[i, k] > 0.0:
+                required = gain * behind - closing[i, k]
+                bound, retreat = max(0.0, required), max(0.0, -required)
+            if bound < speed or retreat > 0.0:
+                normals[rows, 0], normals[rows, 1], offsets[rows], retreats[rows] = Gx, Gy, bound, retreat
+                rows += 1
+    return rows

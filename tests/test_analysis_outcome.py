@@ -147,11 +147,19 @@ def test_without_walls_the_given_half_space_counts():
 
 
 @pytest.mark.parametrize("name", ["p", "xi", "m"])
-@pytest.mark.parametrize("value", [np.nan, np.inf, 1001.0, -1001.0])
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1003.1, -1003.1])
 def test_states_and_references_may_diverge(name, value):
+    """Beyond the largest r, 3 m here, by more than 1000 m."""
     values = getattr(resting(scenario()), name).copy()
     values[9, 1, 0] = value
-    assert outcome(run(ticks={name: values})).word == "diverged"
+    assert outcome(run(scenario(operator={"reference": [2.0, -3.0]}), ticks={name: values})).word == "diverged"
+
+
+def test_who_follows_a_reference_far_away_has_not_diverged():
+    far = scenario(operator={"reference": [1e6, 0.0]}, estimator={"source": "given"})
+    assert outcome(run(far)).word == "converged"
+    waypoints = [{"time": 0, "reference": [1.0, 0.0]}, {"time": 1, "reference": [3.0, -1e4]}]
+    assert scenario(operator={"waypoints": waypoints}).divergence_limit == 1e4 + 1000.0
 
 
 def test_violated_beats_diverged():

@@ -108,7 +108,7 @@ class Episode:
         """Return what came of the last action."""
         scenario, end, last = self._loop.scenario, self._true_states[-1], self._done()
         reference = operator_reference(scenario.operator, self._sensed.time)
-        limit, states = scenario.outcome.diverged_beyond, (end.hand_world, self._state.xi, last.solution.m)
+        limit, states = scenario.divergence_limit, (end.hand_world, self._state.xi, last.solution.m)
         return Step(
             time=self._sensed.time,
             duration=(self._sensed.index - self._began) * scenario.timing.tick,

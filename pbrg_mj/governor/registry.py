@@ -52,7 +52,7 @@ def _distributed(scenario: Scenario) -> Governor:
 
 def _paper_program(scenario: Scenario) -> Governor:
     settings, lines = scenario.governor, channel(scenario)
-    beyond = scenario.outcome.diverged_beyond
+    beyond = scenario.divergence_limit
     program = PaperProgram.of(flow(scenario), settings.reference_range, beyond, network(scenario), lines)
     return replace(NetworkedGovernor.of(scenario, program), shares_rows=True)  # rows of rho, or along G, are its own
 

@@ -83,7 +83,7 @@ def first_violation_rows(run: Run) -> Iterator[tuple[str, int]]:
     """
     for k, (_, flags, _) in enumerate(_violations(run)):
         yield from ((f"violation {k}", row) for row in np.flatnonzero(flags.any(axis=1))[:1].tolist())
-    size, limit = per_tick(run, state_size), run.scenario.outcome.diverged_beyond
+    size, limit = per_tick(run, state_size), run.scenario.divergence_limit
     for name, flag in (
         ("status", run.ticks.status == "diverged"),
         ("finite", ~np.isfinite(size)),
@@ -120,7 +120,7 @@ def _touched(run: Run, kind: Kind, tick: int, robot: int) -> str:
 
 
 def _diverged(run: Run) -> Outcome | None:
-    limit = run.scenario.outcome.diverged_beyond
+    limit = run.scenario.divergence_limit
     if np.any(run.ticks.status == "diverged"):
         return Outcome("diverged", "the governor's estimates")
     size = per_tick(run, state_size)

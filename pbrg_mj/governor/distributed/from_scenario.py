@@ -39,6 +39,6 @@ def paper_flow(scenario: Scenario, lines: Channel | None) -> DistributedGovernor
         rounds=settings.rounds,
         initial=settings.initial,
         channel=lines,
-        diverged_beyond=scenario.outcome.diverged_beyond,
+        diverged_beyond=scenario.divergence_limit,
         backend="numpy" if settings.backend == "numpy" else "compiled",
     )

@@ -26,6 +26,12 @@ class Operator(Section):
     )
 
 
+def largest_reference(operator: Operator) -> float:
+    """Return the largest size of a component of r [m], of all that come."""
+    constant = () if operator.reference is None else (operator.reference,)
+    return max(abs(one) for r in (*constant, *(waypoint.reference for waypoint in operator.waypoints)) for one in r)
+
+
 def operator_reference(operator: Operator, time: float) -> np.ndarray:
     """Return r (2,) [m] at `time` [s]: the constant, or the latest waypoint that has begun."""
     if operator.reference is not None:

@@ -17,7 +17,7 @@ from pbrg_mj.scenario.schema.estimator import Estimator
 from pbrg_mj.scenario.schema.governor import Control, Governor, Reference
 from pbrg_mj.scenario.schema.graph import Graph
 from pbrg_mj.scenario.schema.network import Network
-from pbrg_mj.scenario.schema.operator import Operator
+from pbrg_mj.scenario.schema.operator import Operator, largest_reference
 from pbrg_mj.scenario.schema.sensors import Sensors
 from pbrg_mj.scenario.schema.team import Team
 from pbrg_mj.scenario.schema.timing import Timing
@@ -49,7 +49,8 @@ class Outcome(Section):
         default=20.0, description="window over which a team comes closer to its target, or does not [s]"
     )
     diverged_beyond: Positive = Field(
-        default=1000.0, description="any state or reference larger than this has diverged [m]"
+        default=1000.0,
+        description="any state or governed reference larger than the largest r by more than this has diverged [m]",
     )
     contacts: Contacts = Contacts()
 
@@ -108,6 +109,11 @@ class Scenario(Section):
         """Robots that carry beams, counted from 0, ascending: the rows of every array of ranges."""
         listed = self.sensors.beams.robots
         return tuple(range(self.robots)) if listed == "all" else tuple(sorted(number - 1 for number in listed))
+
+    @property
+    def divergence_limit(self) -> float:
+        """Size of a component of p, xi or m beyond which a run has diverged [m]; a team may follow r far away."""
+        return self.outcome.diverged_beyond + largest_reference(self.operator)
 
     @property
     def assumed_sensors(self) -> Sensors:

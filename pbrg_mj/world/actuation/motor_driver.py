@@ -17,15 +17,13 @@ def quantise(voltage: np.ndarray, supply: float, levels: int) -> np.ndarray:
     return quantised(voltage, supply, levels) if levels else voltage
 
 
-def over_first_step(before: np.ndarray, after: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
-    """Return the voltages over the first physics step of new ones: the mean of both, in `out` if that is given.
+def over_first_step(before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """Return the voltages over the first physics step of new ones: the mean of both.
 
     Euler's rule moves positions by the new velocity, so that what changes acts half a step early; the mean over the
     first step makes up for that (docs/physics.md).
     """
-    mean = np.add(before, after, out=out)
-    mean /= 2
-    return mean
+    return (before + after) / 2
 
 
 @kernel

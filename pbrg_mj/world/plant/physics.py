@@ -169,7 +169,7 @@ class MujocoPlant:
         voltage = self._disturbances.without_dead_motors(voltage, self._step)
         changed = voltage is not self._voltage
         if changed:
-            over_first_step(self._voltage, voltage, out=self._motors)
+            self._motors[:] = over_first_step(self._voltage, voltage)
         if self._disturbances.pushing:
             self.data.xfrc_applied[self._index.body, :2] = self._disturbances.force(self._step)
         mujoco.mj_step2(self.model, self.data)

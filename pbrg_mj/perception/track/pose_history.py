@@ -107,7 +107,7 @@ def extrapolated(history: PoseHistory, age: float, model: PoseModel) -> PosesAtS
 def _extrapolate(frames, over, noise, written):
     """Write a robot's pose, found (3,), the variances (2,) of its x and y each and its heading, and errors (2,).
 
-    Those are the variances with what accelerations add in the mean over all frames.
+    Those are the variances with what accelerations add in the mean over all frames that measured some.
 
     `frames` are time (H,) [s] and poses (H, 3), whose headings are unwound in place; `over` an age [s] and how many
     frames last for it, ahead; noise (2,) are the variances of a frame, [m^2] and [rad^2].

@@ -87,8 +87,8 @@ def _approach(echoes, faces, half_space, measured, time, reaction):
     for face in range(1 if rests else 0, FACES):
         beside, rest = flows_beside(flows, left, place, normal), left
         if face == 0 or len(beside) >= AGREEING:
-            along_faces = face_flows, flows_beside(face_flows, of_faces, place, normal)
-            track = track_at(tracks, place, (flows, beside), along_faces, time)
+            near_faces = flows_beside(face_flows, of_faces, place, normal) if len(of_faces) > 0 else of_faces
+            track = track_at(tracks, place, (flows, beside), (face_flows, near_faces), time)
             needed = max(AGREEING, (len(beside) + 1) // 2)
             if face == 0 or count_flows_in_gate(track, (flows, beside), time) >= needed:
                 speed, behind = speed_along(track, normal), normal[0] * place[0] + normal[1] * place[1] - first

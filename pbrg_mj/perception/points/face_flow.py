@@ -38,9 +38,10 @@ STEEP = 0.15  # cosine between a face's normal and a beam, 81 deg, below which i
 
 @kernel
 def face_flow(seen, told, before, pose, parameters):
-    """Return the `RangeFlow` of faces, and how many entries it has; arguments as of `range_flow`, with a scan's beams.
+    """Return the `RangeFlow` of faces, and how many entries it has.
 
-    An echo that is on no face of three echoes in both scans has the normal flow that it has in `range_flow`.
+    `seen` are `Echoes` and `SeenBeams`, the others as for `range_flow`. An echo that is on no face of three echoes in
+    both scans has the normal flow that it has there.
     """
     (echoes, beams), (ends, resting), (past, past_pose) = seen, told, before
     flows, elapsed, count = no_flow(2 * len(ends)), pose.time - past_pose["time"], 0
@@ -68,7 +69,10 @@ def face_flow(seen, told, before, pose, parameters):
 
 @kernel
 def _free_sides(scan, i, parameters):
-    """Return the sides on which the face of echo i ends, but for those on which its neighbour may share it: corners."""
+    """Return the sides on which the face of echo i of a scan (beams,) ends, but for corners.
+
+    There the neighbour may share it.
+    """
     sides = scan[i]["ends"]
     if sides & LEFT and may_share_face(scan, i, next_beam(i, 1, parameters), parameters):
         sides -= LEFT
@@ -81,8 +85,9 @@ def _free_sides(scan, i, parameters):
 def _along_face(i, now, before, faces, parameters):
     """Return (on_faces, found, normal, moved, variance): how far echo i lies off a face of an older scan [m], [m^2].
 
-    `now` are scan, pose and its `Faces`, `before` past, past_pose and directions, `faces` those of past. Not
-    `on_faces` is an echo without a face in either scan; not `found` one whose faces have not the same normal.
+    `now` are scan (beams,) of PAST_ECHO, pose and its `Faces`, `before` past, past_pose and directions, `faces` those
+    of past. Not `on_faces` is an echo without a face in one of both scans; not `found` one whose faces have not the
+    same normal.
     """
     (scan, pose, newer), (past, past_pose, directions) = now, before
     none, elapsed = (False, (0.0, 0.0), 0.0, 0.0), pose.time - past_pose["time"]
@@ -132,9 +137,9 @@ def _common_normal(older, a, newer, b):
 
 @kernel
 def _range_between(before, pair, u):
-    """Return how far ahead along a unit vector u the line of two neighbouring echoes is, and its variance [m], [m^2].
+    """Return how far ahead along a unit vector u (2,) the line of two neighbours is, and its variance [m], [m^2].
 
-    `before` are past and past_pose, `pair` the beams of the two.
+    `before` are past and past_pose, `pair` the beams a and b of the two.
     """
     (past, past_pose), (a, b) = before, pair
     x, y = past[a]["x"] - past_pose["x"], past[a]["y"] - past_pose["y"]

@@ -1,7 +1,8 @@
 """How fast things come nearer: faces are tracked from scan to scan, each with a velocity and its covariance.
 
 A Kalman filter whose velocity walks at random fuses the track of a face with the range flow (range_flow.py) beside the
-place where the face is nearest. A face's track is, of those near that place, the one that explains most of the flow.
+place where the face is nearest; once the track moves, with the flow of whole faces (face_flow.py). A face's track is,
+of those near that place, the one that explains most of the flow.
 """
 
 from __future__ import annotations
@@ -69,10 +70,10 @@ def flows_beside(flows, chosen, place, normal):
 @kernel
 def any_moves(tracks):
     """Tell whether any track moves."""
+    moving = False
     for i in range(len(tracks)):
-        if tracks[i]["live"] and tracks[i]["moves"]:
-            return True
-    return False
+        moving = moving or (tracks[i]["live"] and tracks[i]["moves"])
+    return moving
 
 
 @kernel

@@ -71,7 +71,7 @@ def _split(scan, place, row, faces):
     ends[0, 0], ends[0, 1] = first, last
     while left > 0:
         left -= 1
-        first, last = ends[left]
+        first, last = ends[left, 0], ends[left, 1]
         at = _farthest(scan, place, (start, first, last))
         if at > 0:
             ends[left, 0], ends[left, 1], ends[left + 1, 0], ends[left + 1, 1] = first, at, at, last

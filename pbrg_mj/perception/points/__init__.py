@@ -18,6 +18,8 @@ straight_face   whether a face is straight and at rest, and how well its line is
 separate        half-spaces between the path and all places
 range_flow      what a scan, compared with an older one, tells of velocities
 older_line      the line of a face in the older scan
+scan_faces      the faces of a scan, one normal for each
+face_flow       range flow of whole faces, for tracks that move
 motion          tracks of faces, each with a velocity
 approach        how fast what half-spaces keep off comes nearer
 estimator       one tick of all that for all robots
@@ -36,6 +38,7 @@ Kernels name their arrays alike, of one robot:
     expected (beams,)                 what echoes are by the scan before, `unexpected_echoes`
     echoes, beams, pose, parameters   `Echoes`, `SeenBeams`, `ScanPose`, `PointParameters`
     measured (flows, count)           the `RangeFlow` of a scan, and how many entries it has
+    faces, older, newer               `Faces` of a scan
     chosen (F,), others (F,), beside (flows, chosen)   numbers of some of its entries; the flows with these
     weighted (3, size)                s, y [m] and weight of the places of a face, of `fitted_line`
     places, window                    `ObstaclePoints`, and a second one for those of one face

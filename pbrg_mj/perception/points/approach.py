@@ -16,9 +16,11 @@ import math
 import numpy as np
 
 from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.points.face_flow import face_flow
 from pbrg_mj.perception.points.lines import echoes_on_lines, line_at
 from pbrg_mj.perception.points.motion import (
     BESIDE,
+    any_moves,
     count_flows_in_gate,
     flows_beside,
     flows_outside_gate,
@@ -50,12 +52,16 @@ def move_half_spaces(seen, motion, pose, parameters, half_spaces, closing):
     ends, before = free_ends(echoes, beams.ranges, parameters), (past[oldest], past_poses[oldest])
     resting = echoes_on_lines(echoes, lines)
     flows, count = range_flow((echoes, beams.ranges), (ends, resting), before, pose, parameters)
+    of_faces = flows, 0
+    if any_moves(tracks):
+        of_faces = face_flow(seen, (ends, resting), before, pose, parameters)
+    measured = (flows, count), of_faces
     for k in range(len(h)):
         closing[k] = 0.0
         if active[k]:
             half_space = (G[k, 0], G[k, 1]), h[k] + parameters.clearance, (nearest[k, 0], nearest[k, 1])
             faces = tracks, line_at(lines, k).found
-            closing[k], lead = _approach(echoes, faces, half_space, (flows, count), pose.time, parameters.reaction)
+            closing[k], lead = _approach(echoes, faces, half_space, measured, pose.time, parameters.reaction)
             h[k] -= lead
     store_scan(past[oldest], past_poses[oldest : oldest + 1], seen, ends, pose)
 
@@ -66,10 +72,12 @@ def _approach(echoes, faces, half_space, measured, time, reaction):
 
     The half-space is its normal, its edge where faces begin, h + clearance, and its nearest place. The first face is
     where the scan says; each other where the flow that is left is nearest along the normal. `faces` are the tracks and
-    whether the first one is a straight face at rest.
+    whether the first one is a straight face at rest; `measured` the scan's `range_flow` and its `face_flow`, which has
+    no entries where no track moves.
     """
     (normal, edge, near), (tracks, rests) = half_space, faces
-    flows, left = measured[0], _kept_off(measured, half_space)
+    (flows, _), (face_flows, _) = measured
+    left, of_faces = _kept_off(measured[0], half_space), _kept_off(measured[1], half_space)
     place, closing, lead = _nearest_place(echoes, normal, edge, near), 0.0, 0.0
     first = normal[0] * place[0] + normal[1] * place[1]
     if rests:
@@ -79,7 +87,8 @@ def _approach(echoes, faces, half_space, measured, time, reaction):
     for face in range(1 if rests else 0, FACES):
         beside, rest = flows_beside(flows, left, place, normal), left
         if face == 0 or len(beside) >= AGREEING:
-            track = track_at(tracks, place, (flows, beside), time)
+            near_faces = flows_beside(face_flows, of_faces, place, normal) if len(of_faces) > 0 else of_faces
+            track = track_at(tracks, place, (flows, beside), (face_flows, near_faces), time)
             needed = max(AGREEING, (len(beside) + 1) // 2)
             if face == 0 or count_flows_in_gate(track, (flows, beside), time) >= needed:
                 speed, behind = speed_along(track, normal), normal[0] * place[0] + normal[1] * place[1] - first

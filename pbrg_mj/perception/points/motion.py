@@ -1,7 +1,8 @@
 """How fast things come nearer: faces are tracked from scan to scan, each with a velocity and its covariance.
 
 A Kalman filter whose velocity walks at random fuses the track of a face with the range flow (range_flow.py) beside the
-place where the face is nearest. A face's track is, of those near that place, the one that explains most of the flow.
+place where the face is nearest; once the track moves, with the flow of whole faces (face_flow.py). A face's track is,
+of those near that place, the one that explains most of the flow.
 """
 
 from __future__ import annotations
@@ -31,14 +32,15 @@ OTHER = 9.0  # squared innovation of a flow that is not this face's: where a lin
 
 
 @kernel
-def track_at(tracks, place, beside, time):
+def track_at(tracks, place, beside, along_faces, time):
     """Return the track of the face at a place (x, y, its range's standard deviation), with the flows beside it.
 
-    `beside` are the flows of the scan, a `RangeFlow`, and those chosen of them, (size,). A track takes them in once.
+    `beside` are the flows of the scan, a `RangeFlow`, and those chosen of them, (size,); `along_faces` the same of its
+    faces, for a track that moves. A track takes them in once.
     """
     track = _track_of(tracks, (place[0], place[1]), beside, time)
     if track["time"] < time or track["cxx"] == 0.0:
-        _update(track, beside[0], beside[1], time)
+        _update(track, beside, along_faces, time)
         track["x"], track["y"], track["time"] = place[0], place[1], time
     return track
 
@@ -66,11 +68,30 @@ def flows_beside(flows, chosen, place, normal):
 
 
 @kernel
-def _update(track, flows, beside, time):
+def any_moves(tracks):
+    """Tell whether any track moves."""
+    moving = False
+    for i in range(len(tracks)):
+        moving = moving or (tracks[i]["live"] and tracks[i]["moves"])
+    return moving
+
+
+@kernel
+def _update(track, beside, along_faces, time):
     """Fuse the flows beside a face with the velocity of its track; tell whether it moves."""
-    cxx, cxy, cyy = _predicted(track, time)
+    moves = track["moves"]
+    shared = fuse_faces(track, along_faces, time) if moves else _fuse(track, beside, time)
+    vx, vy, cxx, cxy, cyy = track["vx"], track["vy"], track["cxx"] + shared, track["cxy"], track["cyy"] + shared
+    distance = (cyy * vx * vx - 2.0 * cxy * vx * vy + cxx * vy * vy) / (cxx * cyy - cxy * cxy)
+    track["moves"] = distance > (RESTS if moves else MOVES)
+
+
+@kernel
+def _fuse(track, measured, time):
+    """Fuse flows (flows, chosen) with the velocity of a track; return the variance that all of them share."""
+    (flows, chosen), (cxx, cxy, cyy) = measured, _predicted(track, time)
     vx, vy, shared = track["vx"], track["vy"], 0.0
-    for i in beside:
+    for i in chosen:
         fx, fy = flows.nx[i], flows.ny[i]
         gx, gy = cxx * fx + cxy * fy, cxy * fx + cyy * fy
         total = fx * gx + fy * gy + flows.variance[i]
@@ -81,9 +102,34 @@ def _update(track, flows, beside, time):
         cxx, cxy, cyy = cxx - gx * gx / total, cxy - gx * gy / total, cyy - gy * gy / total
         shared = max(shared, flows.shared[i])
     track["vx"], track["vy"], track["cxx"], track["cxy"], track["cyy"] = vx, vy, cxx, cxy, cyy
-    cxx, cyy = cxx + shared, cyy + shared
-    distance = (cyy * vx * vx - 2.0 * cxy * vx * vy + cxx * vy * vy) / (cxx * cyy - cxy * cxy)
-    track["moves"] = distance > (RESTS if track["moves"] else MOVES)
+    return shared
+
+
+@kernel
+def fuse_faces(track, measured, time):
+    """Fuse flows of faces (flows, chosen) with the velocity of a track that moves; return 0, what they share besides.
+
+    A flow along a normal n changes the velocity along n alone, with the gain K = n n.P n / S: by P n / S, the Kalman
+    filter's, what is left of the normal's error would tell scan by scan that nothing moves along the face. The
+    covariance of any gain is P - K (P n)^T - P n K^T + K S K^T (Joseph). In S the error of the pose, which all flows
+    share, counts once for each of them. The flow of an end, whose direction is its beam's, has the filter's gain.
+    """
+    (flows, chosen), (cxx, cxy, cyy) = measured, _predicted(track, time)
+    vx, vy = track["vx"], track["vy"]
+    for i in chosen:
+        fx, fy = flows.nx[i], flows.ny[i]
+        gx, gy = cxx * fx + cxy * fy, cxy * fx + cyy * fy
+        own, error = fx * gx + fy * gy, flows.speed[i] - fx * vx - fy * vy
+        if error * error > OTHER * (own + flows.variance[i] + flows.shared[i]):
+            continue
+        total = own + flows.variance[i] + len(chosen) * flows.shared[i]
+        kx, ky = (gx / total, gy / total) if flows.of_end[i] else (own * fx / total, own * fy / total)
+        vx, vy = vx + kx * error, vy + ky * error
+        cxx += kx * (total * kx - 2.0 * gx)
+        cxy += total * kx * ky - kx * gy - ky * gx
+        cyy += ky * (total * ky - 2.0 * gy)
+    track["vx"], track["vy"], track["cxx"], track["cxy"], track["cyy"] = vx, vy, cxx, cxy, cyy
+    return 0.0
 
 
 @kernel

@@ -57,6 +57,7 @@ class RangeFlow(NamedTuple):
     speed: np.ndarray  # (F,) along it [m/s]
     variance: np.ndarray  # (F,) of its own [m^2/s^2]
     shared: np.ndarray  # (F,) of the poses, the same for all of a scan [m^2/s^2]
+    of_end: np.ndarray  # (F,) bool: of a free end, not along a face's normal
 
 
 @kernel
@@ -67,9 +68,7 @@ def range_flow(seen, told, before, pose, parameters):
     (beams,), whether they are known to rest, `before` past (beams,) of PAST_ECHO and past_pose, a PAST_POSE record.
     """
     (echoes, ranges), (ends, resting), (past, past_pose) = seen, told, before
-    most, elapsed = 2 * len(ranges), pose.time - past_pose["time"]
-    x, y, nx, ny = np.empty(most), np.empty(most), np.empty(most), np.empty(most)
-    flows = RangeFlow(x, y, nx, ny, np.empty(most), np.empty(most), np.empty(most))
+    flows, elapsed = no_flow(2 * len(ranges)), pose.time - past_pose["time"]
     if not past_pose["known"] or not 0.0 < elapsed <= LONGEST:
         return flows, 0
     count, directions = 0, directions_of(past, parameters)
@@ -77,18 +76,23 @@ def range_flow(seen, told, before, pose, parameters):
         if not echoes.external[i] or ranges[i] > NEAR or resting[i]:
             continue
         echo = echoes.x[i], echoes.y[i], echoes.variance[i]
-        found, n, moved, variance = _along_normal(echo, (past, past_pose, directions), elapsed, parameters)
+        found, n, moved, variance = along_normal(echo, (past, past_pose, directions), elapsed, parameters)
         if found:
-            count = _append(flows, count, (echoes, i), n, (moved, variance), elapsed)
+            count = append_flow(flows, count, (echoes, i), n, (moved, variance), elapsed)
         if ends[i] != 0:
-            found, n, moved, variance = _along_itself((echo, ends[i]), (past, past_pose), pose, elapsed, parameters)
-            if found:
-                count = _append(flows, count, (echoes, i), n, (moved, variance), elapsed)
+            count = append_end((flows, count), (echoes, i), ends[i], (past, past_pose), pose, parameters)
     return flows, count
 
 
 @kernel
-def _append(flows, count, echo, n, measured, elapsed):
+def no_flow(most):
+    """Return a `RangeFlow` with room for so many entries."""
+    x, y, nx, ny = np.empty(most), np.empty(most), np.empty(most), np.empty(most)
+    return RangeFlow(x, y, nx, ny, np.empty(most), np.empty(most), np.empty(most), np.zeros(most, np.bool_))
+
+
+@kernel
+def append_flow(flows, count, echo, n, measured, elapsed):
     """Add the flow of an echo, `echo` (echoes, i), along n (2,); return the new count.
 
     `measured` are how far it has moved and the variance of that [m], [m^2], in the time `elapsed` [s].
@@ -101,7 +105,23 @@ def _append(flows, count, echo, n, measured, elapsed):
 
 
 @kernel
-def _along_normal(echo, before, elapsed, parameters):
+def append_end(measured, echo, sides, before, pose, parameters):
+    """Add the flow of an echo's free end, if an older scan has such an end; return how many entries there are.
+
+    `measured` are flows and how many entries they have, `echo` echoes and i, `sides` those on which its face ends, and
+    `before` past and past_pose.
+    """
+    (flows, count), (echoes, i), (past, past_pose) = measured, echo, before
+    end, elapsed = ((echoes.x[i], echoes.y[i], echoes.variance[i]), sides), pose.time - past_pose["time"]
+    found, n, moved, variance = _along_itself(end, (past, past_pose), pose, elapsed, parameters)
+    if not found:
+        return count
+    flows.of_end[count] = True
+    return append_flow(flows, count, (echoes, i), n, (moved, variance), elapsed)
+
+
+@kernel
+def along_normal(echo, before, elapsed, parameters):
     """Return (found, normal, moved, variance): how far an echo lies off the line of an older scan [m], [m^2].
 
     `echo` is (ex, ey, echo_variance), `before` the scan's past, past_pose and directions.

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -58,7 +56,7 @@ def test_a_line_seen_from_a_filters_pose_has_that_variance():
     plain = readings([wall], np.zeros((1, 3)), sensor_noise(given), 0)
     estimate = Estimate(plain.body_pose, covariance(0.5 * R))
     nothing = np.zeros((1, 2)), np.zeros((1, 3)), np.zeros(1)
-    filtered = replace(plain, pose_filter=FilterMemory(estimate, estimate, (), *nothing))
+    filtered = plain._replace(pose_filter=FilterMemory(estimate, estimate, (), *nothing))
     (_, before), (_, after) = (perceive(one, 0.0, initial(known), known) for one in (plain, filtered))
     equivalent = equivalent_variances(estimate.covariance, estimate.covariance, known.parameters.pose)[0]
     added = equivalent - [known.parameters.pose.position_var, known.parameters.pose.heading_var]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -28,7 +26,7 @@ def seen(preset: str, seed: int, scenes: list[Scene], poses: np.ndarray):
     given, memory = given.model_copy(update={"seed": seed}), made.init()
     pictures = round(period(preset) * given.sensors.camera.rate_hz)  # of the camera, between scans
     for frame, (scene, pose) in enumerate(zip(scenes, poses, strict=True)):
-        readings = replace(scan(given, scene, pose[None], frame), pose_frame=pictures * frame)
+        readings = scan(given, scene, pose[None], frame)._replace(pose_frame=pictures * frame)
         known, memory = made.step_towards(readings, frame * period(preset), memory, TARGET)
         assert known.closing is not None
         yield known

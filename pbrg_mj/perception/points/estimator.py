@@ -76,8 +76,8 @@ class PointEstimator:
             return memory.half_spaces, memory if history is memory.history else memory._replace(history=history)
         n, beams = len(self.formation), len(self.parameters.directions)
         points = no_points(n, capacity_after(memory.used, beams, self.parameters.recent))
-        anchors, motion = np.empty_like(memory.anchors), (memory.past, memory.past_poses, memory.tracks)
-        past, past_poses, tracks = (np.empty_like(array) for array in motion)
+        anchors, past = np.empty(memory.anchors.shape, ANCHOR), np.empty(memory.past.shape, PAST_ECHO)
+        past_poses, tracks = np.empty(memory.past_poses.shape, PAST_POSE), np.empty(memory.tracks.shape, TRACK)
         known = _as_known(memory.half_spaces)
         targets = np.full(self.formation.shape, np.nan) if m is None else m + self.formation
         at = poses_at_scan(history, readings, self.parameters.pose)

@@ -84,8 +84,8 @@ def poses_at_scan(history: PoseHistory, readings: Readings, model: PoseModel) ->
     """Return where robots were when the readings' scan was taken."""
     age = scanned(readings.scan_frame, model) - exposure(readings.pose_frame, model)
     if age <= FRESH or len(history.time) < SPANS + 2 or readings.pose_frame < 0:
-        poses, variance = readings.body_pose, (model.position_var, model.heading_var)
-        variances = np.full((len(poses), 2), variance)
+        poses, variances = readings.body_pose, np.empty((len(readings.body_pose), 2))
+        variances[:, 0], variances[:, 1] = model.position_var, model.heading_var
         return PosesAtScan(poses, variances, variances)
     return extrapolated(history, min(age, max(LONGEST, SPANS * model.frame_period)), model)
 

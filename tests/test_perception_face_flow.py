@@ -15,8 +15,8 @@ from pbrg_mj.perception.points.range_flow import (
     PAST_ECHO,
     PAST_POSE,
     RangeFlow,
+    empty_flow,
     free_ends,
-    no_flow,
     range_flow,
     store_scan,
 )
@@ -134,7 +134,7 @@ def test_a_corner_is_no_free_end():
 
 def some_flows(directions: np.ndarray, speed: np.ndarray, variance: float, of_end: bool) -> RangeFlow:
     """Flows along unit vectors (F, 2) that share nothing."""
-    flows = no_flow(len(directions))
+    flows = empty_flow(len(directions))
     flows.nx[:], flows.ny[:], flows.speed[:] = directions[:, 0], directions[:, 1], speed
     flows.variance[:], flows.shared[:], flows.of_end[:] = variance, 0.0, of_end
     return flows

@@ -17,7 +17,7 @@ from pbrg_mj.governor.problem.near_reference import write_near_references
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.governor.registry import certificate, governor
 from pbrg_mj.kernel import kernel
-from pbrg_mj.loop.batch_team import TeamStates, batch_control_of_team, control_world, write_places
+from pbrg_mj.loop.batch_team import TeamStates, control_of_teams, control_world, write_places
 from pbrg_mj.loop.compiled_control import CompiledControl
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.schema import Scenario
@@ -54,11 +54,11 @@ def batch_control(scenario: Scenario, half_spaces: HalfSpaces) -> BatchControl:
         if isinstance(rows, StateCertificate):
             raise InputError("a batch has rows of the ball alone; run the seeds one by one", key="governor.certificate")
         return DistributedBatch(
-            batch_control_of_team(scenario), chosen, rows, scenario.governor.reference_range, half_spaces
+            control_of_teams(scenario), chosen, rows, scenario.governor.reference_range, half_spaces
         )
     decision = chosen.compiled if isinstance(chosen, CertifiedGovernor) else None
     if decision is not None and isinstance(decision.certificate, PredictiveCertificate):
-        return CertifiedBatch(batch_control_of_team(scenario), decision, decision.certificate, half_spaces)
+        return CertifiedBatch(control_of_teams(scenario), decision, decision.certificate, half_spaces)
     only = "a batch runs the distributed governor, or the certified one by prediction, without delay, loss or outage"
     raise InputError(f"{only}; run the seeds one by one", key="governor")
 

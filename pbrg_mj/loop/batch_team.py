@@ -18,7 +18,7 @@ from pbrg_mj.vehicle.hand_point import write_hand_points
 from pbrg_mj.world.scene.robot import load_robot_model
 
 
-def batch_control_of_team(scenario: Scenario) -> CompiledControl:
+def control_of_teams(scenario: Scenario) -> CompiledControl:
     """Return what all teams are controlled by. Raises InputError for what is not compiled for worlds side by side."""
     if exchange(scenario) is not None:
         only = "a batch exchanges p and xi at once"

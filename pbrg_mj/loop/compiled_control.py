@@ -25,7 +25,7 @@ from pbrg_mj.vehicle.drive import DifferentialDrive, Drive, Motor, write_wheel_v
 NO_SEPARATION = np.zeros((0, 2)), (0.0,) * 6, False
 
 
-class Controlled(NamedTuple):
+class ControlOutput(NamedTuple):
     """What a tick's control commands, and what it hands to the next tick."""
 
     velocity: np.ndarray  # (n, 2) u of eq. 2, as the filter leaves it [m/s]
@@ -71,18 +71,18 @@ class CompiledControl:
             separation = apart.facets, apart.numbers, True
         return self.network.arrays, self.formation, self.control, self.sizes, self.motor, separation
 
-    def step(self, half_spaces: HalfSpaces, state: tuple[np.ndarray, ...]) -> Controlled:
+    def step(self, half_spaces: HalfSpaces, state: tuple[np.ndarray, ...]) -> ControlOutput:
         """Return a tick's control; `state` are pose (n, 3) and q, p, xi, m, displacement, each (n, 2) [m], [rad]."""
         spaces, shape = half_spaces, self.formation.shape
         written = np.empty(shape), np.empty(shape), np.empty(shape), np.empty(shape)
         arrays = spaces.G, spaces.h, spaces.active, spaces.binds, spaces.closing_speeds
         write_control(arrays, state, self.packed, written)
-        return Controlled(*written)
+        return ControlOutput(*written)
 
 
 @kernel
 def write_control(half_spaces, state, team, written):
-    """Write velocity, command, next_xi, next_displacement (n, 2), the members of `Controlled`.
+    """Write velocity, command, next_xi, next_displacement (n, 2), the members of `ControlOutput`.
 
     The last two may be the arrays of the state. `half_spaces` are G, h, active, binds, closing of HalfSpaces; `state`
     those of `CompiledControl.step`; `team` is `CompiledControl.packed`.

@@ -37,9 +37,8 @@ class CertifiedGovernor:
         """Return this tick's reference; `inadmissible` or `infeasible` where no m near the team, or none, is."""
         network, decided = problem.network, (self._by_rows if self.compiled is None else self.compiled.next_reference)
         m, status, intervals = decided(problem, memory)
-        flooded = (
-            network.robots * (ITEM.size + self.state_bytes + ITEM.size + COUNT.size) + intervals * INTERVAL.size
-        )  # bytes
+        of_robot = ITEM.size + self.state_bytes + ITEM.size + COUNT.size  # bytes
+        flooded = network.robots * of_robot + intervals * INTERVAL.size
         solution = Solution(
             m=m,
             multipliers=np.zeros(problem.rows_shape),

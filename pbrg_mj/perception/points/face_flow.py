@@ -27,7 +27,7 @@ from pbrg_mj.perception.points.range_flow import (
     append_end,
     append_flow,
     directions_of,
-    no_flow,
+    empty_flow,
     store_scan,
 )
 from pbrg_mj.perception.points.scan_faces import faces_of
@@ -44,7 +44,7 @@ def face_flow(seen, told, before, pose, parameters):
     both scans has the normal flow that it has there.
     """
     (echoes, beams), (ends, resting), (past, past_pose) = seen, told, before
-    flows, elapsed, count = no_flow(2 * len(ends)), pose.time - past_pose["time"], 0
+    flows, elapsed, count = empty_flow(2 * len(ends)), pose.time - past_pose["time"], 0
     if not past_pose["known"] or not 0.0 < elapsed <= LONGEST:
         return flows, 0
     scan, scan_pose = np.empty(len(ends), PAST_ECHO), np.empty(1, PAST_POSE)

@@ -79,8 +79,11 @@ def any_moves(tracks):
 @kernel
 def _update(track, beside, along_faces, time):
     """Fuse the flows beside a face with the velocity of its track; tell whether it moves."""
-    moves = track["moves"]
-    shared = fuse_faces(track, along_faces, time) if moves else _fuse(track, beside, time)
+    moves, shared = track["moves"], 0.0
+    if moves:
+        fuse_faces(track, along_faces, time)
+    else:
+        shared = _fuse(track, beside, time)
     vx, vy, cxx, cxy, cyy = track["vx"], track["vy"], track["cxx"] + shared, track["cxy"], track["cyy"] + shared
     distance = (cyy * vx * vx - 2.0 * cxy * vx * vy + cxx * vy * vy) / (cxx * cyy - cxy * cxy)
     track["moves"] = distance > (RESTS if moves else MOVES)
@@ -107,7 +110,7 @@ def _fuse(track, measured, time):
 
 @kernel
 def fuse_faces(track, measured, time):
-    """Fuse flows of faces (flows, chosen) with the velocity of a track that moves; return 0, what they share besides.
+    """Fuse flows of faces (flows, chosen) with the velocity of a track that moves.
 
     A flow along a normal n changes the velocity along n alone, with the gain K = n n.P n / S: by P n / S, the Kalman
     filter's, what is left of the normal's error would tell scan by scan that nothing moves along the face. The
@@ -129,7 +132,6 @@ def fuse_faces(track, measured, time):
         cxy += total * kx * ky - kx * gy - ky * gx
         cyy += ky * (total * ky - 2.0 * gy)
     track["vx"], track["vy"], track["cxx"], track["cxy"], track["cyy"] = vx, vy, cxx, cxy, cyy
-    return 0.0
 
 
 @kernel

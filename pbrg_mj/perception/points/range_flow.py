@@ -68,7 +68,7 @@ def range_flow(seen, told, before, pose, parameters):
     (beams,), whether they are known to rest, `before` past (beams,) of PAST_ECHO and past_pose, a PAST_POSE record.
     """
     (echoes, ranges), (ends, resting), (past, past_pose) = seen, told, before
-    flows, elapsed = no_flow(2 * len(ranges)), pose.time - past_pose["time"]
+    flows, elapsed = empty_flow(2 * len(ranges)), pose.time - past_pose["time"]
     if not past_pose["known"] or not 0.0 < elapsed <= LONGEST:
         return flows, 0
     count, directions = 0, directions_of(past, parameters)
@@ -85,7 +85,7 @@ def range_flow(seen, told, before, pose, parameters):
 
 
 @kernel
-def no_flow(most):
+def empty_flow(most):
     """Return a `RangeFlow` with room for so many entries."""
     x, y, nx, ny = np.empty(most), np.empty(most), np.empty(most), np.empty(most)
     return RangeFlow(x, y, nx, ny, np.empty(most), np.empty(most), np.empty(most), np.zeros(most, np.bool_))

@@ -90,6 +90,22 @@ def test_a_candidate_farther_from_r_than_what_is_held_waits() -> None:
         )  # among several leaders
 
 
+@pytest.mark.parametrize("delay", ["0", "10"])
+def test_an_optimizer_that_diverges_is_told_and_m_is_held(delay: str) -> None:
+    """No step of the flow is short enough for a ball at rest; in both forms of the layer."""
+    keys = ["governor.optimizer=flow_in_m", "governor.certificate=ball", f"network.delay_rounds={delay}"]
+    scenario = layered("paper/simulation_inadmissible", *keys, "governor.flow_in_m.step=0.3", "timing.duration=3.0")
+    ticks = list(Simulation.build(scenario).control_ticks())
+    assert isinstance(governor(scenario), LayerGovernor) == (delay == "0")
+    status = [tick.solution.status for tick in ticks]
+    since = status.index("diverged")
+    assert since > 0
+    assert set(status[since:]) == {"diverged"}
+    m = np.array([tick.solution.m[4] for tick in ticks])
+    assert np.all(m[since:] == m[since])
+    assert np.abs(m).max() < 3.0
+
+
 class Course:
     """The paper's team in the ideal plant, driven by the layer towards references that change, some very far away."""
 

@@ -70,6 +70,7 @@ def certified(scenario: Scenario, *, vectorized: bool = True) -> Governor:
         reference_range=settings.reference_range,
         cycle_ticks=cycle_ticks,
         repeats=repeats,
+        diverged_beyond=scenario.divergence_limit,
     )
     if vectorized and lines is None and cycle_ticks == 1:
         return LayerGovernor(layer, of_team, settings.rounds, Schedule.of(team, settings.rounds))

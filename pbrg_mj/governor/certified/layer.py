@@ -56,6 +56,7 @@ class PredictedTeam(NamedTuple):
     held: np.ndarray  # (2,) m till then [m]; first the mean of p
     candidate: np.ndarray  # (2,) [m]
     rows_requested: bool  # some robot asks for the rows of all
+    diverged: bool = False  # the optimizer's iterates have left all bounds; the candidate is the held m
 
 
 @dataclass(frozen=True)
@@ -84,6 +85,12 @@ class LayerProgram:
     reference_range: float  # a leader takes r from no farther than this, and retreats no farther [m]
     cycle_ticks: int
     repeats: int  # how often every robot passes on what is new: more than once where messages are lost
+    diverged_beyond: float = math.inf  # a candidate with a larger component is of an optimizer that has diverged [m]
+
+    def candidate_or_held(self, candidate: np.ndarray, held: np.ndarray) -> tuple[np.ndarray, bool]:
+        """Return the candidate (2,) [m], or the held m where the optimizer has diverged; and whether it has."""
+        diverged = not np.abs(candidate).max() <= self.diverged_beyond  # of NaN, too
+        return held if diverged else candidate, diverged
 
     def start(self, facts: RobotFacts, own: OwnData) -> LayerMemory:
         """Return the memory before the first tick."""
@@ -164,10 +171,8 @@ class LayerProgram:
             held = p.mean(axis=0)
         if self.cycle_ticks > 1:
             p, xi = self.model.predicted(p, xi, held, self.cycle_ticks - 1)
-        candidate = np.array(CANDIDATE.unpack(packed))
-        if not np.isfinite(candidate).all():  # an optimizer that has diverged
-            candidate = held
-        return PredictedTeam(p, xi, team[:, 6].copy(), held, candidate, rows_requested=bool(team[:, 7].any()))
+        candidate, diverged = self.candidate_or_held(np.array(CANDIDATE.unpack(packed)), held)
+        return PredictedTeam(p, xi, team[:, 6].copy(), held, candidate, bool(team[:, 7].any()), diverged)
 
     def _with_own_verdict(self, memory: LayerMemory) -> LayerMemory:
         """Give the robot's own verdict on the candidate once the whole team is known."""
@@ -194,7 +199,7 @@ class LayerProgram:
             return replace(memory, status="holding")
         first = np.isnan(memory.held).any() and self.cycle_ticks > 1  # until now leaders stayed, and held no m
         if first or not memory.facts.leads:
-            return replace(memory, held=predicted.held, status="ok")
+            return replace(memory, held=predicted.held, status=unlimited_status(predicted))
         floods = memory.flood.contents(OF_ROWS, memory.facts.robots)
         rows = None if floods is None else unpacked_rows(floods)
         limiting, reference = (
@@ -221,15 +226,14 @@ def decision(
     A retreat ends within `reach` [m] of the mean of p; where rows contradict each other m goes towards it as far as the
     limits allow, as in `decide.next_reference`.
     """
-    held = predicted.held
-    status: Status = "ok"
+    held, status = predicted.held, unlimited_status(predicted)
     if rows is None:
         return held, "inadmissible"
     if rows.d.size:
-        goal, status = nearest_retreat(rows, Spread.of(predicted.p, predicted.xi), held, reach)
-        if status == "ok":
+        goal, retreat_status = nearest_retreat(rows, Spread.of(predicted.p, predicted.xi), held, reach)
+        if retreat_status == "ok":
             return goal, status
-        advance = goal - held
+        advance, status = goal - held, retreat_status
     elif reference is not None and distance(predicted.candidate, reference) > distance(held, reference):
         return held, status
     else:
@@ -237,6 +241,11 @@ def decision(
     error = np.vstack([predicted.p - held, predicted.xi])
     allowed = min((limit.kappa(error, predicted.heading, advance) for limit in limits), default=1.0)
     return held + allowed * advance, status
+
+
+def unlimited_status(predicted: PredictedTeam) -> Status:
+    """Return the status of a tick in which no row stands in the way."""
+    return "diverged" if predicted.diverged else "ok"
 
 
 def single_leader_reference(network: Network, reference: np.ndarray | None) -> np.ndarray | None:

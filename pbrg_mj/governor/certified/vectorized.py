@@ -85,13 +85,12 @@ class LayerGovernor:
             raise ValueError("the certified layer needs half-spaces and headings in the problem")
         before = self._local(problem, [(one.rows, one.spread) for one in memory.local])
         leader = int(np.flatnonzero(problem.network.leader)[0])
-        candidate = self.team.candidate(before, memory.optimizer, leader)
-        if not np.isfinite(candidate).all():  # an optimizer that has diverged
-            candidate = held
+        found = self.team.candidate(before, memory.optimizer, leader)
+        candidate, diverged = self.layer.candidate_or_held(found, held)
         rows = self.layer.certificate.rows_at(spaces, problem.p, problem.xi, held)
         spread = Spread.of(problem.p, problem.xi)
         kappa, allowed = largest_kappa(rows, spread, held, candidate)
-        predicted = PredictedTeam(problem.p, problem.xi, heading, held, candidate, memory.forbidden)
+        predicted = PredictedTeam(problem.p, problem.xi, heading, held, candidate, memory.forbidden, diverged)
         limiting = NO_ROWS if allowed else rows if memory.forbidden else None
         reference = single_leader_reference(problem.network, before[leader].reference)
         reach = self.layer.reference_range

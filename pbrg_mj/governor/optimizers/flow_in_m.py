@@ -7,7 +7,8 @@ The paper's flow (eqs. 25-30) agrees on z in R^(4n + 2); with the states known b
     lambda_i <- [lambda_i + h g_i]_+
 
 g_i being robot i's rows at m_i, k the augmentation. It sends (m_i, v_i), four numbers. The continuous flow of a convex
-problem converges; the largest step h of its Euler steps depends on the graph.
+problem converges; the largest step h of its Euler steps depends on the graph and on the rows: those of balls, whose
+curvature grows without bound as the team comes to rest, allow no constant h.
 """
 
 from __future__ import annotations
@@ -46,6 +47,7 @@ class FlowInM:
         """Return m_i and v_i."""
         return np.concatenate([memory.m, memory.v])
 
+    @np.errstate(over="ignore", invalid="ignore")  # iterates that diverge are found out by who asks for a candidate
     def step_once(self, local: LocalProblem, memory: FlowMemory, received: np.ndarray) -> FlowMemory:
         """Return the memory after one iteration."""
         m, v, h = memory.m, memory.v, self.step

@@ -38,6 +38,11 @@ WRONG = {
     ("export", "there.mcap", "-o", "folder.csv"): "folder.csv: cannot write: Is a directory",
     ("plot", "there.mcap", "-o", "folder.svg"): "folder.svg: cannot write: Is a directory",
     ("report", "there.mcap", "-o", "folder.html"): "folder.html: cannot write: Is a directory",
+    ("export", "there.mcap", "-o", "there.npz"): "there.npz: exists; --force overwrites it",
+    ("plot", "there.mcap", "-o", "there.svg"): "there.svg: exists; --force overwrites it",
+    ("render", "there.mcap", "-o", "there.mp4"): "there.mp4: exists; --force overwrites it",
+    ("report", "there.mcap", "-o", "there.html"): "there.html: exists; --force overwrites it",
+    ("schema", "-o", "there.json"): "there.json: exists; --force overwrites it",
     ("replay", "nosuch.mcap", "--verify"): "nosuch.mcap: there is no such file",
     ("repair", "nosuch.mcap", "-o", "r.mcap"): "nosuch.mcap: there is no such file",
     ("sweep", "nosuch.yaml", "-o", "r"): "nosuch.yaml: is not there",
@@ -61,7 +66,8 @@ print(json.dumps(told))
 def told(tmp_path_factory) -> dict[tuple[str, ...], tuple[int, str]]:
     folder = tmp_path_factory.mktemp("early")
     (folder / "full").mkdir()
-    for name in ("there.mcap", "there.npz", "full/experiment_near.mcap"):
+    there = {f"there.{suffix}" for suffix in ("mcap", "npz", "svg", "mp4", "html", "json")}
+    for name in (*there, "full/experiment_near.mcap"):
         (folder / name).touch()
     folders = {f"folder.{suffix}" for suffix in ("csv", "svg", "html")}
     for name in folders:
@@ -70,7 +76,7 @@ def told(tmp_path_factory) -> dict[tuple[str, ...], tuple[int, str]]:
     done = subprocess.run(
         [sys.executable, "-c", CODE], input=given, capture_output=True, text=True, check=True, cwd=folder
     )
-    assert {path.name for path in folder.iterdir()} == {"there.mcap", "there.npz", "full", *folders}
+    assert {path.name for path in folder.iterdir()} == {*there, "full", *folders}
     return {arguments: tuple(one) for arguments, one in zip(WRONG, json.loads(done.stdout), strict=True)}
 
 

@@ -30,7 +30,7 @@ COMMANDS = {
     "render, still": ("render", str(LOG), "-o", "{}/new.png"),
     "render, video": ("render", str(LOG), "-o", "{}/new.mp4"),
     "report": ("report", str(LOG), "-o", "{}/new.html"),
-    "report, there": ("report", str(LOG), "-o", "{}/there.html"),
+    "report, there": ("report", str(LOG), "--force", "-o", "{}/there.html"),
     "export": ("export", str(LOG), "-o", "{}/new.npz"),
     "repair": ("repair", str(LOG), "-o", "{}/new.mcap"),
     "new": ("new", "{}/new.yaml"),

@@ -26,10 +26,17 @@ def log_path(path: str | Path, *, force: bool) -> Path:
     return path
 
 
-def check_output(path: str | Path, suffixes: tuple[str, ...]) -> None:
-    """Raise InputError for a name that ends in none of the suffixes, and where no file can be made."""
+def check_output(path: str | Path, suffixes: tuple[str, ...], *, force: bool) -> None:
+    """Raise InputError for a name that ends in none of the suffixes, and where a file may not or cannot be made."""
     by_suffix(Path(path), dict.fromkeys(suffixes))
     check_place(Path(path))
+    check_new(Path(path), force=force)
+
+
+def check_new(path: Path, *, force: bool) -> None:
+    """Raise InputError for a file that exists, unless `force` allows to replace it."""
+    if path.is_file() and not force:
+        raise InputError("exists; --force overwrites it", file=str(path))
 
 
 def check_logs(*logs: str | Path) -> None:

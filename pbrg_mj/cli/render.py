@@ -12,6 +12,7 @@ import typer
 
 import pbrg_mj as pbrg
 from pbrg_mj.api.files import PICTURES, check_logs, check_output
+from pbrg_mj.cli.arguments import Force
 from pbrg_mj.errors import InputError
 
 STILL = ".png"
@@ -32,6 +33,7 @@ def render(
     hide: Annotated[
         str, typer.Option(metavar="LAYERS", help="beams,half_spaces,formation,references,trails,text or all.")
     ] = "",
+    force: Force = False,
 ) -> None:
     """Render a log offscreen as a video, or take a still of it."""
     still = output.suffix.lower() == STILL
@@ -40,7 +42,7 @@ def render(
     if at is not None and not still:
         raise InputError("--at is for stills (.png); a video has --start and --end")
     check_logs(log)
-    check_output(output, PICTURES)
+    check_output(output, PICTURES, force=force)
     hidden = tuple(filter(None, hide.split(",")))
     with _progress(wanted=not still) as shown:
         pbrg.render(

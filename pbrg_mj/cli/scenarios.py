@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 import pbrg_mj as pbrg
-from pbrg_mj.api.files import check_scenario
+from pbrg_mj.api.files import check_new, check_scenario
 from pbrg_mj.cli.arguments import BundledName, FamilyName, Force, Overrides, ScenarioNames
 from pbrg_mj.cli.console import emit, emit_json, note
 from pbrg_mj.errors import InputError
@@ -72,8 +72,11 @@ def schema(
     datagrams: Annotated[
         bool, typer.Option("--datagrams", help="What robots' processes send over UDP instead, as a .proto file.")
     ] = False,
+    force: Force = False,
 ) -> None:
     """Print the JSON Schema of a scenario, by which editors complete and check the YAML."""
+    if output is not None:
+        check_new(output, force=force)
     from pbrg_mj.api.datagrams import datagram_schema, write_datagram_schema
     from pbrg_mj.api.scenario import write_schema
 

@@ -12,6 +12,7 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.governor.baselines import CentralizedGovernor, NoGovernor
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
 from pbrg_mj.governor.centralized.optimum import CentralizedSolver
+from pbrg_mj.governor.centralized.within_range import WithinRange
 from pbrg_mj.governor.certificate.by_name import CERTIFICATES, margin
 from pbrg_mj.governor.certificate.team_model import MOST_TICKS, UnsettledTeamError
 from pbrg_mj.governor.certified.advance_limits import speed_facets
@@ -69,7 +70,7 @@ GOVERNORS: dict[str, Callable[[Scenario], Governor]] = {
     "distributed": _distributed,
     "certified": certified,
     "rollout": _rollout,
-    "centralized": lambda scenario: CentralizedGovernor(ClarabelSolver()),
+    "centralized": lambda scenario: CentralizedGovernor(WithinRange(ClarabelSolver())),
     "none": lambda scenario: NoGovernor(),
     "cbf": lambda scenario: NoGovernor(),  # `velocity_filters` does what is done
     "potential_field": lambda scenario: NoGovernor(),  # likewise
@@ -152,8 +153,8 @@ def certificate(scenario: Scenario, given: Any = None) -> Certificate | StateCer
 def reference_solver(scenario: Scenario, given: Any = None) -> CentralizedSolver | None:
     """Return the solver of the centralized reference, None where the scenario switched it off; likewise."""
     if given is None and scenario.reference.solver in SOLVERS:
-        return SOLVERS[scenario.reference.solver]()
+        return WithinRange(SOLVERS[scenario.reference.solver]())
     if given is None and scenario.reference.solver == "none":
         return None
     name, built = plugins.build(plugins.REFERENCE_SOLVER, scenario, given, network=network(scenario))
-    return PlugInSolver(built, name, scenario.timing.plug_in_limit)
+    return WithinRange(PlugInSolver(built, name, scenario.timing.plug_in_limit))

@@ -8,6 +8,7 @@ import numpy as np
 
 from pbrg_mj.analysis.metrics.best_formation import HalfSpaceRows, best_formation
 from pbrg_mj.governor.centralized.clarabel_solver import ClarabelSolver
+from pbrg_mj.governor.centralized.within_range import WithinRange
 from pbrg_mj.governor.certificate.by_name import CERTIFICATES
 from pbrg_mj.governor.problem.ball import BallCertificate
 from pbrg_mj.governor.problem.interface import Certificate, Problem, StateCertificate
@@ -62,8 +63,8 @@ class TrueOptimum:
         return of(self._scenario, self._graph)
 
     @cached_property
-    def _solver(self) -> ClarabelSolver:
-        return ClarabelSolver()
+    def _solver(self) -> WithinRange:
+        return WithinRange(ClarabelSolver())
 
     def _rows(self, r: np.ndarray) -> HalfSpaceRows | None:
         if r.tobytes() not in self._rows_of:

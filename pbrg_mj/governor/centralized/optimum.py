@@ -18,7 +18,7 @@ class Optimum(NamedTuple):
     status: OptimumStatus
     cost: float  # sum of the leaders' ||r_i - m*||^2 [m^2]; NaN unless solved
     multipliers: np.ndarray  # (n, R) lambda*, one per row; NaN unless solved
-    solver_status: str  # in the solver's own words
+    solver_status: str  # in the solver's own words, or `within_range.OUT_OF_RANGE`
     build_seconds: float  # wall clock
     solve_seconds: float  # wall clock
 

@@ -353,6 +353,33 @@ def test_who_is_pushed_back_does_not_go_slower_because_it_turns_beside_what_stan
         assert (turned[0, 0] > -0.2) == slowed
 
 
+def test_who_is_pushed_back_does_besides_only_what_its_turn_leaves() -> None:
+    """Of what is asked for the largest share with which the turn leads towards nothing, but by the speed to spare."""
+    rng, still, counted = np.random.default_rng(312), np.zeros((1, 2)), {"all": 0, "some": 0}
+    for _ in range(300):
+        keeper, q, slow = filter_of(rng, 1), np.zeros((1, 2)), rng.uniform(0.02, 0.1)
+        turning, angle, closing = rng.uniform(0.5, 5.0), rng.uniform(0, 2 * np.pi), rng.uniform(0.1, 0.3)
+        G = np.array([np.cos(angle), np.sin(angle)])
+        problem = coming_at(keeper, q, G, keeper.margin + rng.uniform(0.0, 0.04), closing)
+        problem = replace(problem, heading=rng.uniform(0, 2 * np.pi, 1))
+        spaces, heading = problem.half_spaces, problem.heading
+        assert spaces is not None and heading is not None
+        normals, offsets = G[None], np.array([keeper.gain * (spaces.h[0, 0] - keeper.margin) - closing])
+        wanted = rng.normal(size=(1, 2))
+        driven = replace(keeper, turning=turning, min_speed=slow).filtered(problem, q, still, wanted)[0]
+        assert normals @ driven <= offsets + 1e-9
+        whole = keeper.filtered(problem, q, still, wanted)[0]
+        across = np.cos(heading[0]) * driven[1] - np.sin(heading[0]) * driven[0]
+        excess = approach(driven, turning * across, normals, np.maximum(offsets, 0.0))
+        assert excess <= slow + 1e-9
+        if np.allclose(driven, whole, atol=1e-12):
+            counted["all"] += 1
+        else:
+            assert excess > slow - 1e-2
+            counted["some"] += 1
+    assert min(counted.values()) > 50
+
+
 def test_a_retreat_takes_what_another_robot_leaves_of_it() -> None:
     """A robot behind it, as near as is allowed, does not move: of the retreat nothing is left, aside is."""
     rng = np.random.default_rng(305)

@@ -25,7 +25,8 @@ c before long; so j keeps
 
     n_ij.w_j <= gamma (||q_i - q_j|| - d) - (rho + min(c, max(0, 2 c - gamma e))) max(0, G.n_ij).
 
-In physics w is scaled down where robots turn, so that it meets these rows while they do: turning.py.
+In physics w is scaled down where robots turn, so that it meets these rows while they do; where they retreat, what they
+want besides is: turning.py.
 
 A pair takes at most 2 gamma, so ||q_i - q_j|| stays above d if it was, and below d it never falls; nobody crosses a
 half-space. Both are exact with w held for a tick and 2 gamma tick <= 1 (docs/distances.md). Half-planes between pairs
@@ -39,10 +40,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pbrg_mj.governor.certificate.projection import nearest_allowed
 from pbrg_mj.governor.certificate.speed import turning_offset
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.governor.velocity_filter.interface import known_half_spaces
+from pbrg_mj.governor.velocity_filter.nearest_velocity import (
+    scale_for_wheels,
+    velocity_of_share,
+    velocity_while_pushed_back,
+)
 from pbrg_mj.governor.velocity_filter.separation_rows import (
     approach_of_team_mates,
     is_pushed_back,
@@ -56,7 +61,6 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.world.scene.robot import load_robot_model
 
-BISECTIONS = 12  # of the share of a retreat
 MARGIN = 0.02  # [m] of `auto`, above the distance at which two bodies cannot touch at any heading
 
 
@@ -149,7 +153,7 @@ def write_driven(half_spaces, state, wheels, numbers, driven):
     normals, offsets, retreats = np.empty((most, 2)), np.empty(most), np.zeros(most)
     for j in range(n):
         x, y = u[j, 0] - gain * displacement[j, 0], u[j, 1] - gain * displacement[j, 1]
-        scale = _scale(x, y, heading[j], facets)
+        scale = scale_for_wheels(x, y, heading[j], facets)
         wx, wy = scale * x, scale * y
         coming = approach_of_team_mates(half_spaces, q, j, (distance, margin, gain))
         pushed = is_pushed_back(half_spaces, q, j, margin, gain) or makes_room(q, j, coming, (distance, gain))
@@ -160,42 +164,12 @@ def write_driven(half_spaces, state, wheels, numbers, driven):
         written = normals, offsets, retreats
         rows = write_room_for_team_mates(q, j, coming, (distance, gain, speed), written, robots)
         rows = write_half_spaces_in_the_way(half_spaces, moved, j, (margin, gain, tick, speed), written, rows)
-        found, x, y = _nearest_velocity(wx, wy, normals[:rows], offsets[:rows], retreats[:rows])
-        scale = _scale(x, y, heading[j], facets) if found else 0.0  # but for rounding, 0 is allowed
-        x, y = scale * x, scale * y
-        theta = turning * (math.cos(heading[j]) * y - math.sin(heading[j]) * x)
-        counted = robots if retreats[:rows].any() else rows  # who is pushed back does not wait for what stands
+        needed, body = (normals[:rows], offsets[:rows], retreats[:rows]), (heading[j], facets, turning)
+        if retreats[:rows].any():  # who is pushed back does not wait for what stands
+            x, y, theta = velocity_while_pushed_back((wx, wy), needed, body, min_speed, robots)
+            counted = robots
+        else:
+            x, y, theta = velocity_of_share(1.0, (wx, wy), needed, body)
+            counted = rows
         share = turning_share(x, y, theta, min_speed, normals[:counted], offsets[:counted])
         driven[j, 0], driven[j, 1] = share * x, share * y
-
-
-@kernel
-def _nearest_velocity(x, y, normals, offsets, retreats):
-    """Return (found, x, y): the nearest velocity whose rows are met, with the largest share of the required retreats.
-
-    Without any retreat 0 meets all rows.
-    """
-    required = offsets - retreats
-    found, best_x, best_y = nearest_allowed(x, y, normals, required, 0.0)
-    if found or not retreats.any():
-        return found, best_x, best_y
-    found, best_x, best_y = nearest_allowed(x, y, normals, offsets, 0.0)
-    low, high = 0.0, 1.0
-    for _ in range(BISECTIONS):
-        share = 0.5 * (low + high)
-        required = offsets - share * retreats
-        met, met_x, met_y = nearest_allowed(x, y, normals, required, 0.0)
-        if met:
-            low, found, best_x, best_y = share, True, met_x, met_y
-        else:
-            high = share
-    return found, best_x, best_y
-
-
-@kernel
-def _scale(x, y, heading, facets):
-    """Return the largest share, at most 1, of a velocity that the wheels can do at this heading."""
-    c, s, largest = math.cos(heading), math.sin(heading), 1.0
-    for f in range(len(facets)):
-        largest = max(largest, facets[f, 0] * (c * x + s * y) + facets[f, 1] * (c * y - s * x))
-    return 1.0 / largest

@@ -12,6 +12,9 @@ displaced or not, and for half-spaces as for robots.
 
 A robot that must turn to go past something would stand if every share had to. A quarter turn at the speed v costs at
 most pi / 2 tau v of the distance: where that is no more than what robots have to spare, nothing is scaled.
+
+Nor is a retreat. What a robot wants besides is, to the largest share of it with which the turn leads towards nothing:
+not faster than the row allows without the retreat and the speed at which turns cost what robots have to spare.
 """
 
 from __future__ import annotations
@@ -48,6 +51,17 @@ def turning_share(x, y, theta, min_speed, normals, offsets):
                 high = share
         largest = low
     return largest
+
+
+@kernel
+def exceeds_no_row(x, y, theta, spare, normals, offsets):
+    """Tell whether a velocity (x, y) [m/s] that turns by theta [rad] exceeds no row by more than `spare` [m/s]."""
+    for k in range(len(offsets)):
+        towards = normals[k, 0] * x + normals[k, 1] * y
+        beside = normals[k, 1] * x - normals[k, 0] * y
+        if _approach(1.0, theta, towards, beside) > offsets[k] + spare:
+            return False
+    return True
 
 
 @kernel

@@ -1,0 +1,77 @@
+"""The velocity of one robot nearest to what is wanted that meets its rows and that its wheels can do."""
+
+from __future__ import annotations
+
+import math
+
+from pbrg_mj.governor.certificate.projection import nearest_allowed
+from pbrg_mj.governor.velocity_filter.turning import exceeds_no_row
+from pbrg_mj.kernel import kernel
+
+BISECTIONS = 12  # of the share of a retreat, and of what is wanted besides
+
+
+@kernel
+def velocity_while_pushed_back(wanted, needed, body, spare, robots):
+    """Return what `velocity_of_share` does of the largest share with which the turn exceeds no row by `spare` [m/s].
+
+    Rows count without their retreats, and but the first `robots`, which are of other robots.
+    """
+    normals, offsets = needed[0][robots:], needed[1][robots:]
+    x, y, theta = velocity_of_share(1.0, wanted, needed, body)
+    if exceeds_no_row(x, y, theta, spare, normals, offsets):
+        return x, y, theta
+    low, high = 0.0, 1.0
+    for _ in range(BISECTIONS):
+        share = 0.5 * (low + high)
+        x, y, theta = velocity_of_share(share, wanted, needed, body)
+        if exceeds_no_row(x, y, theta, spare, normals, offsets):
+            low = share
+        else:
+            high = share
+    return velocity_of_share(low, wanted, needed, body)
+
+
+@kernel
+def velocity_of_share(share, wanted, needed, body):
+    """Return (x, y) [m/s], nearest to a share of what is wanted (2,), and by what it turns the robot [rad].
+
+    `needed` are the rows' normals, offsets and retreats; `body` its heading [rad], facets [s/m] and turning [rad s/m].
+    """
+    (normals, offsets, retreats), (heading, facets, turning) = needed, body
+    found, x, y = _nearest_velocity(share * wanted[0], share * wanted[1], normals, offsets, retreats)
+    scale = scale_for_wheels(x, y, heading, facets) if found else 0.0  # but for rounding, 0 is allowed
+    x, y = scale * x, scale * y
+    return x, y, turning * (math.cos(heading) * y - math.sin(heading) * x)
+
+
+@kernel
+def _nearest_velocity(x, y, normals, offsets, retreats):
+    """Return (found, x, y): the nearest velocity whose rows are met, with the largest share of the required retreats.
+
+    Without any retreat 0 meets all rows.
+    """
+    required = offsets - retreats
+    found, best_x, best_y = nearest_allowed(x, y, normals, required, 0.0)
+    if found or not retreats.any():
+        return found, best_x, best_y
+    found, best_x, best_y = nearest_allowed(x, y, normals, offsets, 0.0)
+    low, high = 0.0, 1.0
+    for _ in range(BISECTIONS):
+        share = 0.5 * (low + high)
+        required = offsets - share * retreats
+        met, met_x, met_y = nearest_allowed(x, y, normals, required, 0.0)
+        if met:
+            low, found, best_x, best_y = share, True, met_x, met_y
+        else:
+            high = share
+    return found, best_x, best_y
+
+
+@kernel
+def scale_for_wheels(x, y, heading, facets):
+    """Return the largest share, at most 1, of a velocity that the wheels can do at this heading."""
+    c, s, largest = math.cos(heading), math.sin(heading), 1.0
+    for f in range(len(facets)):
+        largest = max(largest, facets[f, 0] * (c * x + s * y) + facets[f, 1] * (c * y - s * x))
+    return 1.0 / largest

@@ -92,7 +92,7 @@ def test_a_candidate_farther_from_r_than_what_is_held_waits() -> None:
 
 @pytest.mark.parametrize("delay", ["0", "10"])
 def test_an_optimizer_that_diverges_is_told_and_m_is_held(delay: str) -> None:
-    """No step of the flow is short enough for a ball at rest; in both forms of the layer."""
+    """A step of the flow that is too long for the ball's rows; in both forms of the layer."""
     keys = ["governor.optimizer=flow_in_m", "governor.certificate=ball", f"network.delay_rounds={delay}"]
     scenario = layered("paper/simulation_inadmissible", *keys, "governor.flow_in_m.step=0.3", "timing.duration=3.0")
     ticks = list(Simulation.build(scenario).control_ticks())

@@ -7,8 +7,8 @@ The paper's flow (eqs. 25-30) agrees on z in R^(4n + 2); with the states known b
     lambda_i <- [lambda_i + h g_i]_+
 
 g_i being robot i's rows at m_i, k the augmentation. It sends (m_i, v_i), four numbers. The continuous flow of a convex
-problem converges; the largest step h of its Euler steps depends on the graph and on the rows: those of balls, whose
-curvature grows without bound as the team comes to rest, allow no constant h.
+problem converges; the largest step h of its Euler steps depends on the graph and on the rows: those of balls, steeper
+and curved, need shorter ones than half-planes.
 """
 
 from __future__ import annotations

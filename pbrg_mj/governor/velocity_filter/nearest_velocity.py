@@ -15,9 +15,11 @@ BISECTIONS = 12  # of the share of a retreat, and of what is wanted besides
 def velocity_while_pushed_back(wanted, needed, body, spare, robots):
     """Return what `velocity_of_share` does of the largest share with which the turn exceeds no row by `spare` [m/s].
 
-    Rows count without their retreats, and but the first `robots`, which are of other robots.
+    Rows count without their retreats, and but the first `robots`, which are of other robots. `needed` and `body` as for
+    `velocity_of_share`: normals (R, 2), offsets (R,), retreats (R,).
     """
-    normals, offsets = needed[0][robots:], needed[1][robots:]
+    normals, offsets, _ = needed
+    normals, offsets = normals[robots:], offsets[robots:]
     x, y, theta = velocity_of_share(1.0, wanted, needed, body)
     if exceeds_no_row(x, y, theta, spare, normals, offsets):
         return x, y, theta
@@ -36,7 +38,8 @@ def velocity_while_pushed_back(wanted, needed, body, spare, robots):
 def velocity_of_share(share, wanted, needed, body):
     """Return (x, y) [m/s], nearest to a share of what is wanted (2,), and by what it turns the robot [rad].
 
-    `needed` are the rows' normals, offsets and retreats; `body` its heading [rad], facets [s/m] and turning [rad s/m].
+    `needed` are the rows' normals (R, 2), offsets (R,) and retreats (R,) [m/s]; `body` its heading [rad], facets (F, 2)
+    [s/m] and turning [rad s/m].
     """
     (normals, offsets, retreats), (heading, facets, turning) = needed, body
     found, x, y = _nearest_velocity(share * wanted[0], share * wanted[1], normals, offsets, retreats)
@@ -70,7 +73,7 @@ def _nearest_velocity(x, y, normals, offsets, retreats):
 
 @kernel
 def scale_for_wheels(x, y, heading, facets):
-    """Return the largest share, at most 1, of a velocity that the wheels can do at this heading."""
+    """Return the largest share, at most 1, of a velocity [m/s] that the wheels can do; facets (F, 2) [s/m]."""
     c, s, largest = math.cos(heading), math.sin(heading), 1.0
     for f in range(len(facets)):
         largest = max(largest, facets[f, 0] * (c * x + s * y) + facets[f, 1] * (c * y - s * x))

@@ -28,6 +28,7 @@ from pbrg_mj.perception.points.motion import (
     track_at,
 )
 from pbrg_mj.perception.points.range_flow import free_ends, range_flow, store_scan
+from pbrg_mj.perception.points.unseen_face import add_unseen_faces
 
 FACES = 4  # of a half-space that are looked at
 AGREEING = 3  # flows that make a face of what is left: both ends of what is round seem to move
@@ -54,6 +55,7 @@ def move_half_spaces(seen, motion, pose, parameters, half_spaces, closing):
     flows, count = range_flow((echoes, beams.ranges), (ends, resting), before, pose, parameters)
     of_faces = flows, 0
     if any_moves(tracks):
+        add_unseen_faces(seen, ends, tracks, pose, parameters, half_spaces)
         of_faces = face_flow(seen, (ends, resting), before, pose, parameters)
     measured = (flows, count), of_faces
     for k in range(len(h)):

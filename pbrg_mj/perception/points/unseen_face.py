@@ -1,0 +1,143 @@
+"""Faces that move and go on where they are nearer than beams tell.
+
+A beam has no echo of what is nearer than its shortest range. So of a face beside a robot a part may be seen, at one end
+or at both, and a half-space turns to the nearest place that is. Where a face ends at a silent beam which its line would
+meet within that range, and so at the next one (single echoes get lost), it is taken to go on: along its line, as far as
+beams are silent and the line is so near. If no half-space keeps the nearest of these places off, the face has one of
+its own, where a slot is free: that of its line. It keeps off all of a convex thing, so that of two faces at a corner
+the one suffices that the robot is farther ahead of. What rests needs none of this: its places were seen before, and are
+not forgotten (memory.py).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.points.beams import next_beam
+from pbrg_mj.perception.points.motion import BESIDE
+from pbrg_mj.perception.points.range_flow import PAST_ECHO, PAST_POSE, store_scan
+from pbrg_mj.perception.points.scan_faces import faces_of
+
+TURNED = 0.002  # [rad^2] variance of a normal, 2.6 deg, beyond which its line is not known where it is not seen
+ROUNDING = 0.01  # [m] by which a place may be ahead of what keeps it off, for noise
+MOST_FACES = 8
+FACE = np.dtype([(name, "f8") for name in ("nx", "ny", "x", "y", "end_x", "end_y", "ahead")])
+"""Normal towards the robot, nearest unseen place and last echo [m], and how far the hand point is ahead of its line."""
+
+
+@kernel
+def add_unseen_faces(seen, ends, tracks, pose, parameters, half_spaces):
+    """Add half-spaces of faces that move and go on unseen, in slots that are free.
+
+    `seen` are `Echoes` and `SeenBeams`, `ends` (beams,) their `free_ends`; `half_spaces` those of `separate`.
+    """
+    if parameters.half_cone > 0.0:  # which do not tell where in their view a thing is
+        return
+    G, h, active, nearest, _ = half_spaces
+    faces = np.empty(MOST_FACES, FACE)
+    left = _unseen_faces(seen, ends, tracks, pose, parameters, faces)
+    while left > 0:
+        best = 0
+        for i in range(left):
+            if faces[i]["ahead"] > faces[best]["ahead"]:
+                best = i
+        face = faces[best]
+        if not _is_kept_off(half_spaces, parameters.clearance, face["x"], face["y"]):
+            slot = 0
+            while slot < len(h) and active[slot]:
+                slot += 1
+            if slot == len(h):
+                return
+            G[slot, 0], G[slot, 1], active[slot] = -face["nx"], -face["ny"], True
+            h[slot] = -(face["nx"] * face["x"] + face["ny"] * face["y"]) - parameters.clearance
+            nearest[slot, 0], nearest[slot, 1] = face["x"], face["y"]
+        left = _without_those_behind(faces, left, best)
+
+
+@kernel
+def _unseen_faces(seen, ends, tracks, pose, parameters, faces):
+    """Write the faces that move and go on unseen to `faces` (F,) of FACE; return how many."""
+    (echoes, beams), count = seen, 0
+    scan, scan_pose = np.empty(len(ends), PAST_ECHO), np.empty(1, PAST_POSE)
+    store_scan(scan, scan_pose, seen, ends, pose)
+    of_scan = faces_of(scan, (pose.x, pose.y), parameters)
+    for i in range(len(ends)):
+        for step in (1, -1):
+            k = next_beam(i, -1, parameters) if step == 1 else i
+            if k < 0 or not of_scan.found[k] or of_scan.variance[k] > TURNED or count == len(faces):
+                continue
+            if not _moves_beside(tracks, echoes.x[i], echoes.y[i]):
+                continue
+            nx, ny = of_scan.nx[k], of_scan.ny[k]
+            away = -(nx * (echoes.x[i] - pose.x) + ny * (echoes.y[i] - pose.y))
+            reach = parameters.range_min + 3.0 * math.sqrt(echoes.variance[i])
+            found, x, y = _nearest_unseen((i, step), ((nx, ny), away, reach), beams, pose, parameters)
+            if found:
+                face = faces[count]
+                face["nx"], face["ny"], face["x"], face["y"] = nx, ny, x, y
+                face["end_x"], face["end_y"] = echoes.x[i], echoes.y[i]
+                hand = parameters.hand_offset * (nx * math.cos(pose.heading) + ny * math.sin(pose.heading))
+                face["ahead"] = away + hand
+                count += 1
+    return count
+
+
+@kernel
+def _is_kept_off(half_spaces, clearance, x, y):
+    """Tell whether a place is behind what some half-space keeps off."""
+    G, h, active, _, _ = half_spaces
+    return bool((active & (G[:, 0] * x + G[:, 1] * y >= h + clearance - ROUNDING)).any())
+
+
+@kernel
+def _without_those_behind(faces, count, best):
+    """Take out a face and those that end behind its line; return how many are left."""
+    nx, ny, x, y, kept = faces[best]["nx"], faces[best]["ny"], faces[best]["x"], faces[best]["y"], 0
+    for i in range(count):
+        ahead = nx * (faces[i]["end_x"] - x) + ny * (faces[i]["end_y"] - y)
+        if i != best and ahead > ROUNDING:
+            faces[kept] = faces[i]
+            kept += 1
+    return kept
+
+
+@kernel
+def _moves_beside(tracks, x, y):
+    """Tell whether a track that moves is beside a place."""
+    for t in range(len(tracks)):
+        if tracks[t]["live"] and tracks[t]["moves"]:
+            dx, dy = tracks[t]["x"] - x, tracks[t]["y"] - y
+            if dx * dx + dy * dy <= BESIDE * BESIDE:
+                return True
+    return False
+
+
+@kernel
+def _nearest_unseen(end, line, beams, pose, parameters):
+    """Return (found, x, y): where a line is nearest to the hand point, of its places on silent beams [m].
+
+    `end` are the beam i of a face's last echo and the step, 1 or -1, to the next one beyond it; `line` its normal n
+    (nx, ny) towards the robot, how far away it is and the reach within which beams have no echo [m].
+    """
+    (i, step), ((nx, ny), away, reach) = end, line
+    cos, sin = math.cos(pose.heading), math.sin(pose.heading)
+    found, best, x, y = False, math.inf, 0.0, 0.0
+    for steps in range(1, len(beams.ranges)):
+        k = next_beam(i, steps * step, parameters)
+        if k < 0 or parameters.blocked[k] or not math.isnan(beams.ranges[k]):
+            break
+        ahead, aside = beams.directions[k, 0], beams.directions[k, 1]
+        ux, uy = cos * ahead - sin * aside, sin * ahead + cos * aside
+        towards = -(nx * ux + ny * uy)
+        if towards * reach <= away:
+            break
+        dx, dy = away / towards * ux, away / towards * uy
+        from_hand_x, from_hand_y = dx - parameters.hand_offset * cos, dy - parameters.hand_offset * sin
+        squared = from_hand_x * from_hand_x + from_hand_y * from_hand_y
+        found = steps > 1
+        if squared < best:
+            best, x, y = squared, pose.x + dx, pose.y + dy
+    return found, x, y

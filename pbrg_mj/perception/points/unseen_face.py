@@ -12,6 +12,7 @@ not forgotten (memory.py).
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,8 +25,18 @@ from pbrg_mj.perception.points.scan_faces import faces_of
 TURNED = 0.002  # [rad^2] variance of a normal, 2.6 deg, beyond which its line is not known where it is not seen
 ROUNDING = 0.01  # [m] by which a place may be ahead of what keeps it off, for noise
 MOST_FACES = 8
-FACE = np.dtype([(name, "f8") for name in ("nx", "ny", "x", "y", "end_x", "end_y", "ahead")])
-"""Normal towards the robot, nearest unseen place and last echo [m], and how far the hand point is ahead of its line."""
+
+
+class UnseenFaces(NamedTuple):
+    """Faces that move and go on unseen; functions look at the first entries of each array."""
+
+    nx: np.ndarray  # (F,) normal towards the robot
+    ny: np.ndarray  # (F,)
+    x: np.ndarray  # (F,) nearest unseen place [m]
+    y: np.ndarray  # (F,)
+    end_x: np.ndarray  # (F,) last echo [m]
+    end_y: np.ndarray  # (F,)
+    ahead: np.ndarray  # (F,) how far the hand point is ahead of its line [m]
 
 
 @kernel
@@ -37,37 +48,35 @@ def add_unseen_faces(seen, ends, tracks, pose, parameters, half_spaces):
     if parameters.half_cone > 0.0:  # which do not tell where in their view a thing is
         return
     G, h, active, nearest, _ = half_spaces
-    faces = np.empty(MOST_FACES, FACE)
-    left = _unseen_faces(seen, ends, tracks, pose, parameters, faces)
+    faces, left = _unseen_faces(seen, ends, tracks, pose, parameters)
     while left > 0:
-        best = 0
-        for i in range(left):
-            if faces[i]["ahead"] > faces[best]["ahead"]:
-                best = i
-        face = faces[best]
-        if not _is_kept_off(half_spaces, parameters.clearance, face["x"], face["y"]):
+        best = np.argmax(faces.ahead[:left])
+        nx, ny, x, y = faces.nx[best], faces.ny[best], faces.x[best], faces.y[best]
+        if not _is_kept_off(half_spaces, parameters.clearance, x, y):
             slot = 0
             while slot < len(h) and active[slot]:
                 slot += 1
             if slot == len(h):
                 return
-            G[slot, 0], G[slot, 1], active[slot] = -face["nx"], -face["ny"], True
-            h[slot] = -(face["nx"] * face["x"] + face["ny"] * face["y"]) - parameters.clearance
-            nearest[slot, 0], nearest[slot, 1] = face["x"], face["y"]
-        left = _without_those_behind(faces, left, best)
+            G[slot, 0], G[slot, 1], active[slot] = -nx, -ny, True
+            h[slot] = -(nx * x + ny * y) - parameters.clearance
+            nearest[slot, 0], nearest[slot, 1] = x, y
+        left = _without_those_behind(faces, left, (nx, ny, x, y))
 
 
 @kernel
-def _unseen_faces(seen, ends, tracks, pose, parameters, faces):
-    """Write the faces that move and go on unseen to `faces` (F,) of FACE; return how many."""
-    (echoes, beams), count = seen, 0
+def _unseen_faces(seen, ends, tracks, pose, parameters):
+    """Return the `UnseenFaces` of a scan, and how many there are."""
+    (echoes, beams), count, most = seen, 0, MOST_FACES
+    places = np.empty(most), np.empty(most), np.empty(most), np.empty(most)
+    faces = UnseenFaces(np.empty(most), np.empty(most), *places, np.empty(most))
     scan, scan_pose = np.empty(len(ends), PAST_ECHO), np.empty(1, PAST_POSE)
     store_scan(scan, scan_pose, seen, ends, pose)
     of_scan = faces_of(scan, (pose.x, pose.y), parameters)
     for i in range(len(ends)):
         for step in (1, -1):
             k = next_beam(i, -1, parameters) if step == 1 else i
-            if k < 0 or not of_scan.found[k] or of_scan.variance[k] > TURNED or count == len(faces):
+            if k < 0 or not of_scan.found[k] or of_scan.variance[k] > TURNED or count == most:
                 continue
             if not _moves_beside(tracks, echoes.x[i], echoes.y[i]):
                 continue
@@ -76,13 +85,12 @@ def _unseen_faces(seen, ends, tracks, pose, parameters, faces):
             reach = parameters.range_min + 3.0 * math.sqrt(echoes.variance[i])
             found, x, y = _nearest_unseen((i, step), ((nx, ny), away, reach), beams, pose, parameters)
             if found:
-                face = faces[count]
-                face["nx"], face["ny"], face["x"], face["y"] = nx, ny, x, y
-                face["end_x"], face["end_y"] = echoes.x[i], echoes.y[i]
+                faces.nx[count], faces.ny[count], faces.x[count], faces.y[count] = nx, ny, x, y
+                faces.end_x[count], faces.end_y[count] = echoes.x[i], echoes.y[i]
                 hand = parameters.hand_offset * (nx * math.cos(pose.heading) + ny * math.sin(pose.heading))
-                face["ahead"] = away + hand
+                faces.ahead[count] = away + hand
                 count += 1
-    return count
+    return faces, count
 
 
 @kernel
@@ -93,13 +101,13 @@ def _is_kept_off(half_spaces, clearance, x, y):
 
 
 @kernel
-def _without_those_behind(faces, count, best):
-    """Take out a face and those that end behind its line; return how many are left."""
-    nx, ny, x, y, kept = faces[best]["nx"], faces[best]["ny"], faces[best]["x"], faces[best]["y"], 0
+def _without_those_behind(faces, count, line):
+    """Take out the faces that end on or behind the line of one, (nx, ny, x, y); return how many are left."""
+    (nx, ny, x, y), kept = line, 0
     for i in range(count):
-        ahead = nx * (faces[i]["end_x"] - x) + ny * (faces[i]["end_y"] - y)
-        if i != best and ahead > ROUNDING:
-            faces[kept] = faces[i]
+        if nx * (faces.end_x[i] - x) + ny * (faces.end_y[i] - y) > ROUNDING:
+            for member in faces:
+                member[kept] = member[i]
             kept += 1
     return kept
 

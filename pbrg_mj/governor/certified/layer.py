@@ -199,7 +199,7 @@ class LayerProgram:
             return replace(memory, status="holding")
         first = np.isnan(memory.held).any() and self.cycle_ticks > 1  # until now leaders stayed, and held no m
         if first or not memory.facts.leads:
-            return replace(memory, held=predicted.held, status=unlimited_status(predicted))
+            return replace(memory, held=predicted.held, status=optimizer_status(predicted))
         floods = memory.flood.contents(OF_ROWS, memory.facts.robots)
         rows = None if floods is None else unpacked_rows(floods)
         limiting, reference = (
@@ -226,7 +226,7 @@ def decision(
     A retreat ends within `reach` [m] of the mean of p; where rows contradict each other m goes towards it as far as the
     limits allow, as in `decide.next_reference`.
     """
-    held, status = predicted.held, unlimited_status(predicted)
+    held, status = predicted.held, optimizer_status(predicted)
     if rows is None:
         return held, "inadmissible"
     if rows.d.size:
@@ -243,8 +243,8 @@ def decision(
     return held + allowed * advance, status
 
 
-def unlimited_status(predicted: PredictedTeam) -> Status:
-    """Return the status of a tick in which no row stands in the way."""
+def optimizer_status(predicted: PredictedTeam) -> Status:
+    """Return `diverged` where the optimizer has, else `ok`: the status of a tick in which no row stands in the way."""
     return "diverged" if predicted.diverged else "ok"
 
 

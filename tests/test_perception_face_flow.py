@@ -20,7 +20,7 @@ from pbrg_mj.perception.points.range_flow import (
     range_flow,
     store_scan,
 )
-from pbrg_mj.perception.points.scan_faces import faces_of
+from pbrg_mj.perception.points.scan_faces import faces_of, scan_and_faces
 from pbrg_mj.perception.track.world_frame import ScanPose
 from pbrg_mj.scenario.schema import Scenario
 from tests.perceiving import box
@@ -53,7 +53,8 @@ def flows_of(made: PointEstimator, before: Past, look: Look, of_faces: bool = Tr
     (echoes, beams), ends, pose = look
     told = ends, np.zeros(len(ends), bool)
     if of_faces:
-        return face_flow((echoes, beams), told, before, pose, made.parameters)
+        of_scan = scan_and_faces((echoes, beams), ends, pose, made.parameters)
+        return face_flow((echoes, beams), of_scan, told[1], before, pose, made.parameters)
     return range_flow((echoes, beams.ranges), told, before, pose, made.parameters)
 
 

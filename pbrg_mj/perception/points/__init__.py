@@ -40,6 +40,7 @@ Kernels name their arrays alike, of one robot:
     echoes, beams, pose, parameters   `Echoes`, `SeenBeams`, `ScanPose`, `PointParameters`
     measured (flows, count)           the `RangeFlow` of a scan, and how many entries it has
     faces, older, newer               `Faces` of a scan
+    of_scan (scan, faces)             a scan (beams,) of PAST_ECHO and its `Faces`
     chosen (F,), others (F,), beside (flows, chosen)   numbers of some of its entries; the flows with these
     weighted (3, size)                s, y [m] and weight of the places of a face, of `fitted_line`
     places, window                    `ObstaclePoints`, and a second one for those of one face

@@ -28,6 +28,7 @@ from pbrg_mj.perception.points.motion import (
     track_at,
 )
 from pbrg_mj.perception.points.range_flow import free_ends, range_flow, store_scan
+from pbrg_mj.perception.points.scan_faces import scan_and_faces
 from pbrg_mj.perception.points.unseen_face import add_unseen_faces
 
 FACES = 4  # of a half-space that are looked at
@@ -55,8 +56,9 @@ def move_half_spaces(seen, motion, pose, parameters, half_spaces, closing):
     flows, count = range_flow((echoes, beams.ranges), (ends, resting), before, pose, parameters)
     of_faces = flows, 0
     if any_moves(tracks):
-        add_unseen_faces(seen, ends, tracks, pose, parameters, half_spaces)
-        of_faces = face_flow(seen, (ends, resting), before, pose, parameters)
+        scan, faces = scan_and_faces(seen, ends, pose, parameters)
+        add_unseen_faces(seen, faces, tracks, pose, parameters, half_spaces)
+        of_faces = face_flow(seen, (scan, faces), resting, before, pose, parameters)
     measured = (flows, count), of_faces
     for k in range(len(h)):
         closing[k] = 0.0

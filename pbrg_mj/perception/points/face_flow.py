@@ -10,8 +10,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.beams import beams_beside, next_beam
 from pbrg_mj.perception.points.older_line import may_share_face
@@ -20,15 +18,12 @@ from pbrg_mj.perception.points.range_flow import (
     LEFT,
     LONGEST,
     NEAR,
-    PAST_ECHO,
-    PAST_POSE,
     RIGHT,
     along_normal,
     append_end,
     append_flow,
     directions_of,
     empty_flow,
-    store_scan,
 )
 from pbrg_mj.perception.points.scan_faces import faces_of
 
@@ -37,22 +32,20 @@ STEEP = 0.15  # cosine between a face's normal and a beam, 81 deg, below which i
 
 
 @kernel
-def face_flow(seen, told, before, pose, parameters):
+def face_flow(seen, of_scan, resting, before, pose, parameters):
     """Return the `RangeFlow` of faces, and how many entries it has.
 
-    `seen` are `Echoes` and `SeenBeams`, the others as for `range_flow`. An echo that is on no face of three echoes in
-    both scans has the normal flow that it has there.
+    `seen` are `Echoes` and `SeenBeams`, `of_scan` what `scan_and_faces` returns, resting (beams,) bool and the others
+    as for `range_flow`. An echo that is on no face of three echoes in both scans has the normal flow that it has there.
     """
-    (echoes, beams), (ends, resting), (past, past_pose) = seen, told, before
-    flows, elapsed, count = empty_flow(2 * len(ends)), pose.time - past_pose["time"], 0
+    (echoes, beams), (scan, newer), (past, past_pose) = seen, of_scan, before
+    flows, elapsed, count = empty_flow(2 * len(scan)), pose.time - past_pose["time"], 0
     if not past_pose["known"] or not 0.0 < elapsed <= LONGEST:
         return flows, 0
-    scan, scan_pose = np.empty(len(ends), PAST_ECHO), np.empty(1, PAST_POSE)
-    store_scan(scan, scan_pose, seen, ends, pose)
-    now = scan, pose, faces_of(scan, (pose.x, pose.y), parameters)
+    now = scan, pose, newer
     older = past, past_pose, directions_of(past, parameters)
     faces = faces_of(past, (past_pose["x"], past_pose["y"]), parameters)
-    for i in range(len(ends)):
+    for i in range(len(scan)):
         if not echoes.external[i] or beams.ranges[i] > NEAR or resting[i]:
             continue
         echo = echoes.x[i], echoes.y[i], echoes.variance[i]

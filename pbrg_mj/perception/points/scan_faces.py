@@ -16,6 +16,7 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.beams import next_beam
 from pbrg_mj.perception.points.fitted_line import OFF_LINE
 from pbrg_mj.perception.points.older_line import may_share_face
+from pbrg_mj.perception.points.range_flow import PAST_ECHO, PAST_POSE, store_scan
 
 LEAST_ECHOES = 3  # of a face: the line of two is theirs alone
 EXACT = 1e-8  # [m^2] least variance of a place
@@ -28,6 +29,17 @@ class Faces(NamedTuple):
     nx: np.ndarray  # (beams,) its normal, towards the robot
     ny: np.ndarray  # (beams,)
     variance: np.ndarray  # (beams,) of the normal's angle [rad^2]
+
+
+@kernel
+def scan_and_faces(seen, ends, pose, parameters):
+    """Return the scan (beams,) of PAST_ECHO, as `store_scan` writes it, and its `Faces`.
+
+    `seen` are `Echoes` and `SeenBeams`, `ends` (beams,) those of `free_ends`.
+    """
+    scan, scan_pose = np.empty(len(ends), PAST_ECHO), np.empty(1, PAST_POSE)
+    store_scan(scan, scan_pose, seen, ends, pose)
+    return scan, faces_of(scan, (pose.x, pose.y), parameters)
 
 
 @kernel

@@ -19,8 +19,6 @@ import numpy as np
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.beams import next_beam
 from pbrg_mj.perception.points.motion import BESIDE
-from pbrg_mj.perception.points.range_flow import PAST_ECHO, PAST_POSE, store_scan
-from pbrg_mj.perception.points.scan_faces import faces_of
 
 TURNED = 0.002  # [rad^2] variance of a normal, 2.6 deg, beyond which its line is not known where it is not seen
 ROUNDING = 0.01  # [m] by which a place may be ahead of what keeps it off, for noise
@@ -40,18 +38,18 @@ class UnseenFaces(NamedTuple):
 
 
 @kernel
-def add_unseen_faces(seen, ends, tracks, pose, parameters, half_spaces):
+def add_unseen_faces(seen, faces, tracks, pose, parameters, half_spaces):
     """Add half-spaces of faces that move and go on unseen, in slots that are free.
 
-    `seen` are `Echoes` and `SeenBeams`, `ends` (beams,) their `free_ends`; `half_spaces` those of `separate`.
+    `seen` are `Echoes` and `SeenBeams`, `faces` their `Faces`; `half_spaces` those of `separate`.
     """
     if parameters.half_cone > 0.0:  # which do not tell where in their view a thing is
         return
     G, h, active, nearest, _ = half_spaces
-    faces, left = _unseen_faces(seen, ends, tracks, pose, parameters)
+    unseen, left = _unseen_faces(seen, faces, tracks, pose, parameters)
     while left > 0:
-        best = np.argmax(faces.ahead[:left])
-        nx, ny, x, y = faces.nx[best], faces.ny[best], faces.x[best], faces.y[best]
+        best = np.argmax(unseen.ahead[:left])
+        nx, ny, x, y = unseen.nx[best], unseen.ny[best], unseen.x[best], unseen.y[best]
         if not _is_kept_off(half_spaces, parameters.clearance, x, y):
             slot = 0
             while slot < len(h) and active[slot]:
@@ -61,36 +59,33 @@ def add_unseen_faces(seen, ends, tracks, pose, parameters, half_spaces):
             G[slot, 0], G[slot, 1], active[slot] = -nx, -ny, True
             h[slot] = -(nx * x + ny * y) - parameters.clearance
             nearest[slot, 0], nearest[slot, 1] = x, y
-        left = _without_those_behind(faces, left, (nx, ny, x, y))
+        left = _without_those_behind(unseen, left, (nx, ny, x, y))
 
 
 @kernel
-def _unseen_faces(seen, ends, tracks, pose, parameters):
+def _unseen_faces(seen, faces, tracks, pose, parameters):
     """Return the `UnseenFaces` of a scan, and how many there are."""
     (echoes, beams), count, most = seen, 0, MOST_FACES
     places = np.empty(most), np.empty(most), np.empty(most), np.empty(most)
-    faces = UnseenFaces(np.empty(most), np.empty(most), *places, np.empty(most))
-    scan, scan_pose = np.empty(len(ends), PAST_ECHO), np.empty(1, PAST_POSE)
-    store_scan(scan, scan_pose, seen, ends, pose)
-    of_scan = faces_of(scan, (pose.x, pose.y), parameters)
-    for i in range(len(ends)):
+    unseen = UnseenFaces(np.empty(most), np.empty(most), *places, np.empty(most))
+    for i in range(len(echoes.x)):
         for step in (1, -1):
             k = next_beam(i, -1, parameters) if step == 1 else i
-            if k < 0 or not of_scan.found[k] or of_scan.variance[k] > TURNED or count == most:
+            if k < 0 or not faces.found[k] or faces.variance[k] > TURNED or count == most:
                 continue
             if not _moves_beside(tracks, echoes.x[i], echoes.y[i]):
                 continue
-            nx, ny = of_scan.nx[k], of_scan.ny[k]
+            nx, ny = faces.nx[k], faces.ny[k]
             away = -(nx * (echoes.x[i] - pose.x) + ny * (echoes.y[i] - pose.y))
             reach = parameters.range_min + 3.0 * math.sqrt(echoes.variance[i])
             found, x, y = _nearest_unseen((i, step), ((nx, ny), away, reach), beams, pose, parameters)
             if found:
-                faces.nx[count], faces.ny[count], faces.x[count], faces.y[count] = nx, ny, x, y
-                faces.end_x[count], faces.end_y[count] = echoes.x[i], echoes.y[i]
+                unseen.nx[count], unseen.ny[count], unseen.x[count], unseen.y[count] = nx, ny, x, y
+                unseen.end_x[count], unseen.end_y[count] = echoes.x[i], echoes.y[i]
                 hand = parameters.hand_offset * (nx * math.cos(pose.heading) + ny * math.sin(pose.heading))
-                faces.ahead[count] = away + hand
+                unseen.ahead[count] = away + hand
                 count += 1
-    return faces, count
+    return unseen, count
 
 
 @kernel
@@ -101,12 +96,12 @@ def _is_kept_off(half_spaces, clearance, x, y):
 
 
 @kernel
-def _without_those_behind(faces, count, line):
+def _without_those_behind(unseen, count, line):
     """Take out the faces that end on or behind the line of one, (nx, ny, x, y); return how many are left."""
     (nx, ny, x, y), kept = line, 0
     for i in range(count):
-        if nx * (faces.end_x[i] - x) + ny * (faces.end_y[i] - y) > ROUNDING:
-            for member in faces:
+        if nx * (unseen.end_x[i] - x) + ny * (unseen.end_y[i] - y) > ROUNDING:
+            for member in unseen:
                 member[kept] = member[i]
             kept += 1
     return kept

@@ -47,10 +47,12 @@ def test_every_world_is_the_run_of_its_seed(name):
     assert not np.array_equal(histories.hand_world[0], histories.hand_world[1])
 
 
+CONTRADICT = "estimator.given=[{robot: 1, normal: [1, 0], offset: -1.5}, {robot: 2, normal: [-1, 0], offset: 1.4}]"
 CERTIFIED = {
     "beams": ("governor.kind=certified", NEAR_WALLS),
     "recommended": ("set_up=recommended", NEAR_WALLS, "drive.friction_compensation=true"),
     "no distances kept": ("governor.kind=certified", "control.separation=null", "sensors.camera.delay=0.05"),
+    "rows that contradict each other": ("governor.kind=certified", "estimator.source=given", CONTRADICT),
     "the paper's flow, points, distances kept": ("estimator.source=points", NEAR_WALLS, "control.separation=0.9"),
 }
 

@@ -10,7 +10,7 @@ import pytest
 import pbrg_mj as pbrg
 from pbrg_mj.governor.certificate.speed import disc_facets, wheel_facets
 from pbrg_mj.governor.certificate.team_model import TeamModel
-from pbrg_mj.governor.problem.interface import Problem
+from pbrg_mj.governor.problem.interface import FORBIDDEN, Problem, Status
 from pbrg_mj.governor.problem.rows import Rows
 from pbrg_mj.governor.velocity_filter.separation import SeparationFilter, separation
 from pbrg_mj.loop.simulation import Simulation
@@ -18,6 +18,7 @@ from pbrg_mj.loop.tick_data import ControlTick
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.team.graph import network_of_edges
 from pbrg_mj.world.scene.robot import load_robot_model
+from tests.filtering import driven_by
 
 NOTHING = np.zeros((0, 2))
 
@@ -41,7 +42,7 @@ def random_problem(rng: np.random.Generator, n: int, slots: int, q: np.ndarray) 
 
 
 def rows_of(
-    keeper: SeparationFilter, problem: Problem, q: np.ndarray, u: np.ndarray, j: int
+    keeper: SeparationFilter, problem: Problem, q: np.ndarray, u: np.ndarray, j: int, status: Status = "ok"
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the half-planes of robot j as the module's docstring has them."""
     spaces, s = problem.half_spaces, problem.p[j] + keeper.formation[j]
@@ -55,13 +56,15 @@ def rows_of(
     for i, k in np.argwhere(spaces.binds[:, :, j]):
         G, h = spaces.G[i, k], spaces.h[i, k] - keeper.margin
         ahead = s + keeper.tick * u[j]
-        room = G @ (ahead - q[j]) / keeper.tick if G @ ahead <= h else 0.0
+        stays = G @ ahead <= h and status not in ("inadmissible", "infeasible")
+        room = G @ (ahead - q[j]) / keeper.tick if stays else 0.0
         normals.append(G)
         offsets.append(max(0.0, keeper.gain * (h - G @ q[j]), room))
     return np.reshape(normals, (-1, 2)), np.array(offsets)
 
 
-def test_the_filter_is_the_quadratic_program_of_an_independent_solver() -> None:
+@pytest.mark.parametrize("status", ["ok", "holding", "inadmissible", "infeasible"])
+def test_the_filter_is_the_quadratic_program_of_an_independent_solver(status: Status) -> None:
     import cvxpy
 
     rng, n, changed = np.random.default_rng(301), 6, 0
@@ -69,16 +72,25 @@ def test_the_filter_is_the_quadratic_program_of_an_independent_solver() -> None:
         q, u = 0.4 * rng.normal(size=(n, 2)), rng.normal(size=(n, 2))
         problem, keeper = random_problem(rng, n, 3, q), filter_of(rng, n)
         problem = replace(problem, p=q - keeper.formation - 0.3 * rng.normal(size=(n, 2)))
-        driven = keeper.filtered(problem, q, np.zeros((n, 2)), u)
+        driven = driven_by(keeper, problem, q, u, status)
         for j in range(n):
             wanted = u[j] - keeper.gain * (q[j] - keeper.formation[j] - problem.p[j])
-            normals, offsets = rows_of(keeper, problem, q, u, j)
+            normals, offsets = rows_of(keeper, problem, q, u, j, status)
             w = cvxpy.Variable(2)
             cvxpy.Problem(cvxpy.Minimize(cvxpy.sum_squares(w - wanted)), [normals @ w <= offsets]).solve("CLARABEL")
             assert w.value is not None
             np.testing.assert_allclose(driven[j], w.value, atol=1e-5)
             changed += not np.allclose(driven[j], wanted)
     assert changed > 40
+
+
+def test_where_rows_forbid_m_nobody_follows_it_at_speed_to_what_stands() -> None:
+    """What follows m goes 0.1 m on in a tick and stays behind the half-space; the robot goes there only if m may."""
+    keeper, q, u = filter_of(np.random.default_rng(313), 1), np.zeros((1, 2)), np.array([[10.0, 0.0]])
+    problem = coming_at(keeper, q, np.array([1.0, 0.0]), 0.2 + keeper.margin, 0.0)
+    assert driven_by(keeper, problem, q, u)[0, 0] == pytest.approx(10.0)
+    for status in FORBIDDEN:
+        assert driven_by(keeper, problem, q, u, status)[0, 0] == pytest.approx(keeper.gain * 0.2)
 
 
 @pytest.mark.parametrize("facets", [wheel_facets(load_robot_model()), disc_facets(0.4, 8)], ids=["wheels", "disc"])
@@ -89,7 +101,7 @@ def test_nobody_is_asked_for_more_than_wheels_can_do_and_rows_hold_all_the_same(
         keeper = filter_of(rng, n, facets)
         problem = random_problem(rng, n, 3, q)
         assert problem.heading is not None
-        driven = keeper.filtered(problem, q, np.zeros((n, 2)), u)
+        driven = driven_by(keeper, problem, q, u)
         for j in range(n):
             normals, offsets = rows_of(keeper, problem, q, u, j)
             assert (normals @ driven[j] <= offsets + 1e-9).all()
@@ -106,7 +118,7 @@ def test_a_robot_needs_its_own_data_and_where_robots_beside_it_are() -> None:
     for _ in range(30):
         q, u = 0.6 * rng.normal(size=(n, 2)), rng.normal(size=(n, 2))
         problem = random_problem(rng, n, 3, q)
-        ours = keeper.filtered(problem, q, np.zeros((n, 2)), u)[j]
+        ours = driven_by(keeper, problem, q, u)[j]
         others = np.arange(n) != j
         far = others & (np.linalg.norm(q - q[j], axis=1) > reach)
         spaces, heading = problem.half_spaces, problem.heading
@@ -120,7 +132,7 @@ def test_a_robot_needs_its_own_data_and_where_robots_beside_it_are() -> None:
             half_spaces=replace(spaces, h=np.where(hidden, -9.0, spaces.h)),
         )
         moved = np.where(far[:, None], q[j] + 9.0 * (q - q[j]), q)
-        theirs = keeper.filtered(scrambled, moved, np.zeros((n, 2)), np.where(others[:, None], -u, u))[j]
+        theirs = driven_by(keeper, scrambled, moved, np.where(others[:, None], -u, u))[j]
         np.testing.assert_array_equal(ours, theirs)
 
 
@@ -197,9 +209,9 @@ def test_a_robot_that_turns_while_it_lags_goes_no_faster_than_its_rows_allow_the
         q, u = 0.3 * rng.normal(size=(n, 2)), rng.normal(size=(n, 2))
         problem, keeper = random_problem(rng, n, slots, q), filter_of(rng, n)
         problem = replace(problem, p=q - keeper.formation - displaced * rng.normal(size=(n, 2)))
-        before = keeper.filtered(problem, q, np.zeros((n, 2)), u)
+        before = driven_by(keeper, problem, q, u)
         turning, slow = rng.uniform(0.2, 3.0), rng.uniform(0.01, 0.1)
-        after = replace(keeper, turning=turning, min_speed=slow).filtered(problem, q, np.zeros((n, 2)), u)
+        after = driven_by(replace(keeper, turning=turning, min_speed=slow), problem, q, u)
         assert problem.heading is not None
         for j in range(n):
             normals, offsets = rows_of(keeper, problem, q, u, j)
@@ -324,7 +336,7 @@ def test_nobody_is_caught_by_a_half_space_that_comes_as_fast_as_is_known(turn: f
     q, h = np.array([[0.0, 0.0], [5.0, 5.0]]), 0.5
     for _ in range(600):
         behind = h - keeper.margin - G @ q[0]
-        driven = keeper.filtered(coming_at(keeper, q, G, h, speed), q, np.zeros((2, 2)), rng.normal(size=(2, 2)) + G)
+        driven = driven_by(keeper, coming_at(keeper, q, G, h, speed), q, rng.normal(size=(2, 2)) + G)
         q, h = q + keeper.tick * driven, h - keeper.tick * speed
         assert h - keeper.margin - G @ q[0] >= behind * (1 - keeper.gain * keeper.tick) - 1e-9
     assert G @ q[0] < -1.0
@@ -348,14 +360,14 @@ def test_who_is_pushed_back_does_not_go_slower_because_it_turns_beside_what_stan
         )
         problem = replace(problem, half_spaces=beside, heading=np.array([-0.5 * np.pi]))
         u = np.array([[-0.3, 0.0]])
-        straight, turned = (one.filtered(problem, q, np.zeros((1, 2)), u) for one in (keeper, turning))
+        straight, turned = (driven_by(one, problem, q, u) for one in (keeper, turning))
         np.testing.assert_allclose(straight, u, atol=1e-9)
         assert (turned[0, 0] > -0.2) == slowed
 
 
 def test_who_is_pushed_back_does_besides_only_what_its_turn_leaves() -> None:
     """Of what is asked for the largest share with which the turn leads towards nothing, but by the speed to spare."""
-    rng, still, counted = np.random.default_rng(312), np.zeros((1, 2)), {"all": 0, "some": 0}
+    rng, counted = np.random.default_rng(312), {"all": 0, "some": 0}
     for _ in range(300):
         keeper, q, slow = filter_of(rng, 1), np.zeros((1, 2)), rng.uniform(0.02, 0.1)
         turning, angle, closing = rng.uniform(0.5, 5.0), rng.uniform(0, 2 * np.pi), rng.uniform(0.1, 0.3)
@@ -366,9 +378,9 @@ def test_who_is_pushed_back_does_besides_only_what_its_turn_leaves() -> None:
         assert spaces is not None and heading is not None
         normals, offsets = G[None], np.array([keeper.gain * (spaces.h[0, 0] - keeper.margin) - closing])
         wanted = rng.normal(size=(1, 2))
-        driven = replace(keeper, turning=turning, min_speed=slow).filtered(problem, q, still, wanted)[0]
+        driven = driven_by(replace(keeper, turning=turning, min_speed=slow), problem, q, wanted)[0]
         assert normals @ driven <= offsets + 1e-9
-        whole = keeper.filtered(problem, q, still, wanted)[0]
+        whole = driven_by(keeper, problem, q, wanted)[0]
         across = np.cos(heading[0]) * driven[1] - np.sin(heading[0]) * driven[0]
         excess = approach(driven, turning * across, normals, np.maximum(offsets, 0.0))
         assert excess <= slow + 1e-9
@@ -386,9 +398,9 @@ def test_a_retreat_takes_what_another_robot_leaves_of_it() -> None:
     keeper, G = filter_of(rng, 2), np.array([1.0, 0.0])
     for behind, left in ((0.3, 0.0), (0.35, 0.1)):
         q = np.array([[0.0, 0.0], [-behind, 0.0]])
-        driven = keeper.filtered(coming_at(keeper, q, G, keeper.margin, 0.2), q, np.zeros((2, 2)), np.zeros((2, 2)))
+        driven = driven_by(keeper, coming_at(keeper, q, G, keeper.margin, 0.2), q, np.zeros((2, 2)))
         assert driven[0, 0] == pytest.approx(-left, abs=1e-4)
-        aside = keeper.filtered(coming_at(keeper, q, G, keeper.margin, 0.2), q, np.zeros((2, 2)), np.eye(2)[::-1])
+        aside = driven_by(keeper, coming_at(keeper, q, G, keeper.margin, 0.2), q, np.eye(2)[::-1])
         assert aside[0, 0] == pytest.approx(-left, abs=1e-4)
         assert aside[0, 1] > 0.5
 
@@ -399,7 +411,7 @@ def test_who_is_pushed_back_has_the_right_of_way() -> None:
     keeper, ahead = filter_of(rng, 2), np.array([1.0, 0.0])
     q, u = np.array([[0.0, 0.0], [-0.4, 0.0]]), np.array([[-0.5, 0.0], [0.5, 0.0]])
     for closing, rate in ((0.3, 1.0), (0.0, 0.5)):
-        driven = keeper.filtered(coming_at(keeper, q, ahead, keeper.margin, closing), q, np.zeros((2, 2)), u)
+        driven = driven_by(keeper, coming_at(keeper, q, ahead, keeper.margin, closing), q, u)
         np.testing.assert_allclose(driven[:, 0], [-rate * keeper.gain * 0.1, 0.5 * keeper.gain * 0.1], atol=1e-9)
 
 
@@ -423,7 +435,7 @@ def test_a_team_mate_makes_room_for_who_is_pushed_back_towards_it(closing: float
     least = np.inf
     for _ in range(3000):
         problem = coming_at(keeper, q, G, h, closing)
-        driven = keeper.filtered(all_see(problem) if sees else problem, q, np.zeros((2, 2)), np.zeros((2, 2)))
+        driven = driven_by(keeper, all_see(problem) if sees else problem, q, np.zeros((2, 2)))
         q, h = q + keeper.tick * driven, h - keeper.tick * closing
         least = min(least, h - keeper.margin - G @ q[0])
         assert closest(q) >= keeper.distance - 1e-12
@@ -438,7 +450,7 @@ def test_a_robot_makes_room_for_nobody_on_the_other_side_of_what_comes_or_farthe
         q = np.array([[0.0, 0.0], [x, 0.0]])
         h = keeper.margin + (0.4 if x < 0.5 else 0.3)  # robot 0 is pushed back from 0.2 m on
         problem = all_see(coming_at(keeper, q, G, h, 0.4))
-        driven = keeper.filtered(problem, q, np.zeros((2, 2)), np.zeros((2, 2)))
+        driven = driven_by(keeper, problem, q, np.zeros((2, 2)))
         assert (driven[0, 0] < 0.0) == moves
 
 
@@ -459,7 +471,7 @@ def test_two_that_are_pushed_at_each_other_keep_their_distance() -> None:
                 spaces, G=G, h=h, active=np.ones((2, 1), dtype=bool), binds=np.eye(2, dtype=bool)[:, None]
             ),
         )
-        q = q + keeper.tick * keeper.filtered(problem, q, np.zeros((2, 2)), np.zeros((2, 2)))
+        q = q + keeper.tick * driven_by(keeper, problem, q, np.zeros((2, 2)))
         assert closest(q) >= keeper.distance - 1e-12
     assert closest(q) < keeper.distance + 1e-3
 
@@ -471,3 +483,15 @@ def test_in_physics_a_robot_that_a_box_pushes_at_its_team_mates_gets_out_of_its_
     for _ in simulation.control_ticks():
         truth = simulation.loop.world.truth()
         assert not truth.moving_contact.any() and not truth.robot_contact.any()
+
+
+@pytest.mark.slow
+def test_in_physics_a_team_of_which_a_box_leaves_no_admissible_reference_keeps_off_what_stands() -> None:
+    """A robot followed such a reference at 0.5 m/s to a box at rest, 6 cm ahead."""
+    scenario = pbrg.load("families/combined", {"set_up": "recommended"}, duration=7.0, seed=300015).settings
+    simulation, statuses = Simulation.build(scenario), set()
+    for tick in simulation.control_ticks():
+        statuses.add(tick.solution.status)
+        truth = simulation.loop.world.truth()
+        assert not truth.wall_contact.any() and truth.wall_margin.min() > 0.0
+    assert "infeasible" in statuses

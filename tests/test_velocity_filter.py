@@ -13,6 +13,7 @@ from pbrg_mj.governor.velocity_filter.potential_field import PotentialField
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.team.graph import network_of_edges
+from tests.filtering import driven_by
 
 
 def problem_of(spaces: HalfSpaces) -> Problem:
@@ -43,7 +44,7 @@ def test_the_barrier_filter_is_the_quadratic_program_of_an_independent_solver() 
     for _ in range(12):
         q, velocity = rng.normal(size=(n, 2)), 2 * rng.normal(size=(n, 2))
         spaces = random_spaces(rng, n, 4, q, nearest=margin)
-        driven = BarrierFilter(gain, margin).filtered(problem_of(spaces), q, np.zeros((n, 2)), velocity)
+        driven = driven_by(BarrierFilter(gain, margin), problem_of(spaces), q, velocity)
         for j in range(n):
             rows, u = own_rows(spaces, j), cvxpy.Variable(2)
             G, h = spaces.G[j, rows], spaces.h[j, rows]
@@ -58,7 +59,7 @@ def test_a_robot_beyond_half_spaces_that_contradict_each_other_violates_the_wors
     spaces = HalfSpaces.empty(2, 2)
     spaces.G[0], spaces.h[0], spaces.active[0], spaces.binds[0] = [[1.0, 0.0], [-1.0, 0.0]], -0.1, True, True
     velocity = np.array([[0.7, 0.3], [0.4, 0.0]])
-    driven = BarrierFilter(1.0, 0.0).filtered(problem_of(spaces), np.zeros((2, 2)), np.zeros((2, 2)), velocity)
+    driven = driven_by(BarrierFilter(1.0, 0.0), problem_of(spaces), np.zeros((2, 2)), velocity)
     np.testing.assert_allclose(driven, [[0.0, 0.3], [0.4, 0.0]], atol=1e-9)  # and no other robot's half-space counts
 
 
@@ -90,7 +91,7 @@ def test_the_repulsion_is_the_gradient_of_khatibs_potential() -> None:
     q, velocity = rng.normal(size=(n, 2)), rng.normal(size=(n, 2))
     spaces = random_spaces(rng, n, 3, q, nearest=0.15)
     field = PotentialField(eta, reach, 0.01)
-    driven = field.filtered(problem_of(spaces), q, np.zeros((n, 2)), velocity)
+    driven = driven_by(field, problem_of(spaces), q, velocity)
 
     def potential(j: int, at: np.ndarray) -> float:
         rows = own_rows(spaces, j)
@@ -109,7 +110,7 @@ def test_a_field_is_nowhere_steeper_than_a_tick_can_follow() -> None:
     spaces.G[0, 0], spaces.active[0], spaces.binds[0] = [1.0, 0.0], True, True
     field, x = PotentialField(eta, 0.5, tick), np.linspace(-0.6, 0.3, 2000)
     nothing = np.zeros((1, 2))
-    u = [field.filtered(problem_of(spaces), np.array([[at, 0.0]]), nothing, nothing)[0, 0] for at in x]
+    u = [driven_by(field, problem_of(spaces), np.array([[at, 0.0]]), nothing)[0, 0] for at in x]
     slope = np.diff(u) / np.diff(x)
     assert 0.8 / tick < -slope.min() <= 1 / tick
     assert (slope <= 1e-9).all()

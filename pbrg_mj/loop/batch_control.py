@@ -161,7 +161,7 @@ def _step_distributed(states, half_spaces, estimates, rows, operator, governor, 
         diverged[w] = not check_limits(after[0], after[2], beyond, gains[2])[0]
         if not diverged[w]:
             m[w] = after[0][:, :2]
-        control_world(w, states, (q, p), half_spaces, team)
+        control_world(w, states, (q, p), half_spaces, False, team)
 
 
 @kernel
@@ -178,6 +178,6 @@ def _step_certified(states, half_spaces, held, r, decision, team):
     for w in range(len(pose)):
         write_places(pose[w], displacement[w], team, q, p)
         spaces, state = (G[w], h[w], active[w], binds[w]), (p, xi[w], pose[w][:, 2], held[w], r)
-        write_predicted_next(spaces, state, certificate, limits, m[w])
+        status, _ = write_predicted_next(spaces, state, certificate, limits, m[w])
         held[w, 0], held[w, 1] = m[w, 0, 0], m[w, 0, 1]
-        control_world(w, states, (q, p), half_spaces, team)
+        control_world(w, states, (q, p), half_spaces, status > 0, team)

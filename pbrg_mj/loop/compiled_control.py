@@ -71,12 +71,15 @@ class CompiledControl:
             separation = apart.facets, apart.numbers, True
         return self.network.arrays, self.formation, self.control, self.sizes, self.motor, separation
 
-    def step(self, half_spaces: HalfSpaces, state: tuple[np.ndarray, ...]) -> ControlOutput:
-        """Return a tick's control; `state` are pose (n, 3) and q, p, xi, m, displacement, each (n, 2) [m], [rad]."""
+    def step(self, half_spaces: HalfSpaces, state: tuple[np.ndarray, ...], forbidden: bool) -> ControlOutput:
+        """Return a tick's control; `state` are pose (n, 3) and q, p, xi, m, displacement, each (n, 2) [m], [rad].
+
+        `forbidden` tells whether rows forbid m.
+        """
         spaces, shape = half_spaces, self.formation.shape
         written = np.empty(shape), np.empty(shape), np.empty(shape), np.empty(shape)
         arrays = spaces.G, spaces.h, spaces.active, spaces.binds, spaces.closing_speeds
-        write_control(arrays, state, self.packed, written)
+        write_control(arrays, (*state, forbidden), self.packed, written)
         return ControlOutput(*written)
 
 
@@ -85,15 +88,15 @@ def write_control(half_spaces, state, team, written):
     """Write velocity, command, next_xi, next_displacement (n, 2), the members of `ControlOutput`.
 
     The last two may be the arrays of the state. `half_spaces` are G, h, active, binds, closing of HalfSpaces; `state`
-    those of `CompiledControl.step`; `team` is `CompiledControl.packed`.
+    those of `CompiledControl.step` and `forbidden`, whether rows forbid m; `team` is `CompiledControl.packed`.
     """
-    pose, q, p, xi, m, displacement = state
+    pose, q, p, xi, m, displacement, forbidden = state
     velocity, command, next_xi, next_displacement = written
     graph, formation, (alpha_r, leak, tick), sizes, motor, (facets, numbers, apart) = team
     u, rate = np.empty(p.shape), np.empty(p.shape)
     write_pre_stabilised(graph, (p, xi, m), alpha_r, leak, u, rate)
     if apart:
-        write_driven(half_spaces, (q, p, formation, u), (pose[:, 2], facets), numbers, velocity)
+        write_driven(half_spaces, (q, p, formation, u, forbidden), (pose[:, 2], facets), numbers, velocity)
     for j in range(len(p)):
         for axis in range(2):
             if apart:

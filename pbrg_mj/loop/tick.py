@@ -11,7 +11,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from pbrg_mj.governor.problem.interface import Certificate, Problem, StateCertificate
+from pbrg_mj.governor.problem.interface import FORBIDDEN, Certificate, Problem, Solution, StateCertificate
 from pbrg_mj.governor.problem.lazy_rows import LazyRows
 from pbrg_mj.governor.problem.motion import prediction_state
 from pbrg_mj.governor.problem.rows import Rows
@@ -77,7 +77,7 @@ def govern_and_command(
     solution, memory = loop.governor.step(problem, memory)
     governed = clock()
 
-    velocity, command, moved = _controlled(loop, state, sensed, (problem, solution.m), external.velocity)
+    velocity, command, moved = _controlled(loop, state, sensed, (problem, solution), external.velocity)
     tick = ControlTick(
         index=sensed.index,
         time=sensed.time,
@@ -117,22 +117,22 @@ def _controlled(
     loop: ClosedLoop,
     state: LoopState,
     sensed: SensedTick,
-    governed: tuple[Problem, np.ndarray],
+    governed: tuple[Problem, Solution],
     asked: np.ndarray | None,
 ) -> tuple[np.ndarray, np.ndarray, Moved]:
     """Return the velocities to drive (n, 2), the plant's commands (n, 2) for them, and the states of the next tick.
 
-    `governed` are the problem and the governed references, `asked` are velocities in place of those of eq. 2.
+    `governed` are the problem and the governor's answer, `asked` are velocities in place of those of eq. 2.
     """
     if loop.compiled_control is not None and asked is None:
         return _controlled_at_once(loop.compiled_control, state, sensed, governed)
-    problem, m = governed
-    velocity, xi_rate, exchange = _pre_stabilise(loop, state, problem, m)
+    problem, solution = governed
+    velocity, xi_rate, exchange = _pre_stabilise(loop, state, problem, solution.m)
     if asked is not None:
         velocity = asked
     driven, displacement = velocity, state.displacement
     for one in loop.velocity_filters:
-        driven = one.filtered(problem, sensed.pose.hand_world, m, driven)
+        driven = one.filtered(problem, solution, sensed.pose.hand_world, driven)
     if displacement is not None:
         displacement = displacement + loop.tick * (driven - velocity)
     # p is q - b less the displacement, so it moves by the velocity before filters.
@@ -142,13 +142,13 @@ def _controlled(
 
 
 def _controlled_at_once(
-    control: CompiledControl, state: LoopState, sensed: SensedTick, governed: tuple[Problem, np.ndarray]
+    control: CompiledControl, state: LoopState, sensed: SensedTick, governed: tuple[Problem, Solution]
 ) -> tuple[np.ndarray, np.ndarray, Moved]:
     """Return the same in one call: between two steps of physics, every call of NumPy costs microseconds."""
-    pose, (problem, m), displacement = sensed.pose, governed, state.displacement
+    pose, (problem, solution), displacement = sensed.pose, governed, state.displacement
     kept = problem.xi if displacement is None else displacement  # without separation it is not read
-    given = pose.body_pose, pose.hand_world, problem.p, problem.xi, m, kept
-    velocity, command, xi, moved = control.step(sensed.half_spaces, given)
+    given = pose.body_pose, pose.hand_world, problem.p, problem.xi, solution.m, kept
+    velocity, command, xi, moved = control.step(sensed.half_spaces, given, solution.status in FORBIDDEN)
     return velocity, command, (xi, None if displacement is None else moved, None, None)
 
 

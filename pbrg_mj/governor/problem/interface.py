@@ -30,6 +30,8 @@ infeasible    a solver that knows everything proved that nothing is admissible
 diverged      estimates have left all bounds; the last references within them are held
 failed        a solver gave up
 """
+FORBIDDEN: tuple[Status, ...] = ("inadmissible", "infeasible")
+"""Statuses of an m that rows forbid: what was predicted of the team under the m before holds no longer."""
 
 
 @lazy_rows("rows")

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pbrg_mj.governor.certificate.projection import least_violating, nearest_allowed
-from pbrg_mj.governor.problem.interface import Problem
+from pbrg_mj.governor.problem.interface import Problem, Solution
 from pbrg_mj.governor.velocity_filter.interface import known_half_spaces
 from pbrg_mj.kernel import kernel
 
@@ -30,7 +30,9 @@ class BarrierFilter:
     gain: float  # gamma [1/s]
     margin: float  # [m]
 
-    def filtered(self, problem: Problem, hand_world: np.ndarray, m: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+    def filtered(
+        self, problem: Problem, solution: Solution, hand_world: np.ndarray, velocity: np.ndarray
+    ) -> np.ndarray:
         """Return the nearest velocities (n, 2) [m/s] to `velocity` that every robot's own half-spaces allow.
 
         Raises ValueError for a problem without half-spaces.

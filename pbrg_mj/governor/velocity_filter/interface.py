@@ -6,7 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from pbrg_mj.governor.problem.interface import Problem
+from pbrg_mj.governor.problem.interface import Problem, Solution
 
 
 class VelocityFilter(Protocol):
@@ -18,11 +18,13 @@ class VelocityFilter(Protocol):
     `control.separation`, so is p: what filters change then displaces a robot from p + b.
     """
 
-    def filtered(self, problem: Problem, hand_world: np.ndarray, m: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+    def filtered(
+        self, problem: Problem, solution: Solution, hand_world: np.ndarray, velocity: np.ndarray
+    ) -> np.ndarray:
         """Return the velocities (n, 2) to drive [m/s].
 
-        `velocity` (n, 2) [m/s] is that of eq. 2 under the governed references m (n, 2) [m]; `hand_world` (n, 2) [m] is
-        q as estimated.
+        `velocity` (n, 2) [m/s] is that of eq. 2 under the governed references of `solution`; `hand_world` (n, 2) [m]
+        is q as estimated.
         """
         ...
 

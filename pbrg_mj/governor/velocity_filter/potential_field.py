@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pbrg_mj.governor.problem.interface import Problem
+from pbrg_mj.governor.problem.interface import Problem, Solution
 from pbrg_mj.governor.velocity_filter.interface import known_half_spaces
 from pbrg_mj.kernel import kernel
 
@@ -28,7 +28,9 @@ class PotentialField:
     reach: float  # d_0 [m]
     tick: float  # [s]
 
-    def filtered(self, problem: Problem, hand_world: np.ndarray, m: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+    def filtered(
+        self, problem: Problem, solution: Solution, hand_world: np.ndarray, velocity: np.ndarray
+    ) -> np.ndarray:
         """Return `velocity` (n, 2) [m/s] with the repulsion from every robot's own half-spaces.
 
         Raises ValueError for a problem without half-spaces.

@@ -10,7 +10,8 @@ velocity to u_j - gamma (q_j - s_j), scaled to what the wheels can do, with
     n_ij.w_j <= gamma / 2 (||q_i - q_j|| - d)_+    for every other robot i, n_ij from j to i,
     G.w_j <= max(0, gamma (h - G.q_j), catch_up)   for every half-space that binds j,
 
-catch_up = G.(s_j + tick u_j - q_j) / tick if s_j + tick u_j is behind the half-space, else 0. w_j = 0 meets all rows.
+catch_up = G.(s_j + tick u_j - q_j) / tick if s_j + tick u_j is behind the half-space and stays there, by the rows that
+m meets, else 0: where rows forbid m nobody knows where the s_j go. w_j = 0 meets all rows.
 A half-space whose h falls at the rate c, the closing speed of what it keeps off, asks instead for
 
     G.w_j <= gamma (h - G.q_j) - c,
@@ -41,7 +42,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pbrg_mj.governor.certificate.speed import turning_offset
-from pbrg_mj.governor.problem.interface import Problem
+from pbrg_mj.governor.problem.interface import FORBIDDEN, Problem, Solution
 from pbrg_mj.governor.velocity_filter.interface import known_half_spaces
 from pbrg_mj.governor.velocity_filter.nearest_velocity import (
     scale_for_wheels,
@@ -101,7 +102,9 @@ class SeparationFilter:
         formation = np.array(scenario.team.formation, dtype=float)
         return cls(formation, distance, margin, 1.0 / (4.0 * lag), facets, scenario.timing.tick, turning, min_speed)
 
-    def filtered(self, problem: Problem, hand_world: np.ndarray, m: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+    def filtered(
+        self, problem: Problem, solution: Solution, hand_world: np.ndarray, velocity: np.ndarray
+    ) -> np.ndarray:
         """Return w (n, 2) [m/s] for u, `velocity`. Raises ValueError for a problem without half-spaces or headings."""
         spaces = problem.half_spaces
         if spaces is None or problem.heading is None:
@@ -109,7 +112,7 @@ class SeparationFilter:
         driven = np.empty(velocity.shape)
         write_driven(
             (*known_half_spaces(problem), spaces.closing_speeds),
-            (hand_world, problem.p, self.formation, velocity),
+            (hand_world, problem.p, self.formation, velocity, solution.status in FORBIDDEN),
             (problem.heading, self.facets),
             self.numbers,
             driven,
@@ -137,10 +140,10 @@ def write_driven(half_spaces, state, wheels, numbers, driven):
     """Write the velocities to drive, driven (n, 2) [m/s].
 
     `half_spaces` (five arrays, n first) are G, h, active, binds, closing; `state` q, p, formation and u, each (n, 2)
-    [m], [m/s]; `wheels` heading (n,) [rad] and facets (F, 2) [s/m]; `numbers` those of SeparationFilter: distance,
-    margin [m], gain [1/s], tick [s], turning [rad s/m], min_speed [m/s].
+    [m], [m/s], and `forbidden`, whether rows forbid m; `wheels` heading (n,) [rad] and facets (F, 2) [s/m]; `numbers`
+    those of SeparationFilter: distance, margin [m], gain [1/s], tick [s], turning [rad s/m], min_speed [m/s].
     """
-    q, p, formation, u = state
+    q, p, formation, u, forbidden = state
     heading, facets = wheels
     distance, margin, gain, tick, turning, min_speed = numbers
     n, (owners, slots) = len(q), half_spaces[1].shape
@@ -148,7 +151,7 @@ def write_driven(half_spaces, state, wheels, numbers, driven):
     for j in range(n):
         for axis in range(2):
             displacement[j, axis] = q[j, axis] - formation[j, axis] - p[j, axis]
-    moved = q, displacement, u
+    moved = q, displacement, u, forbidden
     most = 2 * n + owners * slots
     normals, offsets, retreats = np.empty((most, 2)), np.empty(most), np.zeros(most)
     for j in range(n):

@@ -105,12 +105,12 @@ def write_robots_in_the_way(q, j, numbers, normals, offsets):
 def write_half_spaces_in_the_way(half_spaces, state, j, numbers, written, rows):
     """Append the rows of half-spaces that bind robot j likewise, and how fast those that come nearer push it back.
 
-    `state` is q, displacement and u, each (n, 2); `written` are normals (R, 2), offsets (R,) [m/s] and retreats (R,)
-    [m/s], of which `rows` are there.
+    `state` is q, displacement and u, each (n, 2), and `forbidden`, whether rows forbid m; `written` are normals (R, 2),
+    offsets (R,) [m/s] and retreats (R,) [m/s], of which `rows` are there.
     """
     G, h, active, binds, closing = half_spaces
     normals, offsets, retreats = written
-    q, displacement, u = state
+    q, displacement, u, forbidden = state
     margin, gain, tick, speed = numbers
     for i in range(h.shape[0]):
         for k in range(h.shape[1]):
@@ -119,7 +119,7 @@ def write_half_spaces_in_the_way(half_spaces, state, j, numbers, written, rows):
             Gx, Gy = G[i, k, 0], G[i, k, 1]
             behind = h[i, k] - margin - (Gx * q[j, 0] + Gy * q[j, 1])
             ahead = Gx * (tick * u[j, 0] - displacement[j, 0]) + Gy * (tick * u[j, 1] - displacement[j, 1])
-            bound = max(0.0, gain * behind, ahead / tick if ahead <= behind else 0.0)
+            bound = max(0.0, gain * behind, ahead / tick if ahead <= behind and not forbidden else 0.0)
             retreat = 0.0
             if closing[i, k] > 0.0:
                 required = gain * behind - closing[i, k]

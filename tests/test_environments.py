@@ -168,7 +168,7 @@ def test_a_family_draws_another_world_for_every_seed() -> None:
     worlds = [env.reset(seed=seed)[0] for seed in (1, 2, 1)]
     assert not np.array_equal(worlds[0], worlds[1])
     np.testing.assert_array_equal(worlds[0], worlds[2])
-    with pytest.raises(pbrg.InputError, match=r"draw\.team\.robots=4"):
+    with pytest.raises(pbrg.InputError, match=r"draw\.team\.robots=5"):
         varied = TeamEnv(pbrg.load("families/boxes", {"governor.kind": "none"}, duration=0.2), actions="velocities")
         for seed in range(1, 20):
             varied.reset(seed=seed)
@@ -328,8 +328,11 @@ def test_what_no_batch_steps_is_a_vector_environment_too(kind: str) -> None:
 
 def test_worlds_of_other_teams_or_durations_are_refused() -> None:
     boxes = pbrg.load("families/boxes", {"governor.kind": "none"}, duration=0.2)
-    with pytest.raises(pbrg.InputError, match="draws a team of other agents"):
+    with pytest.raises(pbrg.InputError, match=r"seed \d+ draws \d acting robots in place of 5; .* draw.team.robots=5"):
         TeamVectorEnv(boxes, 12, actions="velocities").reset(seed=1)
+    other_beams = r"draws \d+ beams of a robot in place of 72; .* sensors.beams.preset=generic"
+    with pytest.raises(pbrg.InputError, match=other_beams):
+        TeamVectorEnv(boxes.override({"draw.team.robots": 4}), 24, observations="scans").reset(seed=1)
     durations = {"draw.keys": {"timing.duration": {"choice": [0.2, 0.4]}}}
     with pytest.raises(pbrg.InputError, match="worlds of several durations or ticks"):
         TeamVectorEnv(pbrg.load("families/boxes", durations), 4).reset(seed=1)

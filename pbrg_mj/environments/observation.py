@@ -47,6 +47,13 @@ class Layout:
         rows = tuple(carry.index(robot) if robot in carry else None for robot in range(network.robots))
         return cls(parts, size, lists, rows)
 
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many neighbours, and half-spaces or beams, of a robot there is room for."""
+        entries = {"neighbours": ("neighbours", 4), "half_spaces": ("half-spaces", 4), "scan": ("beams", 1)}
+        rooms = {part: one.stop - one.start for part, one in self.parts.items() if part in entries}
+        return {entries[part][0]: room // entries[part][1] for part, room in rooms.items()}
+
     def observations(self, scenario: Scenario, network: Network, sight: SensedTick, xi: np.ndarray) -> np.ndarray:
         """Return what every robot knows at a tick, (n, size) float32; xi (n, 2) [m]."""
         n, p = network.robots, sight.p

@@ -45,10 +45,11 @@ class Worlds:
     def episode(self, seed: int) -> Episode:
         """Return the episode of a seed. Raises InputError for a world whose agents or spaces would be others."""
         made = self._episode(self.settings(seed))
-        if (made.acting, made.layout.size) != (self.acting, self.layout.size):
+        other = _difference(made, self.first)
+        if other is not None:
+            what, key = other
             raise InputError(
-                f"seed {seed} draws a team of other agents or observations; allowed in an environment: as many robots, "
-                "half-spaces and beams in every world, such as by draw.team.robots=4"
+                f"seed {seed} draws {what}; allowed: the same in all worlds of an environment, such as by {key}"
             )
         return made
 
@@ -62,6 +63,20 @@ class Worlds:
 
     def _episode(self, settings: Settings) -> Episode:
         return Episode(Simulation.build(_without_optimum(settings)).loop, self.options)
+
+
+def _difference(made: Episode, first: Episode) -> tuple[str, str] | None:
+    """Return in what agents or observations of an episode are not those of the first, and a key that fixes it."""
+    robots = f"draw.team.robots={len(first.layout.neighbours)}"
+    if made.acting != first.acting:
+        return f"{len(made.acting)} acting robots in place of {len(first.acting)}", robots
+    then = first.layout.counts
+    slots = f"estimator.half_spaces_per_robot={then.get('half-spaces')}"
+    keys = {"neighbours": robots, "half-spaces": slots, "beams": "sensors.beams.preset=generic"}
+    for name, now in made.layout.counts.items():
+        if now != then[name]:
+            return f"{now} {name} of a robot in place of {then[name]}", keys[name]
+    return None
 
 
 def advance(episode: Episode, actions: Any) -> Step:

@@ -31,7 +31,7 @@ diverged      estimates have left all bounds; the last references within them ar
 failed        a solver gave up
 """
 FORBIDDEN: tuple[Status, ...] = ("inadmissible", "infeasible")
-"""Statuses of an m that rows forbid: what was predicted of the team under the m before holds no longer."""
+"""Statuses of an m that rows forbid: a certificate says nothing of where a team goes that follows it."""
 
 
 @lazy_rows("rows")

@@ -11,6 +11,7 @@ from pbrg_mj.loop.tick_data import SensedTick
 from pbrg_mj.scenario.schema import Scenario, operator_reference
 from pbrg_mj.team.network import Network
 
+ENTRIES = {"neighbours": 4, "half_spaces": 4, "scan": 1}  # numbers of a neighbour, a half-space, a beam
 LIMIT = 100.0
 """Entries are clipped to +-LIMIT: lengths [m] beyond it mean no more than far away."""
 
@@ -37,9 +38,10 @@ class Layout:
         """Return the layout of a scenario's team."""
         first, beams = network.first, scenario.sensors.beams.count
         lists = tuple(tuple(network.neighbours[first[j] : first[j + 1]].tolist()) for j in range(network.robots))
-        widths = {"goal": 2, "heading": 2, "xi": 2, "neighbours": 4 * max(map(len, lists))}
+        widths = {"goal": 2, "heading": 2, "xi": 2, "neighbours": ENTRIES["neighbours"] * max(map(len, lists))}
         scans = options.observations == "scans"
-        widths |= {"scan": beams} if scans else {"half_spaces": 4 * scenario.estimator.half_spaces_per_robot}
+        slots = ENTRIES["half_spaces"] * scenario.estimator.half_spaces_per_robot
+        widths |= {"scan": beams} if scans else {"half_spaces": slots}
         parts, size = {}, 0
         for name, width in widths.items():
             parts[name], size = slice(size, size + width), size + width
@@ -49,10 +51,8 @@ class Layout:
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many neighbours, and half-spaces or beams, of a robot there is room for."""
-        entries = {"neighbours": ("neighbours", 4), "half_spaces": ("half-spaces", 4), "scan": ("beams", 1)}
-        rooms = {part: one.stop - one.start for part, one in self.parts.items() if part in entries}
-        return {entries[part][0]: room // entries[part][1] for part, room in rooms.items()}
+        """How many neighbours, and half-spaces or beams, of a robot there is room for, by the part they stand in."""
+        return {name: (one.stop - one.start) // ENTRIES[name] for name, one in self.parts.items() if name in ENTRIES}
 
     def observations(self, scenario: Scenario, network: Network, sight: SensedTick, xi: np.ndarray) -> np.ndarray:
         """Return what every robot knows at a tick, (n, size) float32; xi (n, 2) [m]."""

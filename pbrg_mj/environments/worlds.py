@@ -71,11 +71,15 @@ def _difference(made: Episode, first: Episode) -> tuple[str, str] | None:
     if made.acting != first.acting:
         return f"{len(made.acting)} acting robots in place of {len(first.acting)}", robots
     then = first.layout.counts
-    slots = f"estimator.half_spaces_per_robot={then.get('half-spaces')}"
-    keys = {"neighbours": robots, "half-spaces": slots, "beams": "sensors.beams.preset=generic"}
-    for name, now in made.layout.counts.items():
-        if now != then[name]:
-            return f"{now} {name} of a robot in place of {then[name]}", keys[name]
+    told = {
+        "neighbours": ("neighbours", robots),
+        "half_spaces": ("half-spaces", f"estimator.half_spaces_per_robot={then.get('half_spaces')}"),
+        "scan": ("beams", "sensors.beams.preset=generic"),
+    }
+    for part, now in made.layout.counts.items():
+        if now != then[part]:
+            noun, key = told[part]
+            return f"{now} {noun} of a robot in place of {then[part]}", key
     return None
 
 

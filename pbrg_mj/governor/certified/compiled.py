@@ -21,7 +21,7 @@ from pbrg_mj.governor.certificate.projection import least_violating, near_allowe
 from pbrg_mj.governor.certificate.sight import SightLimit, sight_kappa
 from pbrg_mj.governor.certificate.speed import SpeedLimit, speed_kappa
 from pbrg_mj.governor.certified.decide import AdvanceLimit
-from pbrg_mj.governor.problem.interface import FORBIDDEN, Problem, Status
+from pbrg_mj.governor.problem.interface import Problem, Status
 from pbrg_mj.governor.problem.near_reference import near_point
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.half_spaces import HalfSpaces
@@ -30,7 +30,7 @@ NO_SPEED_ROWS = np.zeros(0), np.zeros((0, 0, 0)), np.zeros((0, 0)), np.zeros((0,
 """`SpeedLimit.rows` that limit nothing."""
 NO_SIGHT_ROWS = np.zeros((0, 0, 0)), np.zeros((0, 1)), np.zeros(0, dtype=np.int64), 1.0
 """`SightLimit.rows` that limit nothing."""
-STATUSES: tuple[Status, ...] = ("ok", *FORBIDDEN)
+STATUSES: tuple[Status, ...] = ("ok", "inadmissible", "infeasible")  # by number; from 1 on they are FORBIDDEN
 
 
 class Decision(NamedTuple):

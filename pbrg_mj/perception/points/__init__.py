@@ -21,7 +21,7 @@ older_line      the line of a face in the older scan
 scan_faces      the faces of a scan, one normal for each
 face_flow       range flow of whole faces, for tracks that move
 motion          tracks of faces, each with a velocity
-unseen_face     faces that move and go on where they are nearer than beams tell
+blind_zone      faces that move and go on in the blind zone, nearer than beams tell
 approach        how fast what half-spaces keep off comes nearer
 estimator       one tick of all that for all robots
 

@@ -16,6 +16,7 @@ import math
 import numpy as np
 
 from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.points.blind_zone import add_blind_zone_faces
 from pbrg_mj.perception.points.face_flow import face_flow
 from pbrg_mj.perception.points.lines import echoes_on_lines, line_at
 from pbrg_mj.perception.points.motion import (
@@ -29,7 +30,6 @@ from pbrg_mj.perception.points.motion import (
 )
 from pbrg_mj.perception.points.range_flow import free_ends, range_flow, store_scan
 from pbrg_mj.perception.points.scan_faces import scan_and_faces
-from pbrg_mj.perception.points.unseen_face import add_unseen_faces
 
 FACES = 4  # of a half-space that are looked at
 AGREEING = 3  # flows that make a face of what is left: both ends of what is round seem to move
@@ -57,7 +57,7 @@ def move_half_spaces(seen, motion, pose, parameters, half_spaces, closing):
     of_faces = flows, 0
     if any_moves(tracks):
         scan, faces = scan_and_faces(seen, ends, pose, parameters)
-        add_unseen_faces(seen, faces, tracks, pose, parameters, half_spaces)
+        add_blind_zone_faces(seen, faces, tracks, pose, parameters, half_spaces)
         of_faces = face_flow(seen, (scan, faces), resting, before, pose, parameters)
     measured = (flows, count), of_faces
     for k in range(len(h)):

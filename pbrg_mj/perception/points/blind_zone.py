@@ -1,4 +1,4 @@
-"""Faces that move and go on where they are nearer than beams tell.
+"""Faces that move and go on in the blind zone, where they are nearer than beams tell.
 
 A beam has no echo of what is nearer than its shortest range. So of a face beside a robot a part may be seen, at one end
 or at both, and a half-space turns to the nearest place that is. Where a face ends at a silent beam which its line would
@@ -25,8 +25,8 @@ ROUNDING = 0.01  # [m] by which a place may be ahead of what keeps it off, for n
 MOST_FACES = 8
 
 
-class UnseenFaces(NamedTuple):
-    """Faces that move and go on unseen; functions look at the first entries of each array."""
+class BlindZoneFaces(NamedTuple):
+    """Faces that move and go on in the blind zone; functions look at the first entries of each array."""
 
     nx: np.ndarray  # (F,) normal towards the robot
     ny: np.ndarray  # (F,)
@@ -38,15 +38,15 @@ class UnseenFaces(NamedTuple):
 
 
 @kernel
-def add_unseen_faces(seen, faces, tracks, pose, parameters, half_spaces):
-    """Add half-spaces of faces that move and go on unseen, in slots that are free.
+def add_blind_zone_faces(seen, faces, tracks, pose, parameters, half_spaces):
+    """Add half-spaces of faces that move and go on in the blind zone, in slots that are free.
 
     `seen` are `Echoes` and `SeenBeams`, `faces` their `Faces`; `half_spaces` those of `separate`.
     """
     if parameters.half_cone > 0.0:  # which do not tell where in their view a thing is
         return
     G, h, active, nearest, _ = half_spaces
-    unseen, left = _unseen_faces(seen, faces, tracks, pose, parameters)
+    unseen, left = _blind_zone_faces(seen, faces, tracks, pose, parameters)
     while left > 0:
         best = np.argmax(unseen.ahead[:left])
         nx, ny, x, y = unseen.nx[best], unseen.ny[best], unseen.x[best], unseen.y[best]
@@ -63,11 +63,11 @@ def add_unseen_faces(seen, faces, tracks, pose, parameters, half_spaces):
 
 
 @kernel
-def _unseen_faces(seen, faces, tracks, pose, parameters):
-    """Return the `UnseenFaces` of a scan, and how many there are."""
+def _blind_zone_faces(seen, faces, tracks, pose, parameters):
+    """Return the `BlindZoneFaces` of a scan, and how many there are."""
     (echoes, beams), count, most = seen, 0, MOST_FACES
     places = np.empty(most), np.empty(most), np.empty(most), np.empty(most)
-    unseen = UnseenFaces(np.empty(most), np.empty(most), *places, np.empty(most))
+    unseen = BlindZoneFaces(np.empty(most), np.empty(most), *places, np.empty(most))
     for i in range(len(echoes.x)):
         for step in (1, -1):
             k = next_beam(i, -1, parameters) if step == 1 else i

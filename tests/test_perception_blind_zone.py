@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pbrg_mj.perception.points.blind_zone import add_blind_zone_faces
 from pbrg_mj.perception.points.motion import TRACK
 from pbrg_mj.perception.points.scan_faces import scan_and_faces
-from pbrg_mj.perception.points.unseen_face import add_unseen_faces
 from tests.perceiving import HAND, box
 from tests.seeing_points import estimator, sensor
 from tests.test_perception_face_flow import looked_at
@@ -34,7 +34,7 @@ def found(preset: str, distance: float, turn: float = 0.0, *, moves: bool = True
     added = half_spaces or nothing()
     tracks = tracks_at(*(0.15 * np.array([np.cos(turn), np.sin(turn)])), moves=moves)
     _, faces = scan_and_faces(seen, ends, pose, made.parameters)
-    add_unseen_faces(seen, faces, tracks, pose, made.parameters, added)
+    add_blind_zone_faces(seen, faces, tracks, pose, made.parameters, added)
     return added, made.parameters
 
 
@@ -74,7 +74,7 @@ def test_a_corner_nearer_than_beams_tell_has_the_half_space_of_one_face(turn: fl
     seen, ends, pose = looked_at(made, given, box(*centre, 0.6, angle=angle), 1)
     G, h, active, nearest, lines = nothing()
     _, faces = scan_and_faces(seen, ends, pose, made.parameters)
-    add_unseen_faces(seen, faces, tracks_at(0.15, 0.0), pose, made.parameters, (G, h, active, nearest, lines))
+    add_blind_zone_faces(seen, faces, tracks_at(0.15, 0.0), pose, made.parameters, (G, h, active, nearest, lines))
     assert active.tolist() == [True, False, False]
     angles = np.array([angle, angle - np.pi / 2])  # from the robot to the faces, along their normals
     ahead = [np.array([np.cos(one), np.sin(one)]) @ (corner - [HAND, 0.0]) for one in angles]

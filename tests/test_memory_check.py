@@ -62,6 +62,14 @@ def index_too_large(n):
     return total
 
 
+@kernel
+def negative_index(n):
+    values, total = np.zeros(n + 1)[1:], 0.0
+    for k in range(n):
+        total += values[k - 1] * 0.0
+    return total
+
+
 def unwritten_array(n):
     np.full(n, 3.0)  # leaves its numbers where the next array of its size will be
     return float(np.empty(n)[n // 2])
@@ -106,9 +114,10 @@ def test_poison_reaches_numpys_arrays(tmp_path: Path, count: int) -> None:
 
 
 @pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="kernels are not compiled")
-def test_an_index_out_of_range_is_an_error_with_both_switches_alone(tmp_path: Path) -> None:
-    assert planted(tmp_path, "index_too_large(5)", {}).stderr == ""
-    assert "IndexError: index is out of bounds" in planted(tmp_path, "index_too_large(5)", CHECKED).stderr
+@pytest.mark.parametrize("fault", ["index_too_large", "negative_index"])
+def test_an_index_out_of_range_is_an_error_with_both_switches_alone(tmp_path: Path, fault: str) -> None:
+    assert planted(tmp_path, f"{fault}(5)", {}).stderr == ""
+    assert "IndexError: index is out of bounds" in planted(tmp_path, f"{fault}(5)", CHECKED).stderr
 
 
 def test_the_checked_runs_name_every_part_of_scenarios() -> None:

@@ -12,6 +12,8 @@
     cache            compiled kernels on disk, by their fingerprints
     stopwatch        a clock that stands still while kernels are compiled, and who is notified
 
+Nothing checks an index (docs/reliability.md, Memory). Constants such as a[-1] count from the end, variables do not.
+
 Without compiling (NUMBA_DISABLE_JIT=1) kernels are the plain functions.
 """
 

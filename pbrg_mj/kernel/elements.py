@@ -1,7 +1,9 @@
 """Lowering of an array's elements: from data pointer, shape and strides straight to the address.
 
 Numba puts every array into memory first, of which it then takes shape and strides, and every pair of indices into a
-tuple. Half of what kernels were lowered to was that. What is computed is the same.
+tuple. Half of what kernels were lowered to was that. What is computed is the same, but for variables as indices: they
+count from an array's start, and a negative one is out of bounds as one too large is. For numba it counts from the end,
+and the processor fetches elements one by one that it could load side by side.
 """
 
 # pyright: reportPrivateImportUsage=false, reportIncompatibleMethodOverride=false, reportAttributeAccessIssue=false
@@ -14,7 +16,7 @@ from typing import Any
 
 from numba.core import cgutils, ir, types
 from numba.core.lowering import Lower
-from numba.np.arrayobj import fix_integer_index, load_item, store_item
+from numba.np.arrayobj import load_item, store_item
 
 GETS = ("getitem", "static_getitem")
 Values = Sequence[Any]  # of LLVM
@@ -64,10 +66,11 @@ class ElementLower(Lower):
         return (value,), (kind,)
 
     def _from_start(self, value: Any, kind: types.Type, size: Any) -> Any:
-        """Return an index counted from the start, if it may be negative."""
-        if isinstance(kind, types.IntegerLiteral) and kind.literal_value >= 0:
-            return self.context.get_constant(types.intp, kind.literal_value)
-        return fix_integer_index(self.context, self.builder, kind, value, size)
+        """Return an index counted from the start: a constant may be negative, a variable is taken not to be."""
+        if not isinstance(kind, types.IntegerLiteral):
+            return self.context.cast(self.builder, value, kind, types.intp)
+        constant = self.context.get_constant(types.intp, kind.literal_value)
+        return constant if kind.literal_value >= 0 else self.builder.add(size, constant)
 
     def lower_inst(self, inst: Any) -> None:
         """Keep an index as the numbers it consists of."""

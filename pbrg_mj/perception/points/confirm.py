@@ -10,7 +10,6 @@ import numpy as np
 from pbrg_mj.kernel import kernel
 
 ABOVE = 1.0 + 1e-9  # by which a bound is above what it bounds, however both are rounded
-BLOCK = 16  # points that are looked through at a time for any near an echo: without a branch, four an instruction
 
 
 class RecentEchoes(NamedTuple):
@@ -21,6 +20,7 @@ class RecentEchoes(NamedTuple):
     x: np.ndarray  # (M,) [m]
     y: np.ndarray  # (M,) [m]
     number: np.ndarray  # (M,) of the point in the memory
+    near: np.ndarray  # (M,) room for whether each is near an echo
     matches: np.ndarray  # (M,) room for numbers of points
     std: float  # the largest standard deviation of a range, of all points [m]
     pose_std: float  # the largest of what poses add [m]
@@ -36,7 +36,7 @@ def recent_echoes(points, scan, recent):
         x[used], y[used], number[used] = point["x"], point["y"], i
         std, pose_std, age = max(std, point["std"]), max(pose_std, point["pose_std"]), scan - point["scan"]
         used += point["live"] & (age > 0) & (age <= recent)
-    return RecentEchoes(scan, used, x, y, number, np.empty(size, np.int64), std, pose_std)
+    return RecentEchoes(scan, used, x, y, number, np.empty(size, np.bool_), np.empty(size, np.int64), std, pose_std)
 
 
 @kernel
@@ -54,17 +54,12 @@ def confirm_echo(points, recents, asked, pose, parameters):
     found, beam = 0, (ux, uy, parameters.gap * distance)
     poses = 3.0 * (echo[3] + recents.pose_std) + 0.02
     most, ray = ((3.0 * (echo[2] + recents.std) + poses) * ABOVE, (beam[2] + poses) * ABOVE), (echo[0], echo[1], ux, uy)
-    for start in range(0, recents.used, BLOCK):
-        stop = min(start + BLOCK, recents.used)
-        if not _any_near(recents.x, recents.y, (start, stop), ray, most):
-            continue
-        for j in range(start, stop):
-            if not _is_near(recents.x[j], recents.y[j], ray, most):
-                continue
-            point = points[recents.number[j]]
-            if point["scan"] < recents.scan and _at_one_place(point, echo, beam):  # else its slot was taken since
-                recents.matches[found] = recents.number[j]
-                found += 1
+    for i in range(_write_near(recents, ray, most)):
+        number = recents.matches[i]
+        point = points[number]
+        if point["scan"] < recents.scan and _at_one_place(point, echo, beam):  # else its slot was taken since
+            recents.matches[found] = number
+            found += 1
     if found < needed:
         return False
     for j in range(found):
@@ -73,23 +68,20 @@ def confirm_echo(points, recents, asked, pose, parameters):
 
 
 @kernel
-def _any_near(x, y, block, ray, most):
-    """Tell whether any of the places x, y (M,) [m] of a block (start, stop) `_is_near`."""
-    near = 0
-    for j in range(block[0], block[1]):
-        near += _is_near(x[j], y[j], ray, most)
-    return near > 0
+def _write_near(recents, ray, most):
+    """Write the numbers of the points that are as near to the end of a ray as `most` (along it, across it) [m].
 
-
-@kernel
-def _is_near(x, y, ray, most):
-    """Tell whether x, y [m] is as near to the end of a ray as `most` (along it, across it) [m].
-
-    `ray` is that end and a unit vector, (x0, y0, ux, uy).
+    `ray` is that end and a unit vector, (x0, y0, ux, uy). They become the first of `recents.matches`; return how many.
+    In two passes without a branch: the first looks at several points an instruction.
     """
-    x0, y0, ux, uy = ray
-    dx, dy = x - x0, y - y0
-    return (abs(dx * ux + dy * uy) <= most[0]) & (abs(dx * uy - dy * ux) <= most[1])
+    (x0, y0, ux, uy), (along, across), count = ray, most, 0
+    for j in range(recents.used):
+        dx, dy = recents.x[j] - x0, recents.y[j] - y0
+        recents.near[j] = (abs(dx * ux + dy * uy) <= along) & (abs(dx * uy - dy * ux) <= across)
+    for j in range(recents.used):
+        recents.matches[count] = recents.number[j]
+        count += recents.near[j]
+    return count
 
 
 @kernel

@@ -46,11 +46,12 @@ def straight_face(face, about, parameters):
     low, high = weighted[0][left].min(), weighted[0][left].max()
     if high - low < LEAST_LENGTH:
         return nothing
-    shares, pose_var = _shares(window, weighted, (low, high)), _pose_variance(window, normal, weighted, fit)
-    if not _is_straight((window, normal, weighted), fit, (low, high), (shares, pose_var)):
-        return nothing
+    pose_var = _pose_variance(window, normal, weighted, fit)
     approach = _approach(window, weighted, fit, pose_var)
     if approach < 0.0:
+        return nothing
+    shares = _shares(window, weighted, (low, high))
+    if not _is_straight((window, normal, weighted), fit, (low, high), (shares, pose_var)):
         return nothing
     for i in range(size):
         if weighted[2, i] == 0.0 and weighted[1, i] < fit.mean:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.hull import distance_to_hull
 from pbrg_mj.perception.points.lines import is_on_line
@@ -47,12 +49,13 @@ def _places_within(radius, around, places, count, window):
 
     `window` may be `places` itself.
     """
-    size = 0
-    for i in range(count):
+    within, size = np.empty(count, np.int64), 0
+    for i in range(count):  # without a branch, which would be guessed wrong
         x, y = places.x[i] - around[0], places.y[i] - around[1]
-        if x * x + y * y <= radius * radius:
-            copy_point(places, i, window, size)
-            size += 1
+        within[size] = i
+        size += x * x + y * y <= radius * radius
+    for k in range(size):
+        copy_point(places, within[k], window, k)
     return size
 
 
@@ -107,10 +110,14 @@ def points_not_separated(places, count, half_space_and_line, parameters):
     half_space, line = half_space_and_line
     normal, nearest, h = half_space
     (gx, gy), near, left = normal, min(nearest, h), 0  # what is nearer by the clearance alone is left in any case
-    for i in range(count):
+    may, candidates = np.empty(count, np.int64), 0
+    for i in range(count):  # without a branch, which would be guessed wrong
         along = gx * places.x[i] + gy * places.y[i]
-        may = along - places.inset[i] < min(nearest, h + parameters.sigmas * places.std[i])
-        if not may or is_on_line(places, i, line):
+        may[candidates] = i
+        candidates += along - places.inset[i] < min(nearest, h + parameters.sigmas * places.std[i])
+    for i in may[:candidates]:
+        along = gx * places.x[i] + gy * places.y[i]
+        if is_on_line(places, i, line):
             continue
         if along - parameters.clearance < near or _is_left(places, i, along, half_space, parameters):
             swap_points(places, i, left)

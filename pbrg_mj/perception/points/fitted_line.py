@@ -47,15 +47,13 @@ def fitted_line(window, size, normal, parameters):
         return none
     fit = _fit(weighted)
     for turn in range(TURNS):
-        left_out, ahead = _leave_out_behind(weighted, fit)
-        if left_out > 0:
-            fit = _fit(weighted)
-        if parameters.outliers:
-            outliers = _leave_out_outliers(window, (gx, gy), weighted, fit)
-            fit = _fit(weighted) if outliers > 0 else fit
-        elif turn == 0 and ahead > BENT:
+        if not parameters.outliers and turn == 0 and _most_ahead(weighted, fit) > BENT:
             return none
-        if (weighted[2] > 0.0).sum() < LEAST_PLACES:
+        if _leave_out_behind(weighted, fit) > 0:
+            fit = _fit(weighted)
+        if parameters.outliers and _leave_out_outliers(window, (gx, gy), weighted, fit) > 0:
+            fit = _fit(weighted)
+        if _places_left(weighted) < LEAST_PLACES:
             return none
         length = math.sqrt(1.0 + fit.slope * fit.slope)
         gx, gy = (gx + fit.slope * gy) / length, (gy - fit.slope * gx) / length
@@ -101,31 +99,60 @@ def pose_variance(point, normal):
 
 
 @kernel
-def _leave_out_behind(weighted, fit):
-    """Take the weight of places behind the line of all.
+def _off_line(weighted, fit, i):
+    """Return how far place i is behind the line of all [m], negative ahead of it, and that in squared deviations."""
+    off = weighted[1, i] - fit.mean - fit.slope * (weighted[0, i] - fit.middle)
+    return off, off * off * weighted[2, i]
 
-    Returns how many there are, and the most squared deviations that another place is ahead of the line.
-    """
-    count, most = 0, 0.0
+
+@kernel
+def _most_ahead(weighted, fit):
+    """Return the most squared deviations that a place is ahead of the line of all."""
+    most = 0.0
     for i in range(weighted.shape[1]):
-        off = weighted[1, i] - fit.mean - fit.slope * (weighted[0, i] - fit.middle)
-        deviations = off * off * weighted[2, i]
-        if off > 0.0 and deviations > OFF_LINE:
-            weighted[2, i], count = 0.0, count + 1
-        elif off < 0.0:
-            most = max(most, deviations)
-    return count, most
+        off, deviations = _off_line(weighted, fit, i)
+        most = max(most, deviations) if off < 0.0 else most
+    return most
+
+
+@kernel
+def _leave_out_behind(weighted, fit):
+    """Take the weight of places behind the line of all; return how many there are.
+
+    Noise puts half of all places behind it: a branch would be guessed wrong.
+    """
+    count = 0
+    for i in range(weighted.shape[1]):
+        off, deviations = _off_line(weighted, fit, i)
+        behind = (off > 0.0) & (deviations > OFF_LINE)
+        weighted[2, i] = 0.0 if behind else weighted[2, i]
+        count += behind
+    return count
 
 
 @kernel
 def _leave_out_outliers(window, normal, weighted, fit):
     """Take the weight of lone places ahead of the line of all; return how many there are."""
-    count = 0
+    ahead, count = 0, 0
     for i in range(weighted.shape[1]):
-        off = weighted[1, i] - fit.mean - fit.slope * (weighted[0, i] - fit.middle)
-        if off < 0.0 and off * off * weighted[2, i] > OFF_LINE and not has_company(window, normal, i, -off):
+        off, deviations = _off_line(weighted, fit, i)
+        ahead += (off < 0.0) & (deviations > OFF_LINE)
+    if ahead == 0:  # as nearly always
+        return 0
+    for i in range(weighted.shape[1]):
+        off, deviations = _off_line(weighted, fit, i)
+        if off < 0.0 and deviations > OFF_LINE and not has_company(window, normal, i, -off):
             weighted[2, i], count = 0.0, count + 1
     return count
+
+
+@kernel
+def _places_left(weighted):
+    """Return how many places have weight."""
+    left = 0
+    for i in range(weighted.shape[1]):
+        left += weighted[2, i] > 0.0
+    return left
 
 
 @kernel

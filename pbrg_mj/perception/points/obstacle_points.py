@@ -9,6 +9,8 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 
+BLOCK = 16  # places that are looked through at a time for any that is nearer: several an instruction
+
 
 class ObstaclePoints(NamedTuple):
     """Echoes that bind and the edge of what is known to be free; functions look at the first `count` of each array."""
@@ -119,9 +121,14 @@ def measure_from(path, places, count):
 def nearest_point(places, count, path):
     """Return the place nearest to the path, -1 for none; its distance [m] and the direction to it."""
     nearest, best = -1, math.inf
-    for i in range(count):
-        if 0.0 < places.squared[i] < best:
-            nearest, best = i, places.squared[i]
+    for start in range(0, count, BLOCK):
+        stop, nearer = min(start + BLOCK, count), 0
+        for i in range(start, stop):
+            nearer += (places.squared[i] > 0.0) & (places.squared[i] < best)
+        if nearer > 0:
+            for i in range(start, stop):
+                if 0.0 < places.squared[i] < best:
+                    nearest, best = i, places.squared[i]
     if nearest < 0:
         return -1, 0.0, 0.0, 0.0
     x, y = _from_path(path, places.x[nearest], places.y[nearest])

@@ -42,8 +42,7 @@ def straight_face(face, about, parameters):
     found, normal, weighted, fit = fitted_line(window, size, about, parameters)
     if not found or _passes_beside(face, normal, about, fit):
         return nothing
-    left = weighted[2] > 0.0
-    low, high = weighted[0][left].min(), weighted[0][left].max()
+    low, high = _ends(weighted)
     if high - low < LEAST_LENGTH:
         return nothing
     pose_var = _pose_variance(window, normal, weighted, fit)
@@ -61,6 +60,16 @@ def straight_face(face, about, parameters):
     variance = _variance_beside(path, (normal, x0, y0), fit, (low, high)) + pose_var + bulge_std**2
     offset, along = gx * x0 + gy * y0 + fit.mean - bulge - approach, gx * y0 - gy * x0
     return Line(True, gx, gy, offset, math.sqrt(variance), along + low, along + high)
+
+
+@kernel
+def _ends(weighted):
+    """Return where a face's places begin and end along it [m]."""
+    low, high = math.inf, -math.inf
+    for i in range(weighted.shape[1]):
+        if weighted[2, i] > 0.0:
+            low, high = min(low, weighted[0, i]), max(high, weighted[0, i])
+    return low, high
 
 
 @kernel

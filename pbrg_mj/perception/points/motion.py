@@ -177,7 +177,10 @@ def _track_of(tracks, place, beside, time):
 @kernel
 def count_flows_in_gate(track, beside, time):
     """Return how many flows are in a track's gate: may be of what moves as it does."""
-    return len(beside[1]) - len(flows_outside_gate(track, beside, time))
+    (flows, chosen), gate, count = beside, _gate(track, time), 0
+    for i in chosen:
+        count += not _is_outside(flows, i, gate)
+    return count
 
 
 @kernel
@@ -186,13 +189,24 @@ def flows_outside_gate(track, beside, time):
 
     `beside` are the flows and those chosen of them, (size,).
     """
-    (flows, chosen), (cxx, cxy, cyy), size = beside, _predicted(track, time), 0
+    (flows, chosen), gate, size = beside, _gate(track, time), 0
     others = np.empty(len(chosen), np.int64)
     for i in chosen:
-        fx, fy = flows.nx[i], flows.ny[i]
-        error = flows.speed[i] - fx * track["vx"] - fy * track["vy"]
-        own = cxx * fx * fx + 2.0 * cxy * fx * fy + cyy * fy * fy
-        if error * error > OTHER * (own + flows.variance[i] + flows.shared[i]):
-            others[size] = i
-            size += 1
+        others[size] = i
+        size += _is_outside(flows, i, gate)
     return others[:size]
+
+
+@kernel
+def _gate(track, time):
+    """Return a track's velocity (2,) [m/s] and its covariance at a time, xx, xy and yy [m^2/s^2]."""
+    return (track["vx"], track["vy"]), _predicted(track, time)
+
+
+@kernel
+def _is_outside(flows, i, gate):
+    """Tell whether flow i is outside a gate (velocity, covariance) as `_gate` returns it."""
+    ((vx, vy), (cxx, cxy, cyy)), fx, fy = gate, flows.nx[i], flows.ny[i]
+    error = flows.speed[i] - fx * vx - fy * vy
+    own = cxx * fx * fx + 2.0 * cxy * fx * fy + cyy * fy * fy
+    return error * error > OTHER * (own + flows.variance[i] + flows.shared[i])

@@ -199,7 +199,8 @@ def test_scans_at_once_are_taken_as_they_are() -> None:
     seen = deskewed(readings, memory.history, readings.body_pose, made.robots, made.parameters)
     assert seen.ranges is readings.ranges
     np.testing.assert_array_equal(seen.directions[0], made.parameters.directions)
-    _, after = made.step_towards(readings._replace(new_scan=False), 0.0, memory, None)
+    _, memory = made.step_towards(readings, 0.0, memory, None)
+    _, after = made.step_towards(readings._replace(new_scan=False), 0.01, memory, None)
     assert after is memory
 
 

@@ -73,12 +73,15 @@ class PointEstimator:
         """
         history = with_poses(memory.history, readings, time, self.parameters.pose)
         if not readings.new_scan:
-            return memory.half_spaces, memory if history is memory.history else memory._replace(history=history)
+            memory = memory if history is memory.history else memory._replace(history=history)
+            if memory.scans == 0 and not memory.half_spaces.active.any():
+                memory = memory._replace(half_spaces=self._before_the_first_scan(readings))
+            return memory.half_spaces, memory
         n, beams = len(self.formation), len(self.parameters.directions)
         points = no_points(n, capacity_after(memory.used, beams, self.parameters.recent))
         anchors, past = np.empty(memory.anchors.shape, ANCHOR), np.empty(memory.past.shape, PAST_ECHO)
         past_poses, tracks = np.empty(memory.past_poses.shape, PAST_POSE), np.empty(memory.tracks.shape, TRACK)
-        known = _as_known(memory.half_spaces)
+        known = _as_known(memory.half_spaces if memory.scans > 0 else HalfSpaces.empty(n, self.slots))
         targets = np.full(self.formation.shape, np.nan) if m is None else m + self.formation
         at = poses_at_scan(history, readings, self.parameters.pose)
         seen = tuple(deskewed(readings, history, at.poses, self.robots, self.parameters))
@@ -93,6 +96,17 @@ class PointEstimator:
         )
         used = perceive_points(scans, self.parameters, self.robots, targets, memory[:6], after)
         return known, PointMemory(points, used, anchors, past, past_poses, tracks, history, memory.scans + 1, known)
+
+    def _before_the_first_scan(self, readings: Readings) -> HalfSpaces:
+        """Return half-spaces that leave robots with beams where they are: nothing else is known to be free."""
+        held, q = HalfSpaces.empty(len(self.formation), self.slots), readings.body_pose[:, :2].copy()
+        for axis, ahead in enumerate((np.cos, np.sin)):
+            q[:, axis] += self.parameters.hand_offset * ahead(readings.body_pose[:, 2])
+        for robot in self.robots:
+            for k, normal in enumerate(((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))):
+                held.G[robot, k], held.h[robot, k] = normal, np.dot(normal, q[robot])
+                held.active[robot, k] = held.binds[robot, k, robot] = True
+        return held
 
 
 def _as_known(before: HalfSpaces) -> HalfSpaces:

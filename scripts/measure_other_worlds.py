@@ -1,0 +1,127 @@
+"""Run worlds of another generator than the program's families; write docs/data/other_worlds.json and its table.
+
+python scripts/measure_other_worlds.py static 1-500               # under the recommended set-up
+python scripts/measure_other_worlds.py moving 1-500 processes=2
+python scripts/measure_other_worlds.py                            # write the table of docs/worlds.md again
+python scripts/measure_other_worlds.py static 7 show              # print a world as YAML
+
+What was measured is kept, whatever its version: a measurement that is interrupted goes on where it was.
+"""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import sys
+from typing import Any
+
+import numpy as np
+from other_worlds.draw import KINDS, scenario
+from worlds.data import EVENTS, ROOT, version
+from worlds.tables import rate
+
+import pbrg_mj as pbrg
+from pbrg_mj.analysis.metrics.world_metrics import world_metrics
+from pbrg_mj.api.seeds import seeds_of
+from pbrg_mj.loop.sequential import run_world
+
+DATA, PAGE = ROOT / "docs" / "data" / "other_worlds.json", ROOT / "docs" / "worlds.md"
+MARK = "<!-- other worlds -->\n"
+COLUMNS = ("version", "sensor", "robots", "boxes", *EVENTS.values(), "wall_margin_m", "moving_margin_m")
+CONTACTS = "touching", "touching_robots", "touching_moving"
+FAMILY_SENSORS = ("generic", "robotarium", "tof_ring", "lidar")  # that the families with moving boxes draw
+GROUPS = {
+    "what stands, generic robots": ("static", lambda world: True),
+    "what stands, five other robots, 16 s": ("robots", lambda world: True),
+    "one moving box": ("moving", lambda world: world["boxes"] == 1),
+    "two or three moving boxes": ("moving", lambda world: world["boxes"] > 1),
+    "all with moving boxes": ("moving", lambda world: True),
+    "of these, sensors of `families/moving_boxes`": ("moving", lambda world: world["sensor"] in FAMILY_SENSORS),
+}
+
+
+def loaded(kind: str, seed: int) -> pbrg.Scenario:
+    return pbrg.load(scenario(kind, seed), {"set_up": "recommended"})
+
+
+def run(job: tuple[str, int]) -> tuple[str, int, list[Any]]:
+    """Return a world's row but for the version."""
+    kind, seed = job
+    settings = loaded(kind, seed).settings
+    histories = run_world(settings)
+    (world,) = world_metrics(histories, settings)
+    margins = (float(one.min()) for one in (histories.wall_margin, histories.moving_margin))
+    rounded = [round(one, 5) if np.isfinite(one) else None for one in margins]
+    events = [int(getattr(world, event)) for event in EVENTS.values()]
+    return (
+        kind,
+        seed,
+        [settings.sensors.beams.preset, world.robots, len(settings.world.moving_boxes), *events, *rounded],
+    )
+
+
+def read() -> dict[str, dict[str, list[Any]]]:
+    return json.loads(DATA.read_text(encoding="utf-8"))["worlds"] if DATA.is_file() else {}
+
+
+def write(data: dict[str, dict[str, list[Any]]]) -> None:
+    """Write a line a world, at once."""
+    blocks = [
+        f"{json.dumps(kind)}: {{\n" + ",\n".join(f'"{seed}": {json.dumps(data[kind][seed])}' for seed in seeds) + "\n}"
+        for kind in sorted(data)
+        if (seeds := sorted(data[kind], key=int))
+    ]
+    columns = f'"columns": {json.dumps(COLUMNS)}'
+    text = f'{{{columns},\n"worlds": {{\n' + ",\n".join(blocks) + "\n}}\n"
+    temporary = DATA.with_suffix(".new")
+    temporary.write_text(text, encoding="utf-8")
+    temporary.replace(DATA)
+
+
+def measure(kind: str, seeds: list[int], processes: int) -> None:
+    data, now = read(), version()
+    todo = [(kind, seed) for seed in seeds if str(seed) not in data.get(kind, {})]
+    with multiprocessing.get_context("spawn").Pool(processes) as pool:
+        for count, (_, seed, row) in enumerate(pool.imap_unordered(run, todo), 1):
+            data.setdefault(kind, {})[str(seed)] = [now, *row]
+            if count % 25 == 0 or count == len(todo):
+                write(data)
+                print(kind, count, flush=True)
+
+
+def table() -> str:
+    heads = ["worlds of another generator", "worlds", "touches anything [95 %]", *EVENTS, "least margins [m]"]
+    lines, data = [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)], read()
+    for name, (kind, belongs) in GROUPS.items():
+        worlds = [dict(zip(COLUMNS, row, strict=True)) for row in data.get(kind, {}).values()]
+        if chosen := [world for world in worlds if belongs(world)]:
+            lines.append(row_of(name, chosen))
+    versions = sorted({row[0] for rows in data.values() for row in rows.values()})
+    return "\n".join(lines) + f"\n\n*`set_up=recommended`, version {', '.join(versions)}.*\n"
+
+
+def row_of(name: str, worlds: list[dict[str, Any]]) -> str:
+    counts = [str(sum(world[event] for world in worlds)) for event in EVENTS.values()]
+    touching = sum(any(world[event] for event in CONTACTS) for world in worlds)
+    margins = [[world[key] for world in worlds if world[key] is not None] for key in COLUMNS[-2:]]
+    least = ", ".join(f"{min(one):.3f}" if one else "-" for one in margins)
+    return f"| {name} | {len(worlds)} | {rate(touching, len(worlds))} | {' | '.join(counts)} | {least} |"
+
+
+def main(arguments: list[str]) -> None:
+    if arguments:
+        kind, seeds, *others = arguments
+        if kind not in KINDS:
+            raise SystemExit(f"unknown: {kind}; allowed: {', '.join(KINDS)}")
+        if "show" in others:
+            print(loaded(kind, int(seeds)).yaml)
+            return
+        keys = dict(one.split("=", 1) for one in others)
+        measure(kind, list(seeds_of(seeds)), int(keys.get("processes", 1)))
+    text = PAGE.read_text(encoding="utf-8")
+    before, _, after = text.split(MARK)
+    PAGE.write_text(f"{before}{MARK}\n{table()}\n{MARK}{after}", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

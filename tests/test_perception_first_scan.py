@@ -61,3 +61,13 @@ def test_robots_with_beams_are_held_and_the_first_scan_finds_what_it_finds_witho
     assert held.active[0].any() and not held.active[1].any()
     for name in ("G", "h", "active", "binds"):
         np.testing.assert_array_equal(getattr(held, name), getattr(free, name))
+
+
+def test_a_team_without_beams_keeps_the_half_spaces_it_has() -> None:
+    """None, and the same ones in every tick: rows are made anew where half-spaces are."""
+    points = {"estimator.source": "points", "estimator.scope": "own", "estimator.half_spaces_per_robot": 8}
+    keys = {**KEYS, "sensors": {"beams": {"robots": []}}}
+    simulation = Simulation.build(pbrg.load(keys, {"set_up": "recommended", **points}, duration=0.1).settings)
+    seen = [tick.half_spaces for tick in simulation.control_ticks()]
+    assert not seen[0].active.any()
+    assert all(one is seen[0] for one in seen)

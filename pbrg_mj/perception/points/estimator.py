@@ -74,7 +74,7 @@ class PointEstimator:
         history = with_poses(memory.history, readings, time, self.parameters.pose)
         if not readings.new_scan:
             memory = memory if history is memory.history else memory._replace(history=history)
-            if memory.scans == 0 and not memory.half_spaces.active.any():
+            if memory.scans == 0 and len(self.robots) > 0 and not memory.half_spaces.active.any():
                 memory = memory._replace(half_spaces=self._before_the_first_scan(readings))
             return memory.half_spaces, memory
         n, beams = len(self.formation), len(self.parameters.directions)

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 from other_worlds.draw import KINDS, scenario
-from worlds.data import EVENTS, ROOT, version
+from worlds.data import EVENTS, ROOT, Worlds, version, write_between, write_worlds
 from worlds.tables import rate
 
 import pbrg_mj as pbrg
@@ -25,7 +25,7 @@ from pbrg_mj.analysis.metrics.world_metrics import world_metrics
 from pbrg_mj.api.seeds import seeds_of
 from pbrg_mj.loop.sequential import run_world
 
-DATA, PAGE = ROOT / "docs" / "data" / "other_worlds.json", ROOT / "docs" / "worlds.md"
+DATA = ROOT / "docs" / "data" / "other_worlds.json"
 MARK = "<!-- other worlds -->\n"
 COLUMNS = ("version", "sensor", "robots", "boxes", *EVENTS.values(), "wall_margin_m", "moving_margin_m")
 CONTACTS = "touching", "touching_robots", "touching_moving"
@@ -60,22 +60,8 @@ def run(job: tuple[str, int]) -> tuple[str, int, list[Any]]:
     )
 
 
-def read() -> dict[str, dict[str, list[Any]]]:
+def read() -> Worlds:
     return json.loads(DATA.read_text(encoding="utf-8"))["worlds"] if DATA.is_file() else {}
-
-
-def write(data: dict[str, dict[str, list[Any]]]) -> None:
-    """Write a line a world, at once."""
-    blocks = [
-        f"{json.dumps(kind)}: {{\n" + ",\n".join(f'"{seed}": {json.dumps(data[kind][seed])}' for seed in seeds) + "\n}"
-        for kind in sorted(data)
-        if (seeds := sorted(data[kind], key=int))
-    ]
-    columns = f'"columns": {json.dumps(COLUMNS)}'
-    text = f'{{{columns},\n"worlds": {{\n' + ",\n".join(blocks) + "\n}}\n"
-    temporary = DATA.with_suffix(".new")
-    temporary.write_text(text, encoding="utf-8")
-    temporary.replace(DATA)
 
 
 def measure(kind: str, seeds: list[int], processes: int) -> None:
@@ -85,7 +71,7 @@ def measure(kind: str, seeds: list[int], processes: int) -> None:
         for count, (_, seed, row) in enumerate(pool.imap_unordered(run, todo), 1):
             data.setdefault(kind, {})[str(seed)] = [now, *row]
             if count % 25 == 0 or count == len(todo):
-                write(data)
+                write_worlds(DATA, {"columns": COLUMNS}, data)
                 print(kind, count, flush=True)
 
 
@@ -118,9 +104,7 @@ def main(arguments: list[str]) -> None:
             return
         keys = dict(one.split("=", 1) for one in others)
         measure(kind, list(seeds_of(seeds)), int(keys.get("processes", 1)))
-    text = PAGE.read_text(encoding="utf-8")
-    before, _, after = text.split(MARK)
-    PAGE.write_text(f"{before}{MARK}\n{table()}\n{MARK}{after}", encoding="utf-8")
+    write_between(MARK, table())
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
-from worlds.data import EVENTS, ROOT, read, version, write
+from worlds.data import EVENTS, read, version, write, write_between
 from worlds.tables import TO_PASS, table_by_size, tables
 from worlds.ways import end_of_sliding, to_pass, ways
 
@@ -32,7 +32,6 @@ from pbrg_mj.loop.batch_histories import BatchHistories
 from pbrg_mj.loop.sequential import run_world
 from pbrg_mj.scenario.schema import Scenario
 
-PAGE = ROOT / "docs" / "worlds.md"
 DURATION, UNTIL = 8.0, 25.0  # [s] the later one where not all have passed
 SET_UPS: dict[str, dict[str, Any]] = {  # all else default
     "distributed": {"governor.kind": "distributed"},
@@ -123,11 +122,8 @@ def jobs_of(arguments: list[str]) -> tuple[list[Job], int]:
 def main(arguments: list[str]) -> None:
     if arguments:
         measure(*jobs_of(arguments))
-    text = PAGE.read_text(encoding="utf-8")
-    for mark, made in ((MARK, tables(SET_UPS)), (BY_SIZE, table_by_size())):
-        before, _, after = text.split(mark)
-        text = f"{before}{mark}\n{made}\n{mark}{after}"
-    PAGE.write_text(text, encoding="utf-8")
+    write_between(MARK, tables(SET_UPS))
+    write_between(BY_SIZE, table_by_size())
 
 
 if __name__ == "__main__":

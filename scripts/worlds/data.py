@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
-DATA = ROOT / "docs" / "data" / "worlds.json"
+DATA, PAGE = ROOT / "docs" / "data" / "worlds.json", ROOT / "docs" / "worlds.md"
 RUN = ("pbrg_mj", "models", "scenarios")  # what results depend on
 EVENTS = {
     "touches what stands still": "touching",
@@ -54,6 +54,10 @@ def read() -> tuple[Worlds, list[str]]:
 
 
 def write(data: Worlds, versions: list[str]) -> None:
+    write_worlds(DATA, {"columns": COLUMNS, "versions": versions}, data)
+
+
+def write_worlds(path: Path, head: dict[str, Any], data: Worlds) -> None:
     """Write a line a world, at once: who is interrupted leaves a whole file."""
     blocks = [
         f"{json.dumps(key)}: {{\n"
@@ -61,7 +65,13 @@ def write(data: Worlds, versions: list[str]) -> None:
         + "\n}"
         for key, rows in sorted(data.items())
     ]
-    head = f'"columns": {json.dumps(COLUMNS)},\n"versions": {json.dumps(versions)},\n'
-    part = DATA.with_suffix(".part")
-    part.write_text("{" + head + '"worlds": {\n' + ",\n".join(blocks) + "\n}}\n", encoding="utf-8")
-    part.replace(DATA)
+    heads = "".join(f"{json.dumps(key)}: {json.dumps(value)},\n" for key, value in head.items())
+    part = path.with_suffix(".part")
+    part.write_text("{" + heads + '"worlds": {\n' + ",\n".join(blocks) + "\n}}\n", encoding="utf-8")
+    part.replace(path)
+
+
+def write_between(mark: str, made: str) -> None:
+    """Put a text between the two places of the page of worlds that have this mark."""
+    before, _, after = PAGE.read_text(encoding="utf-8").split(mark)
+    PAGE.write_text(f"{before}{mark}\n{made}\n{mark}{after}", encoding="utf-8")

@@ -44,7 +44,7 @@ def random_problem(rng: np.random.Generator, n: int, slots: int, q: np.ndarray) 
 def rows_of(
     keeper: SeparationFilter, problem: Problem, q: np.ndarray, u: np.ndarray, j: int, status: Status = "ok"
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the half-planes of robot j as the module's docstring has them."""
+    """Return the half-planes of robot j as the module's docstring has them, without the retreats that they ask for."""
     spaces, s = problem.half_spaces, problem.p[j] + keeper.formation[j]
     assert spaces is not None
     normals, offsets = [], []
@@ -63,11 +63,19 @@ def rows_of(
     return np.reshape(normals, (-1, 2)), np.array(offsets)
 
 
+def ways_back(keeper: SeparationFilter, problem: Problem, q: np.ndarray, j: int) -> np.ndarray:
+    """Return how fast each of these half-planes, of half-spaces at rest, asks robot j to go back [m/s]."""
+    spaces = problem.half_spaces
+    assert spaces is not None
+    beyond = [spaces.G[i, k] @ q[j] - spaces.h[i, k] + keeper.margin for i, k in np.argwhere(spaces.binds[:, :, j])]
+    return np.concatenate([np.zeros(len(q) - 1), keeper.gain * np.clip(np.array(beyond) - 0.005, 0.0, 0.05)])
+
+
 @pytest.mark.parametrize("status", ["ok", "holding", "inadmissible", "infeasible"])
 def test_the_filter_is_the_quadratic_program_of_an_independent_solver(status: Status) -> None:
     import cvxpy
 
-    rng, n, changed = np.random.default_rng(301), 6, 0
+    rng, n, changed, shares = np.random.default_rng(301), 6, 0, []
     for _ in range(12):
         q, u = 0.4 * rng.normal(size=(n, 2)), rng.normal(size=(n, 2))
         problem, keeper = random_problem(rng, n, 3, q), filter_of(rng, n)
@@ -76,12 +84,40 @@ def test_the_filter_is_the_quadratic_program_of_an_independent_solver(status: St
         for j in range(n):
             wanted = u[j] - keeper.gain * (q[j] - keeper.formation[j] - problem.p[j])
             normals, offsets = rows_of(keeper, problem, q, u, j, status)
-            w = cvxpy.Variable(2)
-            cvxpy.Problem(cvxpy.Minimize(cvxpy.sum_squares(w - wanted)), [normals @ w <= offsets]).solve("CLARABEL")
+            back, w, share = ways_back(keeper, problem, q, j), cvxpy.Variable(2), cvxpy.Variable()
+            met = [normals @ w <= offsets - share * back, share <= 1]
+            cvxpy.Problem(cvxpy.Maximize(share), met).solve("CLARABEL")
+            assert share.value is not None
+            left = (offsets - normals @ driven[j])[back > 0.0] / back[back > 0.0]
+            shares.append(np.clip(left.min(initial=1.0), 0.0, 1.0))
+            assert shares[-1] > share.value - 1.1 / 4096  # 12 bisections
+            slack = 1e-6 if back.any() else 0.0  # what is left may be a point
+            met = [normals @ w <= offsets - shares[-1] * back + slack]
+            cvxpy.Problem(cvxpy.Minimize(cvxpy.sum_squares(w - wanted)), met).solve("CLARABEL")
             assert w.value is not None
-            np.testing.assert_allclose(driven[j], w.value, atol=1e-5)
+            np.testing.assert_allclose(driven[j], w.value, atol=1e-3 if back.any() else 1e-5)
             changed += not np.allclose(driven[j], wanted)
-    assert changed > 40
+    assert changed > 40 and min(shares) < 1.0
+
+
+def test_who_is_beyond_a_half_space_at_rest_goes_back_but_not_for_its_noise() -> None:
+    """At gamma times how far, less 5 mm and at most 5 cm; then it stays, whatever it wants."""
+    keeper, G = filter_of(np.random.default_rng(317), 1), np.array([1.0, 0.0])
+    for beyond, back in ((0.004, 0.0), (0.015, 0.01), (0.3, 0.05)):
+        q = np.array([[keeper.margin + beyond, 0.0]])
+        problem = coming_at(keeper, q, G, 2 * keeper.margin, 0.0)
+        for wanted in (0.0, 1.0):
+            driven = driven_by(keeper, problem, q, np.array([[wanted, 0.0]]))
+            np.testing.assert_allclose(driven, [[-keeper.gain * back, 0.0]], atol=1e-9)
+
+
+def test_who_goes_back_does_not_go_nearer_to_robots_than_is_allowed() -> None:
+    """A robot stands behind it, a little farther away than the distance to keep, and it wants nothing."""
+    keeper, G = filter_of(np.random.default_rng(318), 2), np.array([1.0, 0.0])
+    for apart, back in ((0.3, 0.0), (0.32, 0.02), (0.4, 0.05 * 2.0)):
+        q = np.array([[keeper.margin + 0.2, 0.0], [keeper.margin + 0.2 - apart, 0.0]])
+        problem = coming_at(keeper, q, G, 2 * keeper.margin + 0.0, 0.0)
+        assert driven_by(keeper, problem, q, np.zeros((2, 2)))[0, 0] == pytest.approx(-back, abs=1e-4)
 
 
 def test_where_rows_forbid_m_nobody_follows_it_at_speed_to_what_stands() -> None:
@@ -219,9 +255,8 @@ def test_a_robot_that_turns_while_it_lags_goes_no_faster_than_its_rows_allow_the
             speed = np.linalg.norm(before[j])
             share = np.linalg.norm(after[j]) / speed if speed > 0.0 else 1.0
             np.testing.assert_allclose(share * before[j], after[j], atol=1e-12)
-            excess = [
-                approach(one * before[j], one * turning * across, normals, offsets) for one in (share, 1.01 * share)
-            ]
+            shares = share, 1.01 * share + 5e-4  # 12 bisections
+            excess = [approach(one * before[j], one * turning * across, normals, offsets) for one in shares]
             if speed <= slow:
                 assert share == 1.0
             elif share == pytest.approx(1.0, abs=1e-12):

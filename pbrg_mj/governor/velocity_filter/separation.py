@@ -18,7 +18,8 @@ A half-space whose h falls at the rate c, the closing speed of what it keeps off
 
 so that h - G.q_j falls by the rate gamma at most (a control barrier function that depends on time). Where that is a
 retreat, j has the right of way: its rows of other robots have gamma in place of gamma / 2. Where other rows still do
-not leave it, the largest share of all retreats that they leave takes its place.
+not leave it, the largest share of all retreats that they leave takes its place. Beyond a half-space at rest, by more
+than its noise, j goes back at gamma times how far, at most 5 cm.
 
 What j knows to come at c pushes robots between it and j, too, and j makes room for them: robot i, at the distance
 e = h - G.q_i, must retreat at rho = max(0, c - gamma e), and gamma times the distance that it needs for that will be
@@ -51,6 +52,7 @@ from pbrg_mj.governor.velocity_filter.nearest_velocity import (
 )
 from pbrg_mj.governor.velocity_filter.separation_rows import (
     approach_of_team_mates,
+    goes_back,
     is_pushed_back,
     makes_room,
     write_half_spaces_in_the_way,
@@ -160,7 +162,8 @@ def write_driven(half_spaces, state, wheels, numbers, driven):
         wx, wy = scale * x, scale * y
         coming = approach_of_team_mates(half_spaces, q, j, (distance, margin, gain))
         pushed = is_pushed_back(half_spaces, q, j, margin, gain) or makes_room(q, j, coming, (distance, gain))
-        speed = math.inf if pushed else math.sqrt(wx * wx + wy * wy)
+        away = pushed or goes_back(half_spaces, q, j, margin)  # perhaps faster than it wants to go
+        speed = math.inf if away else math.sqrt(wx * wx + wy * wy)
         retreats[:] = 0.0
         rate = gain if pushed else 0.5 * gain
         robots = write_robots_in_the_way(q, j, (distance, rate, speed), normals, offsets)
@@ -168,7 +171,7 @@ def write_driven(half_spaces, state, wheels, numbers, driven):
         rows = write_room_for_team_mates(q, j, coming, (distance, gain, speed), written, robots)
         rows = write_half_spaces_in_the_way(half_spaces, moved, j, (margin, gain, tick, speed), written, rows)
         needed, body = (normals[:rows], offsets[:rows], retreats[:rows]), (heading[j], facets, turning)
-        if retreats[:rows].any():  # who is pushed back does not wait for what stands
+        if pushed and retreats[:rows].any():  # who is pushed back does not wait for what stands
             x, y, theta = velocity_while_pushed_back((wx, wy), needed, body, min_speed, robots)
             counted = robots
         else:

@@ -13,6 +13,9 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 
+UNCERTAIN = 0.005  # [m] beyond a half-space at rest, which is where noise moves it: who is there stays
+MOST_BEYOND = 0.05  # [m] beyond it that count: half-spaces of what is seen anew may be farther behind a robot
+
 
 @kernel
 def is_pushed_back(half_spaces, q, j, margin, gain):
@@ -24,6 +27,18 @@ def is_pushed_back(half_spaces, q, j, margin, gain):
                 behind = h[i, k] - margin - (G[i, k, 0] * q[j, 0] + G[i, k, 1] * q[j, 1])
                 if gain * behind < closing[i, k]:
                     return True
+    return False
+
+
+@kernel
+def goes_back(half_spaces, q, j, margin):
+    """Tell whether robot j is beyond some half-space that binds it by more than its noise."""
+    G, h, active, binds, _ = half_spaces
+    for i in range(h.shape[0]):
+        for k in range(h.shape[1]):
+            beyond = G[i, k, 0] * q[j, 0] + G[i, k, 1] * q[j, 1] - h[i, k] + margin
+            if active[i, k] and binds[i, k, j] and beyond > UNCERTAIN:
+                return True
     return False
 
 
@@ -105,6 +120,8 @@ def write_robots_in_the_way(q, j, numbers, normals, offsets):
 def write_half_spaces_in_the_way(half_spaces, state, j, numbers, written, rows):
     """Append the rows of half-spaces that bind robot j likewise, and how fast those that come nearer push it back.
 
+    Those at rest do so, too, where the robot is beyond them.
+
     `state` is q, displacement and u, each (n, 2), and `forbidden`, whether rows forbid m; `written` are normals (R, 2),
     offsets (R,) [m/s] and retreats (R,) [m/s], of which `rows` are there.
     """
@@ -120,7 +137,7 @@ def write_half_spaces_in_the_way(half_spaces, state, j, numbers, written, rows):
             behind = h[i, k] - margin - (Gx * q[j, 0] + Gy * q[j, 1])
             ahead = Gx * (tick * u[j, 0] - displacement[j, 0]) + Gy * (tick * u[j, 1] - displacement[j, 1])
             bound = max(0.0, gain * behind, ahead / tick if ahead <= behind and not forbidden else 0.0)
-            retreat = 0.0
+            retreat = gain * min(max(-behind - UNCERTAIN, 0.0), MOST_BEYOND)
             if closing[i, k] > 0.0:
                 required = gain * behind - closing[i, k]
                 bound, retreat = max(0.0, required), max(0.0, -required)

@@ -11,15 +11,8 @@ from pbrg_mj.perception.points.estimator import PointEstimator
 from pbrg_mj.perception.points.face_flow import face_flow
 from pbrg_mj.perception.points.memory import no_points
 from pbrg_mj.perception.points.motion import TRACK, WALK, fuse_faces
-from pbrg_mj.perception.points.range_flow import (
-    PAST_ECHO,
-    PAST_POSE,
-    RangeFlow,
-    empty_flow,
-    free_ends,
-    range_flow,
-    store_scan,
-)
+from pbrg_mj.perception.points.past_scan import PAST_ECHO, PAST_POSE, scans_by_age, store_scan
+from pbrg_mj.perception.points.range_flow import RangeFlow, empty_flow, free_ends, range_flow
 from pbrg_mj.perception.points.scan_faces import faces_of, scan_and_faces
 from pbrg_mj.perception.track.world_frame import ScanPose
 from pbrg_mj.scenario.schema import Scenario
@@ -30,7 +23,7 @@ from tests.test_perception_motion import SENSORS, nothing_before, seen, times
 
 ELAPSED = 0.3  # [s]
 Look = tuple[tuple[Echoes, SeenBeams], np.ndarray, ScanPose]  # a scan, its `free_ends`, where it was taken
-Past = tuple[np.ndarray, np.void]  # (beams,) of PAST_ECHO, PAST_POSE
+Past = tuple[np.ndarray, np.ndarray]  # (beams,) of PAST_ECHO, (1,) of PAST_POSE
 
 
 def looked_at(made: PointEstimator, given: Scenario, scene: Scene, frame: int) -> Look:
@@ -46,7 +39,7 @@ def looked_at(made: PointEstimator, given: Scenario, scene: Scene, frame: int) -
 def stored(look: Look) -> Past:
     past, past_pose = np.zeros(len(look[1]), PAST_ECHO), np.zeros(1, PAST_POSE)
     store_scan(past, past_pose, *look)
-    return past, past_pose[0]
+    return past, past_pose
 
 
 def flows_of(made: PointEstimator, before: Past, look: Look, of_faces: bool = True) -> tuple[RangeFlow, int]:
@@ -54,8 +47,9 @@ def flows_of(made: PointEstimator, before: Past, look: Look, of_faces: bool = Tr
     told = ends, np.zeros(len(ends), bool)
     if of_faces:
         of_scan = scan_and_faces((echoes, beams), ends, pose, made.parameters)
-        return face_flow((echoes, beams), of_scan, told[1], before, pose, made.parameters)
-    return range_flow((echoes, beams.ranges), told, before, pose, made.parameters)
+        return face_flow((echoes, beams), of_scan, told[1], (before[0], before[1][0]), pose, made.parameters)
+    past = before[0][None], before[1], scans_by_age(before[1])
+    return range_flow((echoes, beams.ranges), told, past, pose, made.parameters)
 
 
 @pytest.mark.parametrize("preset", SENSORS)

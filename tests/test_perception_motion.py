@@ -9,7 +9,8 @@ from pbrg_mj.perception.points.beams import SeenBeams
 from pbrg_mj.perception.points.detect import add_scan
 from pbrg_mj.perception.points.estimator import PointEstimator
 from pbrg_mj.perception.points.memory import no_points
-from pbrg_mj.perception.points.range_flow import LEFT, PAST_ECHO, PAST_POSE, RIGHT, free_ends, range_flow, store_scan
+from pbrg_mj.perception.points.past_scan import PAST_ECHO, PAST_POSE, scans_by_age, store_scan
+from pbrg_mj.perception.points.range_flow import LEFT, RIGHT, free_ends, range_flow
 from pbrg_mj.perception.track.world_frame import ScanPose
 from pbrg_mj.sensing.readings import Readings
 from tests.perceiving import box, together
@@ -161,9 +162,8 @@ def test_the_flow_of_free_ends_is_the_speed_along_the_face():
             pose = ScanPose(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, time, elapsed)
             echoes = add_scan(no_points(1, beams)[0], 1, scan, pose, team, nothing_before(beams), made)
             ends = free_ends(echoes, scan.ranges, made)
-            flows, count = range_flow(
-                (echoes, scan.ranges), (ends, np.zeros(beams, bool)), (past, place[0]), pose, made
-            )
+            seen_so, before = (ends, np.zeros(beams, bool)), (past[None], place, scans_by_age(place))
+            flows, count = range_flow((echoes, scan.ranges), seen_so, before, pose, made)
             store_scan(past, place, (echoes, scan), ends, pose)
         along = np.abs(flows.ny[:count]) > 0.7
         errors += list(flows.speed[:count][along] - flows.ny[:count][along] * speed)
@@ -186,7 +186,8 @@ def test_a_box_that_slides_along_its_face_is_not_told_to_stand(preset: str):
         pose, read = ScanPose(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, time, elapsed), SeenBeams(ranges, numbers.directions)
         echoes = add_scan(no_points(1, beams)[0], 1, read, pose, team, nothing_before(beams), numbers)
         ends = free_ends(echoes, ranges, numbers)
-        flows, count = range_flow((echoes, ranges), (ends, np.zeros(beams, bool)), (past, past_pose[0]), pose, numbers)
+        before = past[None], past_pose, scans_by_age(past_pose)
+        flows, count = range_flow((echoes, ranges), (ends, np.zeros(beams, bool)), before, pose, numbers)
         store_scan(past, past_pose, (echoes, read), ends, pose)
         if frame % 2:
             x, across, ny = flows.x[:count], flows.y[:count], flows.ny[:count]

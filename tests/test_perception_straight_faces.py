@@ -13,7 +13,7 @@ from pbrg_mj.perception.points.estimator import PointEstimator
 from pbrg_mj.perception.points.lines import is_on_line, line_at
 from pbrg_mj.perception.points.memory import no_points
 from pbrg_mj.perception.points.obstacle_points import ObstaclePoints
-from pbrg_mj.perception.points.range_flow import store_scan
+from pbrg_mj.perception.points.past_scan import store_scan
 from pbrg_mj.perception.points.straight_face import straight_face
 from pbrg_mj.perception.points.unexpected import EXPECTED, UNEXPECTED, unexpected_echoes
 from pbrg_mj.perception.track.world_frame import ScanPose

@@ -11,7 +11,7 @@ from pbrg_mj.perception.points.beams import SeenBeams
 from pbrg_mj.perception.points.detect import add_scan
 from pbrg_mj.perception.points.memory import no_points
 from pbrg_mj.perception.points.parameters import PointParameters, point_parameters
-from pbrg_mj.perception.points.range_flow import PAST_ECHO, PAST_POSE
+from pbrg_mj.perception.points.past_scan import PAST_ECHO, PAST_POSE
 from pbrg_mj.perception.scan.extract_lines import extract_lines
 from pbrg_mj.perception.setup import perception_setup
 from pbrg_mj.perception.track.world_frame import ScanPose

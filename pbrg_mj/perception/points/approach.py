@@ -28,7 +28,8 @@ from pbrg_mj.perception.points.motion import (
     speed_along,
     track_at,
 )
-from pbrg_mj.perception.points.range_flow import free_ends, range_flow, store_scan
+from pbrg_mj.perception.points.past_scan import scans_by_age, store_scan
+from pbrg_mj.perception.points.range_flow import free_ends, range_flow
 from pbrg_mj.perception.points.scan_faces import scan_and_faces
 
 FACES = 4  # of a half-space that are looked at
@@ -45,29 +46,27 @@ def move_half_spaces(seen, motion, pose, parameters, half_spaces, closing):
     `half_spaces` those of `separate`. The scan is stored in `past`.
     """
     (echoes, beams), (past, past_poses, tracks), (G, h, active, nearest, lines) = seen, motion, half_spaces
-    oldest = 0
-    for i in range(len(past_poses)):
-        if not past_poses[i]["known"] or (
-            past_poses[oldest]["known"] and past_poses[i]["time"] < past_poses[oldest]["time"]
-        ):
-            oldest = i
-    ends, before = free_ends(echoes, beams.ranges, parameters), (past[oldest], past_poses[oldest])
+    order, ends = scans_by_age(past_poses), free_ends(echoes, beams.ranges, parameters)
+    written = order[0] if len(order) == len(past_poses) else len(order)
     resting = echoes_on_lines(echoes, lines)
-    flows, count = range_flow((echoes, beams.ranges), (ends, resting), before, pose, parameters)
+    flows, count = range_flow((echoes, beams.ranges), (ends, resting), (past, past_poses, order), pose, parameters)
     of_faces = flows, 0
     if any_moves(tracks):
         scan, faces = scan_and_faces(seen, ends, pose, parameters)
         add_blind_zone_faces(seen, faces, tracks, pose, parameters, half_spaces)
+        before = past[order[0]], past_poses[order[0]]  # tracks move since scans before
         of_faces = face_flow(seen, (scan, faces), resting, before, pose, parameters)
     measured = (flows, count), of_faces
     for k in range(len(h)):
         closing[k] = 0.0
         if active[k]:
             half_space = (G[k, 0], G[k, 1]), h[k] + parameters.clearance, (nearest[k, 0], nearest[k, 1])
-            faces = tracks, line_at(lines, k).found
-            closing[k], lead = _approach(echoes, faces, half_space, measured, pose.time, parameters.reaction)
-            h[k] -= lead
-    store_scan(past[oldest], past_poses[oldest : oldest + 1], seen, ends, pose)
+            line = line_at(lines, k)
+            faces = tracks, line.found
+            speed, lead = _approach(echoes, faces, half_space, measured, pose.time, parameters.reaction)
+            closing[k] = max(speed, line.speed)
+            h[k] -= max(lead, parameters.reaction * line.speed)
+    store_scan(past[written], past_poses[written : written + 1], seen, ends, pose)
 
 
 @kernel

@@ -25,6 +25,7 @@ class Echoes(NamedTuple):
     y: np.ndarray  # (beams,) [m]
     variance: np.ndarray  # (beams,) of the range [m^2]
     pose_std: np.ndarray  # (beams,) [m]
+    turn_std: np.ndarray  # (beams,) what of that the heading adds, across the beam [m]
     ux: np.ndarray  # (beams,) direction of the beam
     uy: np.ndarray  # (beams,)
     binds: np.ndarray  # (beams,) bool: external, and no outlier
@@ -64,7 +65,7 @@ def add_scan(points, scan, beams, pose, team, before, parameters):
         point["time"], point["scan"] = pose.time, scan
         point["live"], point["passed"], point["binds"] = True, 0, echoes.binds[k]
         point["ux"], point["uy"], point["beam"] = echoes.ux[k], echoes.uy[k], k
-        point["turn_std"] = ranges[k] * math.sqrt(pose.heading_var)
+        point["turn_std"] = echoes.turn_std[k]
         corner = corner_bound(echoes, ranges, k, joins, parameters)
         point["protrusion"], point["slack"] = corner.protrusion, corner.slack
         point["along_x"], point["along_y"] = corner.along_x, corner.along_y
@@ -81,9 +82,10 @@ def _echoes(seen, pose, team, parameters):
     """
     (ranges, directions), (places, own) = seen, team
     beams = len(ranges)
-    x, y, variance, pose_std = np.empty(beams), np.empty(beams), np.empty(beams), np.empty(beams)
+    x, y, variance = np.empty(beams), np.empty(beams), np.empty(beams)
+    pose_std, turn_std = np.empty(beams), np.empty(beams)
     external, binds, ux, uy = np.zeros(beams, np.bool_), np.zeros(beams, np.bool_), np.empty(beams), np.empty(beams)
-    echoes = Echoes(external, x, y, variance, pose_std, ux, uy, binds, np.zeros(beams))
+    echoes = Echoes(external, x, y, variance, pose_std, turn_std, ux, uy, binds, np.zeros(beams))
     cos, sin = math.cos(pose.heading), math.sin(pose.heading)
     for k in range(beams):
         r = ranges[k]
@@ -93,7 +95,8 @@ def _echoes(seen, pose, team, parameters):
         ux[k], uy[k] = cos * dx - sin * dy, sin * dx + cos * dy
         x[k], y[k] = pose.x + r * ux[k], pose.y + r * uy[k]
         variance[k] = parameters.range_std**2 + (parameters.noise_ratio * r) ** 2
-        pose_std[k] = math.sqrt(pose.position_var + r * r * pose.heading_var)
+        turn_std[k] = r * math.sqrt(pose.heading_var)
+        pose_std[k] = math.sqrt(pose.position_var + turn_std[k] ** 2)
         reach = reach_of_team_mate(parameters.body_radius, math.sqrt(variance[k]) + pose_std[k])
         mates, start = places[min(k, len(places) - 1)], (pose.x, pose.y)
         if len(places) > 1:

@@ -19,7 +19,7 @@ from pbrg_mj.perception.points.lines import line_at
 from pbrg_mj.perception.points.memory import capacity_after, copy_records, delete_stale, no_points, slots_used
 from pbrg_mj.perception.points.motion import TRACK, TRACKS
 from pbrg_mj.perception.points.parameters import PointParameters
-from pbrg_mj.perception.points.range_flow import PAST_ECHO, PAST_POSE
+from pbrg_mj.perception.points.past_scan import PAST_ECHO, PAST_POSE
 from pbrg_mj.perception.points.separate import separate
 from pbrg_mj.perception.track.confirmation import LONG_EXTENT
 from pbrg_mj.perception.track.pose_history import PoseHistory, no_poses, poses_at_scan, with_poses
@@ -143,7 +143,7 @@ def perceive_points(scans, parameters, robots, targets, before, after):
         q[1] = pose.y + parameters.hand_offset * math.sin(pose.heading)
         target = q if math.isnan(targets[robot, 0]) else targets[robot]
         slots = len(h[robot])
-        half_spaces = G[robot], h[robot], active[robot], np.empty((slots, 2)), np.zeros((slots, 7))
+        half_spaces = G[robot], h[robot], active[robot], np.empty((slots, 2)), np.zeros((slots, 8))
         separate((points[robot], edge), q, target, parameters, half_spaces)
         move_half_spaces((echoes, beams), motion, pose, parameters, half_spaces, closing[robot])
         bind_robots_without_beams(half_spaces, (poses, robots), parameters, binds[robot])

@@ -22,23 +22,24 @@ class Line(NamedTuple):
     std: float  # of the offset beside the path [m]
     low: float  # where it begins and ends, along (-gy, gx) [m]
     high: float
+    speed: float  # at which it surely comes nearer, and by a deviation more; 0 for one that may rest [m/s]
 
 
 @kernel
 def write_line(line, lines, k):
-    """Write a `Line` to row k of `lines` (K, 7), which are none where they are 0."""
-    for column in range(7):
+    """Write a `Line` to row k of `lines` (K, 8), which are none where they are 0."""
+    for column in range(8):
         lines[k, column] = 0.0
     if line.found:
         lines[k, 0], lines[k, 1], lines[k, 2], lines[k, 3] = 1.0, line.gx, line.gy, line.offset
-        lines[k, 4], lines[k, 5], lines[k, 6] = line.std, line.low, line.high
+        lines[k, 4], lines[k, 5], lines[k, 6], lines[k, 7] = line.std, line.low, line.high, line.speed
 
 
 @kernel
 def line_at(lines, k):
-    """Return the `Line` in row k of `lines` (K, 7)."""
+    """Return the `Line` in row k of `lines` (K, 8)."""
     row = lines[k]
-    return Line(row[0] > 0.0, row[1], row[2], row[3], row[4], row[5], row[6])
+    return Line(row[0] > 0.0, row[1], row[2], row[3], row[4], row[5], row[6], row[7])
 
 
 @kernel
@@ -59,7 +60,7 @@ def is_on_line(places, i, line):
 
 @kernel
 def echoes_on_lines(echoes, lines):
-    """Return which echoes (beams,) are of a straight face at rest: of one of the `lines` (K, 7) of `write_line`."""
+    """Return which echoes (beams,) are of a straight face at rest: of one of the `lines` (K, 8) of `write_line`."""
     found = np.zeros(len(echoes.x), np.bool_)
     for i in range(len(lines)):
         line = line_at(lines, i)

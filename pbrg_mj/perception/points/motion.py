@@ -12,20 +12,22 @@ import math
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.points.range_flow import ANY_SPEED, FASTEST
+from pbrg_mj.perception.points.normal_flow import ANY_SPEED, FASTEST
 
 TRACK = np.dtype(
-    [(name, "f8") for name in ("x", "y", "vx", "vy", "cxx", "cxy", "cyy", "time")]
+    [(name, "f8") for name in ("x", "y", "vx", "vy", "cxx", "cxy", "cyy", "time", "told")]
     + [(name, "?") for name in ("live", "moves")]
 )
-"""Nearest place of a face [m], its velocity [m/s] and covariance [m^2/s^2], when last updated [s]; whether it moves."""
+"""Nearest place of a face [m], its velocity [m/s] and covariance [m^2/s^2], when it was last updated and when a flow
+last told of it [s]; whether it moves."""
 
 TRACKS = 12  # a robot
 BESIDE = 0.4  # [m] from the nearest place of a face: flows that tell of its velocity
 DEPTH = 0.06  # [m] behind it: flows of the same side of a thing
 JUMP = 0.5  # [m] of a nearest place from scan to scan: along a face it is where noise and beams happen to put it
-UNSEEN = 1.0  # [s] after which a track ends
-WALK = 0.2  # [m/s] by which a velocity walks in a second
+UNSEEN = 1.0  # [s] after which a track ends; one that moves does where no flow tells of it
+WALK = 0.1  # [m/s] by which the velocity of what moves walks in a second
+WALK_AT_REST = 0.05  # [m/s] and of what seems to rest: what begins to move fast is outside its gate, and a new track
 MOVES = 13.8  # squared Mahalanobis distance of a velocity from rest: one face at rest in a thousand is beyond it
 RESTS = 2.0  # and one at which what has moved rests again: half of all that rest are within 1.4
 OTHER = 9.0  # squared innovation of a flow that is not this face's: where a line joins two faces
@@ -79,33 +81,57 @@ def any_moves(tracks):
 @kernel
 def _update(track, beside, along_faces, time):
     """Fuse the flows beside a face with the velocity of its track; tell whether it moves."""
-    moves, shared = track["moves"], 0.0
+    moves = track["moves"]
+    if moves and time - track["told"] > UNSEEN:
+        moves, track["vx"], track["vy"], track["cxx"] = False, 0.0, 0.0, 0.0  # a new one
     if moves:
         fuse_faces(track, along_faces, time)
     else:
-        shared = _fuse(track, beside, time)
-    vx, vy, cxx, cxy, cyy = track["vx"], track["vy"], track["cxx"] + shared, track["cxy"], track["cyy"] + shared
+        fuse_flows(track, beside, time)
+    vx, vy, cxx, cxy, cyy = track["vx"], track["vy"], track["cxx"], track["cxy"], track["cyy"]
     distance = (cyy * vx * vx - 2.0 * cxy * vx * vy + cxx * vy * vy) / (cxx * cyy - cxy * cxy)
     track["moves"] = distance > (RESTS if moves else MOVES)
 
 
 @kernel
-def _fuse(track, measured, time):
-    """Fuse flows (flows, chosen) with the velocity of a track; return the variance that all of them share."""
-    (flows, chosen), (cxx, cxy, cyy) = measured, _predicted(track, time)
-    vx, vy, shared = track["vx"], track["vy"], 0.0
+def fuse_flows(track, measured, time):
+    """Fuse flows (flows, chosen) with the velocity v of a track, covariance P, which seems to rest.
+
+    The poses of both scans are wrong, so that all flows tell u = v + b, with the same b of covariance S. Before them u
+    has the covariance W = P + S, after them U. With A = P W^-1, v becomes v + A (u - v), exactly, and P becomes
+    P - A (W - U) A^T. A scan tells of v no better than S, but the next scan has another b.
+    """
+    (flows, chosen), (pxx, pxy, pyy) = measured, _predicted(track, time)
+    wxx, wxy, wyy = _with_poses(flows, chosen, (pxx, pxy, pyy))
+    ux, uy, cxx, cxy, cyy = track["vx"], track["vy"], wxx, wxy, wyy
     for i in chosen:
         fx, fy = flows.nx[i], flows.ny[i]
         gx, gy = cxx * fx + cxy * fy, cxy * fx + cyy * fy
         total = fx * gx + fy * gy + flows.variance[i]
-        error = (flows.speed[i] - fx * vx - fy * vy) / total
+        error = (flows.speed[i] - fx * ux - fy * uy) / total
         if error * error * total > OTHER:
             continue
-        vx, vy = vx + gx * error, vy + gy * error
+        track["told"] = time
+        ux, uy = ux + gx * error, uy + gy * error
         cxx, cxy, cyy = cxx - gx * gx / total, cxy - gx * gy / total, cyy - gy * gy / total
-        shared = max(shared, flows.shared[i])
-    track["vx"], track["vy"], track["cxx"], track["cxy"], track["cyy"] = vx, vy, cxx, cxy, cyy
-    return shared
+    det = wxx * wyy - wxy * wxy
+    axx, axy = (pxx * wyy - pxy * wxy) / det, (pxy * wxx - pxx * wxy) / det
+    ayx, ayy = (pxy * wyy - pyy * wxy) / det, (pyy * wxx - pxy * wxy) / det
+    dx, dy, dxx, dxy, dyy = ux - track["vx"], uy - track["vy"], wxx - cxx, wxy - cxy, wyy - cyy
+    track["vx"], track["vy"] = track["vx"] + axx * dx + axy * dy, track["vy"] + ayx * dx + ayy * dy
+    track["cxx"] = pxx - (axx * axx * dxx + 2.0 * axx * axy * dxy + axy * axy * dyy)
+    track["cxy"] = pxy - (axx * ayx * dxx + (axx * ayy + axy * ayx) * dxy + axy * ayy * dyy)
+    track["cyy"] = pyy - (ayx * ayx * dxx + 2.0 * ayx * ayy * dxy + ayy * ayy * dyy)
+
+
+@kernel
+def _with_poses(flows, chosen, covariance):
+    """Return a covariance (xx, xy, yy) and that of what poses add, the mean over the flows chosen [m^2/s^2]."""
+    xx, xy, yy = covariance
+    for i in chosen:
+        xx, xy = xx + flows.poses_xx[i] / len(chosen), xy + flows.poses_xy[i] / len(chosen)
+        yy += flows.poses_yy[i] / len(chosen)
+    return xx, xy, yy
 
 
 @kernel
@@ -127,6 +153,7 @@ def fuse_faces(track, measured, time):
             continue
         total = own + flows.variance[i] + len(chosen) * flows.shared[i]
         kx, ky = (gx / total, gy / total) if flows.of_end[i] else (own * fx / total, own * fy / total)
+        track["told"] = time
         vx, vy = vx + kx * error, vy + ky * error
         cxx += kx * (total * kx - 2.0 * gx)
         cxy += total * kx * ky - kx * gy - ky * gx
@@ -139,7 +166,8 @@ def _predicted(track, time):
     """Return the covariance of a track's velocity at a time."""
     if track["cxx"] == 0.0:  # a new one
         return ANY_SPEED**2, 0.0, ANY_SPEED**2
-    walk = WALK * WALK * (time - track["time"])
+    rate = WALK if track["moves"] else WALK_AT_REST
+    walk = rate * rate * (time - track["time"])
     return track["cxx"] + walk, track["cxy"], track["cyy"] + walk
 
 
@@ -169,7 +197,7 @@ def _track_of(tracks, place, beside, time):
         found = free
         new = tracks[found]
         new["x"], new["y"], new["vx"], new["vy"], new["time"], new["live"] = place[0], place[1], 0.0, 0.0, time, True
-        new["moves"] = False
+        new["moves"], new["told"] = False, time
         new["cxx"], new["cxy"], new["cyy"] = 0.0, 0.0, 0.0
     return tracks[found]
 

@@ -17,34 +17,13 @@ from typing import NamedTuple
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.points.beams import beams_beside, next_beam
-from pbrg_mj.perception.points.older_line import long_line, may_share_face
-
-PAST_ECHO = np.dtype(
-    [
-        ("x", "f8"),
-        ("y", "f8"),
-        ("range", "f8"),
-        ("variance", "f8"),
-        ("off_line", "f8"),
-        ("dx", "f8"),
-        ("dy", "f8"),
-        ("ends", "i8"),
-        ("external", "?"),
-    ]
-)
-"""An echo of an older scan: place, range [m], the range's variance [m^2], how far it may lie off its face [m]
-(anywhere up to there: a variance of a twelfth of its square), direction of its beam in the body frame, `free_ends`."""
-PAST_POSE = np.dtype([("x", "f8"), ("y", "f8"), ("heading", "f8"), ("time", "f8"), ("known", "?")])
-"""Where the robot was then [m], [rad], when [s], and whether there is such a scan."""
+from pbrg_mj.perception.points.beams import next_beam
+from pbrg_mj.perception.points.normal_flow import FASTEST, along_normal, is_confirmed
+from pbrg_mj.perception.points.past_scan import LONGEST, directions_of
 
 NEAR = 1.5  # [m] farther things have time to come nearer
-FASTEST = 0.7  # [m/s] more is no motion, but another thing
-LONGEST = 1.0  # [s] between two scans
-ANY_SPEED = 0.3  # [m/s] standard deviation of the velocity of what is seen first
 LEFT, RIGHT = 1, 2  # sides of a face, as its robot sees it
 BEYOND = 1.0 + 1e-6  # times the distance of a line: a beam goes past it, and not for the rounding of exact ranges
-SLANTED = 0.5  # cosine between a face's normal and its beam below which normal flow tells little
 
 
 class RangeFlow(NamedTuple):
@@ -57,30 +36,40 @@ class RangeFlow(NamedTuple):
     speed: np.ndarray  # (F,) along it [m/s]
     variance: np.ndarray  # (F,) of its own [m^2/s^2]
     shared: np.ndarray  # (F,) of the poses, the same for all of a scan [m^2/s^2]
+    poses_xx: np.ndarray  # (F,) the covariance of the velocity that poses seem to give to what stands there [m^2/s^2]
+    poses_xy: np.ndarray  # (F,)
+    poses_yy: np.ndarray  # (F,)
     of_end: np.ndarray  # (F,) bool: of a free end, not along a face's normal
 
 
 @kernel
 def range_flow(seen, told, before, pose, parameters):
-    """Return the `RangeFlow` of a scan's near echoes against an older one, and how many entries it has.
+    """Return the `RangeFlow` of a scan's near echoes against the oldest one, and how many entries it has.
 
     `seen` are `Echoes` and ranges (beams,) [m], `told` are ends (beams,), their `free_ends`, and resting
-    (beams,), whether they are known to rest, `before` past (beams,) of PAST_ECHO and past_pose, a PAST_POSE record.
+    (beams,), whether they are known to rest, `before` past (lag, beams) of PAST_ECHO, past_poses (lag,) of PAST_POSE
+    and their order, that of `scans_by_age`: none of them is missing, or there is no flow. Those that the other older
+    scans do not confirm are left out.
     """
-    (echoes, ranges), (ends, resting), (past, past_pose) = seen, told, before
-    flows, elapsed = empty_flow(2 * len(ranges)), pose.time - past_pose["time"]
-    if not past_pose["known"] or not 0.0 < elapsed <= LONGEST:
+    (echoes, ranges), (ends, resting), (past, past_poses, order) = seen, told, before
+    flows, count = empty_flow(2 * len(ranges)), 0
+    if len(order) < len(past_poses):
         return flows, 0
-    count, directions = 0, directions_of(past, parameters)
+    oldest, oldest_pose = past[order[0]], past_poses[order[0]]
+    elapsed, later = pose.time - oldest_pose["time"], (past, past_poses, order[1:], pose.time)
+    if not 0.0 < elapsed <= LONGEST:
+        return flows, 0
+    against = oldest, oldest_pose, directions_of(oldest, parameters)
     for i in range(len(ranges)):
         if not echoes.external[i] or ranges[i] > NEAR or resting[i]:
             continue
-        echo = echoes.x[i], echoes.y[i], echoes.variance[i]
-        found, n, moved, variance = along_normal(echo, (past, past_pose, directions), elapsed, parameters)
-        if found:
+        echo, poses = (echoes.x[i], echoes.y[i], echoes.variance[i]), 2.0 * echoes.pose_std[i] ** 2
+        found, n, moved, variance = along_normal(echo, against, elapsed, parameters)
+        measured = n, moved / elapsed, (variance + poses) / elapsed**2
+        if found and is_confirmed(echo, measured, poses, later, parameters):
             count = append_flow(flows, count, (echoes, i), n, (moved, variance), elapsed)
         if ends[i] != 0:
-            count = append_end((flows, count), (echoes, i), ends[i], (past, past_pose), pose, parameters)
+            count = append_end((flows, count), (echoes, i), ends[i], against[:2], pose, parameters)
     return flows, count
 
 
@@ -88,7 +77,8 @@ def range_flow(seen, told, before, pose, parameters):
 def empty_flow(most):
     """Return a `RangeFlow` with room for so many entries."""
     x, y, nx, ny = np.empty(most), np.empty(most), np.empty(most), np.empty(most)
-    return RangeFlow(x, y, nx, ny, np.empty(most), np.empty(most), np.empty(most), np.zeros(most, np.bool_))
+    measured, poses = (np.empty(most), np.empty(most), np.empty(most)), (np.empty(most), np.empty(most), np.empty(most))
+    return RangeFlow(x, y, nx, ny, *measured, *poses, np.zeros(most, np.bool_))
 
 
 @kernel
@@ -100,7 +90,12 @@ def append_flow(flows, count, echo, n, measured, elapsed):
     (echoes, i), (moved, variance) = echo, measured
     flows.x[count], flows.y[count], flows.nx[count], flows.ny[count] = echoes.x[i], echoes.y[i], n[0], n[1]
     flows.speed[count], flows.variance[count] = moved / elapsed, (variance + 1e-6) / elapsed**2
-    flows.shared[count] = 2.0 * echoes.pose_std[i] ** 2 / elapsed**2
+    # Both scans have such errors; what the heading adds is across the beam.
+    turn, tx, ty = 2.0 * echoes.turn_std[i] ** 2 / elapsed**2, -echoes.uy[i], echoes.ux[i]
+    place = 2.0 * echoes.pose_std[i] ** 2 / elapsed**2 - turn
+    flows.poses_xx[count], flows.poses_yy[count] = place + turn * tx * tx, place + turn * ty * ty
+    flows.poses_xy[count] = turn * tx * ty
+    flows.shared[count] = place + turn * (tx * n[0] + ty * n[1]) ** 2
     return count + 1
 
 
@@ -118,38 +113,6 @@ def append_end(measured, echo, sides, before, pose, parameters):
         return count
     flows.of_end[count] = True
     return append_flow(flows, count, (echoes, i), n, (moved, variance), elapsed)
-
-
-@kernel
-def along_normal(echo, before, elapsed, parameters):
-    """Return (found, normal, moved, variance): how far an echo lies off the line of an older scan [m], [m^2].
-
-    `echo` is (ex, ey, echo_variance), `before` the scan's past, past_pose and directions.
-    """
-    (past, past_pose, directions), (ex, ey, echo_variance) = before, echo
-    nothing = False, (0.0, 0.0), 0.0, 0.0
-    dx, dy = ex - past_pose["x"], ey - past_pose["y"]
-    a, b = beams_beside(dx, dy, past_pose["heading"], directions, parameters)
-    if b < 0 or not may_share_face(past, a, b, parameters):
-        return nothing
-    off_line = max(past[a]["off_line"], past[b]["off_line"])
-    a, b, bent = long_line(past, a, b, parameters)
-    along_x, along_y = past[b]["x"] - past[a]["x"], past[b]["y"] - past[a]["y"]
-    length, noise = math.sqrt(along_x * along_x + along_y * along_y), past[a]["variance"] + past[b]["variance"]
-    if length == 0.0:
-        return nothing
-    ux, uy = -along_y / length, along_x / length
-    if ux * dx + uy * dy > 0.0:
-        ux, uy = -ux, -uy
-    moved = (ex - past[a]["x"]) * ux + (ey - past[a]["y"]) * uy
-    slanted = -(ux * dx + uy * dy) < SLANTED * math.sqrt(dx * dx + dy * dy)
-    if slanted or abs(moved) > FASTEST * elapsed + 3.0 * math.sqrt(echo_variance):
-        return nothing
-    share = ((ex - past[a]["x"]) * along_x + (ey - past[a]["y"]) * along_y) / length**2
-    share = min(max(share, 0.0), 1.0)
-    variance = echo_variance + (1.0 - share) ** 2 * past[a]["variance"] + share**2 * past[b]["variance"]
-    turned = noise * (ANY_SPEED * elapsed / length) ** 2
-    return True, (ux, uy), moved, variance + off_line**2 / 12.0 + bent**2 + turned
 
 
 @kernel
@@ -224,34 +187,3 @@ def free_ends(echoes, ranges, parameters):
             if passes:
                 ends[i] |= side
     return ends
-
-
-@kernel
-def directions_of(past, parameters):
-    """Return the directions (beams, 2) of an older scan's beams; those of all scans where a scan takes no time."""
-    if not parameters.scan_time > 0.0:
-        return parameters.directions
-    directions = np.empty((len(past), 2))
-    for k in range(len(past)):
-        directions[k, 0], directions[k, 1] = past[k]["dx"], past[k]["dy"]
-    return directions
-
-
-@kernel
-def store_scan(past, past_pose, seen, ends, pose):
-    """Write a scan over the oldest one, past (beams,) of PAST_ECHO and past_pose (1,) of PAST_POSE.
-
-    `seen` are its Echoes and SeenBeams, `ends` (beams,) those of `free_ends`.
-    """
-    echoes, beams = seen
-    for i in range(len(past)):
-        past[i]["x"], past[i]["y"], past[i]["external"] = echoes.x[i], echoes.y[i], echoes.external[i]
-        past[i]["dx"], past[i]["dy"] = beams.directions[i, 0], beams.directions[i, 1]
-        past[i]["ends"] = ends[i]
-        past[i]["range"], past[i]["variance"], past[i]["off_line"] = (
-            beams.ranges[i],
-            echoes.variance[i],
-            echoes.protrusion[i],
-        )
-    past_pose[0]["x"], past_pose[0]["y"], past_pose[0]["heading"] = pose.x, pose.y, pose.heading
-    past_pose[0]["time"], past_pose[0]["known"] = pose.time, True

@@ -16,7 +16,7 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.beams import next_beam
 from pbrg_mj.perception.points.fitted_line import OFF_LINE
 from pbrg_mj.perception.points.older_line import may_share_face
-from pbrg_mj.perception.points.range_flow import PAST_ECHO, PAST_POSE, store_scan
+from pbrg_mj.perception.points.past_scan import PAST_ECHO, PAST_POSE, store_scan
 
 LEAST_ECHOES = 3  # of a face: the line of two is theirs alone
 EXACT = 1e-8  # [m^2] least variance of a place

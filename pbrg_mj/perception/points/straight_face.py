@@ -25,6 +25,7 @@ from pbrg_mj.perception.track.confirmation import MAX_REST_SPEED
 LEAST_LENGTH = 0.25  # [m] as the line estimator's
 BESIDE = 0.01  # [m] by which the path keeps farther from a face than from its line where it passes by the end
 PARTS = 16  # of a face's length
+MOVES = 3.7  # deviations from rest: as of tracks
 SCANS = 16  # that are told apart, by their number modulo this
 
 
@@ -36,7 +37,7 @@ def straight_face(face, about, parameters):
     has outliers, an echo ahead of the line binds no more until a second one confirms it.
     """
     window, size, path = face
-    nothing = Line(False, about[0], about[1], 0.0, 0.0, 0.0, 0.0)
+    nothing = Line(False, about[0], about[1], 0.0, 0.0, 0.0, 0.0, 0.0)
     if parameters.half_cone > 0.0:  # which do not tell where in their view a thing is
         return nothing
     found, normal, weighted, fit = fitted_line(window, size, about, parameters)
@@ -46,7 +47,7 @@ def straight_face(face, about, parameters):
     if high - low < LEAST_LENGTH:
         return nothing
     pose_var = _pose_variance(window, normal, weighted, fit)
-    approach = _approach(window, weighted, fit, pose_var)
+    approach, speed = _approach(window, weighted, fit, pose_var)
     if approach < 0.0:
         return nothing
     shares = _shares(window, weighted, (low, high))
@@ -59,7 +60,7 @@ def straight_face(face, about, parameters):
     (bulge, bulge_std), (gx, gy), x0, y0 = _bulge(weighted, fit, (low, high)), normal, window.x[0], window.y[0]
     variance = _variance_beside(path, (normal, x0, y0), fit, (low, high)) + pose_var + bulge_std**2
     offset, along = gx * x0 + gy * y0 + fit.mean - bulge - approach, gx * y0 - gy * x0
-    return Line(True, gx, gy, offset, math.sqrt(variance), along + low, along + high)
+    return Line(True, gx, gy, offset, math.sqrt(variance), along + low, along + high, speed)
 
 
 @kernel
@@ -117,7 +118,10 @@ def _shares(window, weighted, ends):
 
 @kernel
 def _approach(window, weighted, fit, pose_var):
-    """Return how much nearer a face surely is now than in the mean of its scans [m]; -1 if it may not be at rest."""
+    """Return how much nearer a face surely is now than in the mean of its scans [m], and the speed of a `Line`.
+
+    -1 and 0 if it may come faster than `MAX_REST_SPEED`.
+    """
     newest = 0
     for i in range(weighted.shape[1]):
         if weighted[2, i] > 0.0:
@@ -141,11 +145,13 @@ def _approach(window, weighted, fit, pose_var):
             age = now - time[k] - middle
             spread, drift = spread + weight[k] * age * age, drift + weight[k] * age * off[k]
     if not spread > 0.0:
-        return -1.0
+        return -1.0, 0.0
     speed, std = drift / spread, math.sqrt(1.0 / spread)  # towards the robot
     if abs(speed) + 3.0 * std > MAX_REST_SPEED:
-        return -1.0
-    return max(speed - std, 0.0) * middle
+        return -1.0, 0.0
+    if speed > MOVES * std:
+        return speed * middle, speed + std
+    return max(speed - std, 0.0) * middle, 0.0
 
 
 @kernel

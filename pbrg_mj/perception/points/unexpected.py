@@ -14,7 +14,7 @@ import numpy as np
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.beams import beams_beside, next_beam
 from pbrg_mj.perception.points.older_line import may_share_face
-from pbrg_mj.perception.points.range_flow import LONGEST, directions_of
+from pbrg_mj.perception.points.past_scan import LONGEST, directions_of
 
 DEVIATIONS = 5.0  # of ranges and poses
 UNKNOWN, EXPECTED, UNEXPECTED = 0, 1, 2

@@ -11,7 +11,7 @@ from pbrg_mj.perception.points.memory import no_points
 from pbrg_mj.perception.points.obstacle_points import ObstaclePoints, empty_points, measure_from, nearest_point
 from tests.seeing_points import estimator
 
-NO_LINE = Line(False, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+NO_LINE = Line(False, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 COUNTS = [0, 1, 15, 16, 17, 33, 200]
 
 

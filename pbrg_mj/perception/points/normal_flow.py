@@ -60,7 +60,7 @@ def is_confirmed(echo, measured, shared, later, parameters):
 
     `echo` and `measured`, (normal, speed, variance), as for `along_normal`, in the world, [m/s] and [m^2/s^2];
     `shared` is what the poses add to a place's difference between two scans [m^2]; `later` are past (lag, beams),
-    past_poses (lag,), those of them to ask, in their order, and the time of the scan [s]. Without any all is confirmed.
+    past_poses (lag,), order (S,), those of them to ask, and the time of the scan [s]. Without any all is confirmed.
     """
     ((nx, ny), speed, variance), (past, past_poses, order, time) = measured, later
     if len(order) == 0 or speed * speed <= SURE * variance:

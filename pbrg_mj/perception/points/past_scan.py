@@ -29,7 +29,10 @@ LONGEST = 1.0  # [s] between two scans that are compared
 
 @kernel
 def scans_by_age(past_poses):
-    """Return which older scans there are, of PAST_POSE (lag,), the oldest first; (0,) before the second scan."""
+    """Return which older scans there are, the oldest first; none before the second scan.
+
+    `past_poses` (lag,) are of PAST_POSE.
+    """
     order, size = np.empty(len(past_poses), np.int64), 0
     for i in range(len(past_poses)):
         if past_poses[i]["known"]:

@@ -48,8 +48,8 @@ def range_flow(seen, told, before, pose, parameters):
 
     `seen` are `Echoes` and ranges (beams,) [m], `told` are ends (beams,), their `free_ends`, and resting
     (beams,), whether they are known to rest, `before` past (lag, beams) of PAST_ECHO, past_poses (lag,) of PAST_POSE
-    and their order, that of `scans_by_age`: none of them is missing, or there is no flow. Those that the other older
-    scans do not confirm are left out.
+    and order (lag,), that of `scans_by_age`: while it is shorter there is no flow. Flows that the other older scans do
+    not confirm are left out.
     """
     (echoes, ranges), (ends, resting), (past, past_poses, order) = seen, told, before
     flows, count = empty_flow(2 * len(ranges)), 0

@@ -16,8 +16,10 @@ lines           straight faces at rest, and which places and echoes are theirs
 face            the places of one face, its normal and its half-space
 straight_face   whether a face is straight and at rest, and how well its line is known
 separate        half-spaces between the path and all places
-range_flow      what a scan, compared with an older one, tells of velocities
-older_line      the line of a face in the older scan
+past_scan       older scans, as they are kept
+older_line      the line of a face in an older scan
+normal_flow     how far an echo is off that line, and whether another older scan confirms it
+range_flow      what a scan, compared with older ones, tells of velocities
 scan_faces      the faces of a scan, one normal for each
 face_flow       range flow of whole faces, for tracks that move
 motion          tracks of faces, each with a velocity
@@ -29,13 +31,13 @@ Kernels name their arrays alike, of one robot:
 
     points (M,)                       of POINT, the memory
     tracks (T,)                       of TRACK, of faces
-    past (beams,), past_pose (1,)     of PAST_ECHO and PAST_POSE, an older scan
+    past (beams,), past_pose (1,)     of PAST_ECHO and PAST_POSE, an older scan; of several (lag, beams), (lag,)
     ranges (beams,), directions (beams, 2)   of `SeenBeams`: [m], unit vectors in the body's frame
     path (4,)                         x, y of both ends, from the hand point on [m]
     normal (gx, gy), n (nx, ny)       unit vectors in the world
     G (K, 2), h (K,), active (K,), nearest (K, 2)   half-spaces, and the place of each that is nearest to the path [m]
     half_space (normal, nearest, h)   one of them; here nearest is where the hand point is at its nearest place [m]
-    lines (K, 7), line                the straight faces of half-spaces, and one of them, a `Line`
+    lines (K, 8), line                the straight faces of half-spaces, and one of them, a `Line`
     expected (beams,)                 what echoes are by the scan before, `unexpected_echoes`
     echoes, beams, pose, parameters   `Echoes`, `SeenBeams`, `ScanPose`, `PointParameters`
     measured (flows, count)           the `RangeFlow` of a scan, and how many entries it has

@@ -54,7 +54,7 @@ def move_half_spaces(seen, motion, pose, parameters, half_spaces, closing):
     if any_moves(tracks):
         scan, faces = scan_and_faces(seen, ends, pose, parameters)
         add_blind_zone_faces(seen, faces, tracks, pose, parameters, half_spaces)
-        before = past[order[0]], past_poses[order[0]]  # tracks move since scans before
+        before = past[order[0]], past_poses[order[0]]  # where a track moves there is one
         of_faces = face_flow(seen, (scan, faces), resting, before, pose, parameters)
     measured = (flows, count), of_faces
     for k in range(len(h)):

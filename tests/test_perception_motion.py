@@ -162,8 +162,8 @@ def test_the_flow_of_free_ends_is_the_speed_along_the_face():
             pose = ScanPose(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, time, elapsed)
             echoes = add_scan(no_points(1, beams)[0], 1, scan, pose, team, nothing_before(beams), made)
             ends = free_ends(echoes, scan.ranges, made)
-            seen_so, before = (ends, np.zeros(beams, bool)), (past[None], place, scans_by_age(place))
-            flows, count = range_flow((echoes, scan.ranges), seen_so, before, pose, made)
+            told_of, before = (ends, np.zeros(beams, bool)), (past[None], place, scans_by_age(place))
+            flows, count = range_flow((echoes, scan.ranges), told_of, before, pose, made)
             store_scan(past, place, (echoes, scan), ends, pose)
         along = np.abs(flows.ny[:count]) > 0.7
         errors += list(flows.speed[:count][along] - flows.ny[:count][along] * speed)

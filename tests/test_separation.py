@@ -114,9 +114,9 @@ def test_who_is_beyond_a_half_space_at_rest_goes_back_but_not_for_its_noise() ->
 def test_who_goes_back_does_not_go_nearer_to_robots_than_is_allowed() -> None:
     """A robot stands behind it, a little farther away than the distance to keep, and it wants nothing."""
     keeper, G = filter_of(np.random.default_rng(318), 2), np.array([1.0, 0.0])
-    for apart, back in ((0.3, 0.0), (0.32, 0.02), (0.4, 0.05 * 2.0)):
+    for apart, back in ((0.3, 0.0), (0.32, 0.02), (0.4, 0.1)):
         q = np.array([[keeper.margin + 0.2, 0.0], [keeper.margin + 0.2 - apart, 0.0]])
-        problem = coming_at(keeper, q, G, 2 * keeper.margin + 0.0, 0.0)
+        problem = coming_at(keeper, q, G, 2 * keeper.margin, 0.0)
         assert driven_by(keeper, problem, q, np.zeros((2, 2)))[0, 0] == pytest.approx(-back, abs=1e-4)
 
 

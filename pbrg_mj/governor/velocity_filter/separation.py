@@ -52,7 +52,7 @@ from pbrg_mj.governor.velocity_filter.nearest_velocity import (
 )
 from pbrg_mj.governor.velocity_filter.separation_rows import (
     approach_of_team_mates,
-    goes_back,
+    is_beyond_half_space,
     is_pushed_back,
     makes_room,
     write_half_spaces_in_the_way,
@@ -162,7 +162,7 @@ def write_driven(half_spaces, state, wheels, numbers, driven):
         wx, wy = scale * x, scale * y
         coming = approach_of_team_mates(half_spaces, q, j, (distance, margin, gain))
         pushed = is_pushed_back(half_spaces, q, j, margin, gain) or makes_room(q, j, coming, (distance, gain))
-        away = pushed or goes_back(half_spaces, q, j, margin)  # perhaps faster than it wants to go
+        away = pushed or is_beyond_half_space(half_spaces, q, j, margin)  # perhaps faster than it wants to go
         speed = math.inf if away else math.sqrt(wx * wx + wy * wy)
         retreats[:] = 0.0
         rate = gain if pushed else 0.5 * gain

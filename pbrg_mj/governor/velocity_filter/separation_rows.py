@@ -31,13 +31,13 @@ def is_pushed_back(half_spaces, q, j, margin, gain):
 
 
 @kernel
-def goes_back(half_spaces, q, j, margin):
+def is_beyond_half_space(half_spaces, q, j, margin):
     """Tell whether robot j is beyond some half-space that binds it by more than its noise."""
     G, h, active, binds, _ = half_spaces
     for i in range(h.shape[0]):
         for k in range(h.shape[1]):
-            beyond = G[i, k, 0] * q[j, 0] + G[i, k, 1] * q[j, 1] - h[i, k] + margin
-            if active[i, k] and binds[i, k, j] and beyond > UNCERTAIN:
+            behind = h[i, k] - margin - (G[i, k, 0] * q[j, 0] + G[i, k, 1] * q[j, 1])
+            if active[i, k] and binds[i, k, j] and -behind > UNCERTAIN:
                 return True
     return False
 
@@ -118,9 +118,9 @@ def write_robots_in_the_way(q, j, numbers, normals, offsets):
 
 @kernel
 def write_half_spaces_in_the_way(half_spaces, state, j, numbers, written, rows):
-    """Append the rows of half-spaces that bind robot j likewise, and how fast those that come nearer push it back.
+    """Append the rows of half-spaces that bind robot j likewise, and how fast they push it back.
 
-    Those at rest do so, too, where the robot is beyond them.
+    Those that come nearer do so, and those at rest where the robot is beyond them.
 
     `state` is q, displacement and u, each (n, 2), and `forbidden`, whether rows forbid m; `written` are normals (R, 2),
     offsets (R,) [m/s] and retreats (R,) [m/s], of which `rows` are there.

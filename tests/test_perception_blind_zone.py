@@ -17,7 +17,7 @@ HalfSpaceArrays = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarr
 
 
 def nothing() -> HalfSpaceArrays:
-    return np.zeros((SLOTS, 2)), np.zeros(SLOTS), np.zeros(SLOTS, bool), np.zeros((SLOTS, 2)), np.zeros((SLOTS, 7))
+    return np.zeros((SLOTS, 2)), np.zeros(SLOTS), np.zeros(SLOTS, bool), np.zeros((SLOTS, 2)), np.zeros((SLOTS, 8))
 
 
 def tracks_at(x: float, y: float, moves: bool = True) -> np.ndarray:

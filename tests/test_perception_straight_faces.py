@@ -10,7 +10,7 @@ from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.perception.points.beams import SeenBeams
 from pbrg_mj.perception.points.detect import add_scan
 from pbrg_mj.perception.points.estimator import PointEstimator
-from pbrg_mj.perception.points.lines import is_on_line, line_at
+from pbrg_mj.perception.points.lines import Line, is_on_line, line_at
 from pbrg_mj.perception.points.memory import no_points
 from pbrg_mj.perception.points.obstacle_points import ObstaclePoints
 from pbrg_mj.perception.points.past_scan import store_scan
@@ -326,4 +326,4 @@ def test_a_face_whose_newest_place_is_left_out_may_be_a_line():
 
 
 def test_no_line_is_remembered_as_none():
-    assert not line_at(np.zeros((1, 7)), 0).found
+    assert not line_at(np.zeros((1, len(Line._fields))), 0).found

@@ -4,37 +4,29 @@ from __future__ import annotations
 
 import numpy as np
 
-from pbrg_mj.perception.points.confirm import confirm_echo, recent_echoes
+from pbrg_mj.perception.points.confirm import confirm_echo, earlier_echoes
 from pbrg_mj.perception.points.memory import no_points
 from pbrg_mj.perception.track.world_frame import ScanPose
 from tests.seeing_points import estimator
 
 POSE = ScanPose(0.4, -0.7, 0.3, 1e-6, 1e-5, 0.0, 0.0, 1.0, 0.1)
-SCAN = 20
+SCAN, RECENT, CONFIRMING = 20, 4, 6
 
 
 def test_points_at_one_place_are_found_and_no_others():
-    made, draws, found = estimator()[0].parameters, np.random.default_rng(3), 0
+    made, draws, told = estimator()[0].parameters, np.random.default_rng(3), []
     for _ in range(300):
         echo = (*draws.uniform(-1.5, 1.5, 2), draws.uniform(0.0, 0.02), draws.uniform(0.0, 0.02))
         points = _points(draws, echo)
         expected = [_at_one_place(point, echo, made) for point in points]
-        needed = int(draws.integers(1, 4))
-        recents = recent_echoes(points, SCAN, made.recent)
-        assert confirm_echo(points, recents, (echo, needed), POSE, made) == (sum(expected) >= needed)
-        enough = sum(expected) >= needed
+        needed = int(draws.integers(1, sum(expected) + 2))
+        earlier = earlier_echoes(points, SCAN, RECENT, CONFIRMING)
+        recent = sum(at for at, point in zip(expected, points, strict=True) if point["scan"] >= SCAN - RECENT)
+        enough = recent >= needed or sum(expected) > needed
+        assert confirm_echo(points, earlier, (echo, needed), POSE, made) == enough
         assert points["binds"].tolist() == [at_place and enough for at_place in expected]
-        found += sum(expected)
-    assert 1000 < found < 20_000
-
-
-def test_a_slot_that_was_taken_since_confirms_nothing():
-    made, echo = estimator()[0].parameters, (1.4, -0.7, 0.005, 0.001)
-    points = no_points(1, 1)[0]
-    points[0]["x"], points[0]["y"], points[0]["live"], points[0]["scan"] = *echo[:2], True, SCAN - 1
-    recents = recent_echoes(points, SCAN, made.recent)
-    points[0]["scan"] = SCAN
-    assert not confirm_echo(points, recents, (echo, 1), POSE, made)
+        told.append((recent >= needed, enough))
+    assert min(told.count(one) for one in ((True, True), (False, True), (False, False))) > 10
 
 
 def _points(draws: np.random.Generator, echo) -> np.ndarray:
@@ -59,4 +51,4 @@ def _at_one_place(point, echo, made) -> bool:
     poses = 3.0 * np.hypot(echo[3], point["pose_std"]) + 0.02
     along = 3.0 * np.hypot(echo[2], point["std"]) + poses
     near = abs(dx * ux + dy * uy) <= along and abs(dx * uy - dy * ux) <= made.gap * distance + poses
-    return bool(point["live"] and SCAN - made.recent <= point["scan"] < SCAN and near)
+    return bool(point["live"] and SCAN - CONFIRMING <= point["scan"] < SCAN and near)

@@ -5,8 +5,9 @@ beams           the beams of a scan, and which of them looks in a direction
 deskew          a scan that takes time, as if taken at once
 memory          points over time: seen again, hidden, passed by beams, forgotten
 corner_bound    how far a corner between two beams may stick out
-confirm         which points of recent scans confirm a lone echo
+confirm         which points of earlier scans confirm a lone echo
 unexpected      which echoes are where the scan before saw nothing
+replaced        which older points a scan's echoes take the place of
 detect          one scan to points in the world; a lone echo waits until a second confirms it
 known_free      the edge of what a scan shows to be free
 obstacle_points both: where hand points must keep away, and the path to the target as far as it is free

@@ -9,10 +9,11 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.beams import next_beam
-from pbrg_mj.perception.points.confirm import confirm_echo, recent_echoes
+from pbrg_mj.perception.points.confirm import confirm_echo, earlier_echoes
 from pbrg_mj.perception.points.corner_bound import MOST_LOST, corner_bound, share_corner_bounds
 from pbrg_mj.perception.points.memory import free_slot
 from pbrg_mj.perception.points.parameters import LEAST_JOINING
+from pbrg_mj.perception.points.replaced import delete_replaced
 from pbrg_mj.perception.points.unexpected import EXPECTED, UNEXPECTED, unexpected_echoes
 from pbrg_mj.perception.scan.team_mates import is_team_mate, reach_of_team_mate
 
@@ -47,31 +48,45 @@ def add_scan(points, scan, beams, pose, team, before, parameters):
     binds when earlier echoes at its place make up for it. An echo where the scan before saw nothing is a lone one if
     its neighbours are not.
     """
-    ranges, echoes = beams.ranges, _echoes(beams, pose, team, parameters)
-    recents, place = recent_echoes(points, scan, parameters.recent), -1
-    expected = unexpected_echoes(echoes, before, pose, parameters)
-    for k in range(len(ranges)):
+    echoes = _echoes(beams, pose, team, parameters)
+    joined = _write_which_bind(echoes, points, (scan, beams.ranges), before, pose, parameters)
+    delete_replaced(points, scan, echoes, joined, pose, parameters)
+    place = -1
+    for k in range(len(joined)):
         if not echoes.external[k]:
             continue
-        std = math.sqrt(echoes.variance[k])
-        joins = _neighbour(echoes, ranges, k, -1, parameters), _neighbour(echoes, ranges, k, 1, parameters)
-        echo = echoes.x[k], echoes.y[k], std, echoes.pose_std[k]
-        run = 1 if _is_lone(expected, k, joins) else _run(echoes, ranges, k, joins, parameters)
-        needed = parameters.confirmations + 1 - run
-        echoes.binds[k] = needed <= 0 or confirm_echo(points, recents, (echo, needed), pose, parameters)
         place = free_slot(points, place + 1)
         point = points[place]
-        point["x"], point["y"], point["std"], point["pose_std"] = echoes.x[k], echoes.y[k], std, echoes.pose_std[k]
+        point["x"], point["y"] = echoes.x[k], echoes.y[k]
+        point["std"], point["pose_std"] = math.sqrt(echoes.variance[k]), echoes.pose_std[k]
         point["time"], point["scan"] = pose.time, scan
         point["live"], point["passed"], point["binds"] = True, 0, echoes.binds[k]
         point["ux"], point["uy"], point["beam"] = echoes.ux[k], echoes.uy[k], k
         point["turn_std"] = echoes.turn_std[k]
-        corner = corner_bound(echoes, ranges, k, joins, parameters)
+        corner = corner_bound(echoes, beams.ranges, k, (joined[k, 0], joined[k, 1]), parameters)
         point["protrusion"], point["slack"] = corner.protrusion, corner.slack
         point["along_x"], point["along_y"] = corner.along_x, corner.along_y
         echoes.protrusion[k] = corner.protrusion
-    share_corner_bounds(points, len(ranges))
+    share_corner_bounds(points, len(joined))
     return echoes
+
+
+@kernel
+def _write_which_bind(echoes, points, scan_and_ranges, before, pose, parameters):
+    """Write which echoes bind; return (beams, 2) the next echoes on their faces before and after them, -1: none."""
+    (scan, ranges), joined = scan_and_ranges, np.full((len(echoes.x), 2), -1)
+    earlier = earlier_echoes(points, scan, parameters.recent, parameters.confirming)
+    expected = unexpected_echoes(echoes, before, pose, parameters)
+    for k in range(len(ranges)):
+        if not echoes.external[k]:
+            continue
+        joins = _neighbour(echoes, ranges, k, -1, parameters), _neighbour(echoes, ranges, k, 1, parameters)
+        joined[k, 0], joined[k, 1] = joins
+        run = 1 if _is_lone(expected, k, joins) else _run(echoes, ranges, k, joins, parameters)
+        asked = (echoes.x[k], echoes.y[k], math.sqrt(echoes.variance[k]), echoes.pose_std[k])
+        needed = parameters.confirmations + 1 - run
+        echoes.binds[k] = needed <= 0 or confirm_echo(points, earlier, (asked, needed), pose, parameters)
+    return joined
 
 
 @kernel

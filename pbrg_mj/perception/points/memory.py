@@ -24,7 +24,7 @@ POINT = np.dtype(
 - ux, uy: direction of its beam; turn_std [m]: what the heading adds, across it
 - protrusion [m]: how far a right-angled corner between its beam and the next may stick out in any direction; and in the
   direction g: by no more than |g . along| + slack, along [m] the way on its face to the next beam
-- beam: of the newest scan, with an echo at the same place; -1: none
+- beam: of the newest scan, in the point's direction, with an echo that may be on its face; -1: none
 - binds: it is no outlier
 - passed: how beams went past it to something behind: bits `PASSED_LEFT`, `PASSED_RIGHT`, plus `THROUGH` for each scan
 """
@@ -66,7 +66,7 @@ def slots_used(points):
 
 @kernel
 def delete_stale(points, scan, beams, pose, parameters):
-    """Take out of the memory what a scan, `beams`, shows to be gone, sees anew, or nobody has seen long.
+    """Take out of the memory what a scan, `beams`, shows to be gone or nobody has seen long; tell what it sees again.
 
     - A point nearer than the echo of a beam that goes by it is passed, on that side. It is gone when beams have passed
       it on both sides, or in two scans where its own beam went, as far as poses tell: a thing that is still there, with
@@ -74,7 +74,7 @@ def delete_stale(points, scan, beams, pose, parameters):
       beam without an echo passes nothing: silence is unknown, not free.
     - A point older than the recent scans whose beam has no echo is that of a beam beside it, if in two scans one has an
       echo where the point may be as badly as its pose was known: what a turning robot saw lies beside the thing.
-    - A point older than the recent scans at a place where there is an echo again is taken over by that echo.
+    - The beam of a point is the one that goes to its direction, if its echo may be on the point's face, else -1.
     - A point that is hidden, or farther than the beams reach, stays until `memory` is over.
     - One nearer than the shortest range that beams tell stays until the robot has gone away: no scan shows it gone.
     """
@@ -113,8 +113,6 @@ def delete_stale(points, scan, beams, pose, parameters):
                 point["live"] = False
         elif abs(ranges[beam] - distance) <= tolerance:
             point["passed"], point["beam"] = 0, beam
-            if scan - point["scan"] >= parameters.recent:
-                point["live"] = False
 
 
 @kernel

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtr, ndtri, pdtrc  # scipy.stats has the same, but takes a second to import
 
+from pbrg_mj.perception.points.confirm import APART
 from pbrg_mj.perception.points.corner_bound import MOST_LOST
 from pbrg_mj.perception.scan.self_occlusion import blocked_beams
 from pbrg_mj.perception.track.world_frame import PoseModel, pose_model
@@ -17,7 +18,8 @@ from pbrg_mj.world.scene.robot import RobotModel
 JOINING = 2.0  # gaps between beams that echoes of one thing are apart at most: faces are met at up to 60 deg
 MOST_ECHOES = 16
 ENOUGH = 432  # echoes that are remembered, six scans of 72 beams: what a noisy sensor misses in one is in another
-FALSE_ECHOES = 1e-5  # confirmed outliers a scan: one in three hours of scans
+FALSE_ECHOES = 1e-5  # outliers a scan that recent echoes confirm: one in three hours of scans
+FALSELY_CONFIRMED = 1e-6  # and that all earlier ones do: in the open they stay as long as the memory does
 SPAN = 0.3  # [s] between the scans whose difference is a speed: a thing at 0.1 m/s moves by more than ranges are wrong
 LEAST_FREE = 0.8  # of the distance to the nearest place of a face, that its hull must leave to the path
 LEAST_JOINING = 0.2  # [m] robots are 0.2 m wide: they pass between no two echoes that are nearer than that
@@ -49,7 +51,8 @@ class PointParameters(NamedTuple):
     lag: int  # scans between those whose difference is a speed
     reaction: float  # until a robot acts on what a scan shows, at the latest [s]
     outliers: bool  # an echo may be anywhere along its beam
-    confirmations: int  # echoes of recent scans that a lone one needs at its place
+    confirmations: int  # echoes of recent scans that a lone one needs at its place, or one more of
+    confirming: int  # so many earlier scans
     memory: float  # how long a point out of sight is kept [s]
     closed_beyond: bool  # what no beam has shown to be free binds
     silence_is_free: bool  # a beam without an echo shows its way to be free
@@ -64,6 +67,8 @@ def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
     cone = 0.0 if exact else math.radians(beams.cone_deg)
     gap = float(angles[1] - angles[0]) if len(angles) > 1 else 2.0 * math.pi
     recent = min(max(math.ceil(ENOUGH / beams.count), 2), 6)
+    needed = 1 if exact else confirmations(beams, recent)
+    remembered = max(math.floor(scenario.estimator.memory / pose.scan_period), recent)
     return PointParameters(
         directions=np.column_stack([np.cos(angles), np.sin(angles)]),
         blocked=blocked_beams(beams, scenario.robot),
@@ -88,7 +93,8 @@ def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
         lag=min(max(round(SPAN / pose.scan_period), 1), 6),
         reaction=pose.scan_period if exact else pose.scan_period + pose.frame_period + robot.time_constant + scan_time,
         outliers=not exact and beams.outliers > 0.0,
-        confirmations=1 if exact else confirmations(beams, recent),
+        confirmations=needed,
+        confirming=remembered if exact else confirming_scans(beams, needed + 1, recent, remembered),
         memory=scenario.estimator.memory,
         closed_beyond=scenario.estimator.unknown != "free",
         silence_is_free=scenario.estimator.unknown != "strict",
@@ -105,18 +111,32 @@ def blind_radius(robot: RobotModel, error: float) -> float:
 
 
 def confirmations(beams: Beams, recent: int) -> int:
-    """Return how many earlier echoes confirm a lone one, so that outliers hardly ever confirm each other.
+    """Return how many recent echoes confirm a lone one, so that outliers hardly ever confirm each other."""
+    needed = 1
+    while _false_echoes(beams, needed, recent) > FALSE_ECHOES and needed < recent:
+        needed += 1
+    return needed
+
+
+def confirming_scans(beams: Beams, needed: int, least: int, most: int) -> int:
+    """Return in how many earlier scans so many echoes may be: a thin thing between two beams is missed by most."""
+    scans = least
+    while scans < most and _false_echoes(beams, needed, scans + 1) <= FALSELY_CONFIRMED:
+        scans += 1
+    return scans
+
+
+def _false_echoes(beams: Beams, needed: int, scans: int) -> float:
+    """Return how many outliers a scan are confirmed by others in so many earlier scans.
 
     An outlier is anywhere along its beam. It meets one of the earlier scan's at a rate of their number times the share
     of that scan that counts as the same place; by chance that happens a Poisson-distributed number of times.
     """
     outliers, middle = beams.outliers * beams.count, beams.range_max / 2
     std = math.hypot(beams.noise_std, beams.noise_ratio * middle)
-    share = min(6.0 * math.sqrt(2.0) * std / (beams.range_max - beams.range_min), 1.0) * 3.0 / beams.count
-    needed = 1
-    while outliers * pdtrc(needed - 1, outliers * share * recent) > FALSE_ECHOES and needed < recent:
-        needed += 1
-    return needed
+    length = 2.0 * (3.0 * math.sqrt(2.0) * std + APART)
+    share = min(length / (beams.range_max - beams.range_min), 1.0) * 3.0 / beams.count
+    return float(outliers * pdtrc(needed - 1, outliers * share * scans))
 
 
 def range_sigmas(sigmas: float) -> np.ndarray:

@@ -20,12 +20,12 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.face import clearance_along
 from pbrg_mj.perception.points.fitted_line import LONE_OFF_LINE, OFF_LINE, fitted_line, has_company, pose_variance
 from pbrg_mj.perception.points.lines import Line
+from pbrg_mj.perception.points.motion import MOVES
 from pbrg_mj.perception.track.confirmation import MAX_REST_SPEED
 
 LEAST_LENGTH = 0.25  # [m] as the line estimator's
 BESIDE = 0.01  # [m] by which the path keeps farther from a face than from its line where it passes by the end
 PARTS = 16  # of a face's length
-MOVES = 3.7  # deviations from rest: as of tracks
 SCANS = 16  # that are told apart, by their number modulo this
 
 
@@ -149,7 +149,7 @@ def _approach(window, weighted, fit, pose_var):
     speed, std = drift / spread, math.sqrt(1.0 / spread)  # towards the robot
     if abs(speed) + 3.0 * std > MAX_REST_SPEED:
         return -1.0, 0.0
-    if speed > MOVES * std:
+    if speed > 0.0 and speed * speed > MOVES * std * std:
         return speed * middle, speed + std
     return max(speed - std, 0.0) * middle, 0.0
 

@@ -1,0 +1,48 @@
+"""What an echo takes the place of: points of older scans on the part of a face that it tells of.
+
+A thin thing between two beams is missed by most scans. What these see beside it, or behind it, does not take its place,
+and neither does an echo that is not yet confirmed: what once was confirmed stays until beams pass it (memory.py).
+"""
+
+from __future__ import annotations
+
+import math
+
+from pbrg_mj.kernel import kernel
+
+BESIDE = 0.02  # [m] besides noise that a point may be off a face: what two echoes on it leave a corner
+
+
+@kernel
+def delete_replaced(points, scan, echoes, joined, pose, parameters):
+    """Take out points older than the recent scans where there is an echo again, at their place and on their face.
+
+    `echoes` are those of the scan, `joined` (beams, 2) the next echoes on their faces before and after them, -1: none.
+    Only echoes that bind count. `delete_stale` told which beam's echo may be at a point's place.
+    """
+    for i in range(len(points)):
+        point = points[i]
+        beam = point["beam"]
+        if point["live"] and beam >= 0 and scan - point["scan"] >= parameters.recent and echoes.binds[beam]:
+            point["live"] = not _is_on_face(point, (echoes, beam), joined, pose, parameters)
+
+
+@kernel
+def _is_on_face(point, echo, joined, pose, parameters):
+    """Tell whether a point is at an echo, (echoes, beam), or between it and the next one, within three deviations.
+
+    A cone's echo may be anywhere across it.
+    """
+    echoes, beam = echo
+    x, y = point["x"] - echoes.x[beam], point["y"] - echoes.y[beam]
+    away_x, away_y = point["x"] - pose.x, point["y"] - pose.y
+    other = joined[beam, 1 if echoes.ux[beam] * away_y > echoes.uy[beam] * away_x else 0]
+    if other >= 0:
+        dx, dy = echoes.x[other] - echoes.x[beam], echoes.y[other] - echoes.y[beam]
+        length = dx * dx + dy * dy
+        share = min(max((x * dx + y * dy) / length, 0.0), 1.0) if length > 0.0 else 0.0
+        x, y = x - share * dx, y - share * dy
+    variance = point["std"] ** 2 + point["pose_std"] ** 2 + echoes.variance[beam] + echoes.pose_std[beam] ** 2
+    across = parameters.half_cone * math.sqrt(away_x * away_x + away_y * away_y)
+    tolerance = 3.0 * math.sqrt(variance) + BESIDE + across
+    return x * x + y * y <= tolerance * tolerance

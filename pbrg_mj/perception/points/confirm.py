@@ -69,7 +69,7 @@ def confirm_echo(points, earlier, asked, pose, parameters):
     if recent < needed and found <= needed:
         return False
     for j in range(found):
-        points[earlier.matches[j]]["binds"] = True
+        points[earlier.matches[j]]["binds"] = points[earlier.matches[j]]["confirmed"] = True
     return True
 
 

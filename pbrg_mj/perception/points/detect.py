@@ -30,6 +30,7 @@ class Echoes(NamedTuple):
     ux: np.ndarray  # (beams,) direction of the beam
     uy: np.ndarray  # (beams,)
     binds: np.ndarray  # (beams,) bool: external, and no outlier
+    confirmed: np.ndarray  # (beams,) bool: as echoes of other scans at its place tell
     protrusion: np.ndarray  # (beams,) how far a right-angled corner between its beam and the next may stick out [m]
 
 
@@ -60,7 +61,8 @@ def add_scan(points, scan, beams, pose, team, before, parameters):
         point["x"], point["y"] = echoes.x[k], echoes.y[k]
         point["std"], point["pose_std"] = math.sqrt(echoes.variance[k]), echoes.pose_std[k]
         point["time"], point["scan"] = pose.time, scan
-        point["live"], point["passed"], point["binds"] = True, 0, echoes.binds[k]
+        point["live"], point["passed"] = True, 0
+        point["binds"], point["confirmed"] = echoes.binds[k], echoes.confirmed[k]
         point["ux"], point["uy"], point["beam"] = echoes.ux[k], echoes.uy[k], k
         point["turn_std"] = echoes.turn_std[k]
         corner = corner_bound(echoes, beams.ranges, k, (joined[k, 0], joined[k, 1]), parameters)
@@ -85,7 +87,9 @@ def _write_which_bind(echoes, points, scan_and_ranges, before, pose, parameters)
         run = 1 if _is_lone(expected, k, joins) else _run(echoes, ranges, k, joins, parameters)
         asked = (echoes.x[k], echoes.y[k], math.sqrt(echoes.variance[k]), echoes.pose_std[k])
         needed = parameters.confirmations + 1 - run
-        echoes.binds[k] = needed <= 0 or confirm_echo(points, earlier, (asked, needed), pose, parameters)
+        if needed > 0:
+            echoes.confirmed[k] = confirm_echo(points, earlier, (asked, needed), pose, parameters)
+        echoes.binds[k] = needed <= 0 or echoes.confirmed[k]
     return joined
 
 
@@ -100,7 +104,8 @@ def _echoes(seen, pose, team, parameters):
     x, y, variance = np.empty(beams), np.empty(beams), np.empty(beams)
     pose_std, turn_std = np.empty(beams), np.empty(beams)
     external, binds, ux, uy = np.zeros(beams, np.bool_), np.zeros(beams, np.bool_), np.empty(beams), np.empty(beams)
-    echoes = Echoes(external, x, y, variance, pose_std, turn_std, ux, uy, binds, np.zeros(beams))
+    confirmed = np.zeros(beams, np.bool_)
+    echoes = Echoes(external, x, y, variance, pose_std, turn_std, ux, uy, binds, confirmed, np.zeros(beams))
     cos, sin = math.cos(pose.heading), math.sin(pose.heading)
     for k in range(beams):
         r = ranges[k]

@@ -13,7 +13,7 @@ POINT = np.dtype(
     [(name, np.float64) for name in ("x", "y", "std", "pose_std", "time")]
     + [(name, np.float32) for name in ("ux", "uy", "turn_std", "protrusion", "along_x", "along_y", "slack")]
     + [(name, np.int32) for name in ("scan", "passed", "beam")]
-    + [(name, np.bool_) for name in ("live", "binds")],
+    + [(name, np.bool_) for name in ("live", "binds", "confirmed")],
     align=True,
 )
 """One echo.
@@ -25,13 +25,14 @@ POINT = np.dtype(
 - protrusion [m]: how far a right-angled corner between its beam and the next may stick out in any direction; and in the
   direction g: by no more than |g . along| + slack, along [m] the way on its face to the next beam
 - beam: of the newest scan, in the point's direction, with an echo that may be on its face; -1: none
-- binds: it is no outlier
+- binds: it is no outlier; confirmed: echoes of other scans at its place tell
 - passed: how beams went past it to something behind: bits `PASSED_LEFT`, `PASSED_RIGHT`, plus `THROUGH` for each scan
 """
 
 PASSED_LEFT, PASSED_RIGHT, THROUGH = 1, 2, 4
 NEAR = 0.02  # [m] beams that pass a point no farther than this from it tell whether it is gone
 MOST_BESIDE = 16  # beams to either side of a point's direction that may tell of its place
+LEAST_CAPACITY = 576  # points, as of 72 beams: few of 24 beams see again what the scans before saw
 HIDDEN = 2  # scans' worth of points that are remembered besides the recent scans'
 
 
@@ -42,7 +43,7 @@ def no_points(robots: int, capacity: int) -> np.ndarray:
 
 def capacity_after(used: int, beams: int, recent: int) -> int:
     """Return the capacity that one more scan needs where the first `used` places are in use."""
-    return min(used + beams, (recent + HIDDEN) * beams)
+    return min(used + beams, max((recent + HIDDEN) * beams, LEAST_CAPACITY))
 
 
 @kernel
@@ -104,7 +105,7 @@ def delete_stale(points, scan, beams, pose, parameters):
         distance, across = math.sqrt(x * x + y * y), dx * y - dy * x  # across: positive where it lies to the left
         tolerance = 3.0 * math.sqrt(2.0 * (point["std"] ** 2 + point["pose_std"] ** 2)) + 2.0 * abs(across) + 0.02
         if ranges[beam] > distance + tolerance:
-            if abs(across) <= NEAR + point["std"]:
+            if abs(across) <= NEAR:
                 point["passed"] |= PASSED_RIGHT if across > 0.0 else PASSED_LEFT
                 if abs(across) <= point["pose_std"]:
                     point["passed"] += THROUGH

@@ -18,13 +18,15 @@ def delete_replaced(points, scan, echoes, joined, pose, parameters):
     """Take out points older than the recent scans where there is an echo again, at their place and on their face.
 
     `echoes` are those of the scan, `joined` (beams, 2) the next echoes on their faces before and after them, -1: none.
-    Only echoes that bind count. `delete_stale` told which beam's echo may be at a point's place.
+    Only echoes that bind count; one is confirmed by what it takes the place of. `delete_stale` told which beam's echo
+    may be at a point's place.
     """
     for i in range(len(points)):
         point = points[i]
         beam = point["beam"]
         if point["live"] and beam >= 0 and scan - point["scan"] >= parameters.recent and echoes.binds[beam]:
             point["live"] = not _is_on_face(point, (echoes, beam), joined, pose, parameters)
+            echoes.confirmed[beam] |= point["confirmed"] and not point["live"]
 
 
 @kernel

@@ -71,7 +71,8 @@ def test_the_cone_of_an_echo_is_all_of_its_place():
     points = no_points(1, 1)[0]
     points[0]["x"], points[0]["y"], points[0]["live"], points[0]["binds"], points[0]["beam"] = 1.0, 0.2, True, True, 1
     for preset, left in (("tof_ring", True), ("tof_cones", False)):
-        delete_replaced(points, SCAN, echoes_at(places, 0.005), joined, AT_REST, estimator(sensor(preset))[0].parameters)
+        parameters = estimator(sensor(preset))[0].parameters
+        delete_replaced(points, SCAN, echoes_at(places, 0.005), joined, AT_REST, parameters)
         assert points[0]["live"] == left
 
 

@@ -7,6 +7,7 @@ memory          points over time: seen again, hidden, passed by beams, forgotten
 corner_bound    how far a corner between two beams may stick out
 confirm         which points of earlier scans confirm a lone echo
 unexpected      which echoes are where the scan before saw nothing
+segment         how far a place is off a segment
 replaced        which older points a scan's echoes take the place of
 detect          one scan to points in the world; a lone echo waits until a second confirms it
 known_free      the edge of what a scan shows to be free

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.points.segment import from_segment
 
 BLOCK = 16  # places that are looked through at a time for any that is nearer: several an instruction
 
@@ -113,7 +114,7 @@ def free_path(places, count, q, target, parameters):
 def measure_from(path, places, count):
     """Write the squared distance of each place from the path."""
     for i in range(count):
-        x, y = _from_path(path, places.x[i], places.y[i])
+        x, y = from_segment(path, places.x[i], places.y[i])
         places.squared[i] = x * x + y * y
 
 
@@ -131,15 +132,6 @@ def nearest_point(places, count, path):
                     nearest, best = i, places.squared[i]
     if nearest < 0:
         return -1, 0.0, 0.0, 0.0
-    x, y = _from_path(path, places.x[nearest], places.y[nearest])
+    x, y = from_segment(path, places.x[nearest], places.y[nearest])
     distance = math.sqrt(best)
     return nearest, distance, x / distance, y / distance
-
-
-@kernel
-def _from_path(path, x, y):
-    """Return the vector to a place from where the path is nearest to it."""
-    dx, dy = path[2] - path[0], path[3] - path[1]
-    x, y, length = x - path[0], y - path[1], dx * dx + dy * dy
-    share = min(max((x * dx + y * dy) / length, 0.0), 1.0) if length > 0.0 else 0.0
-    return x - share * dx, y - share * dy

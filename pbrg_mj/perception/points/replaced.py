@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 
 from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.points.segment import from_segment
 
 BESIDE = 0.02  # [m] besides noise that a point may be off a face: what two echoes on it leave a corner
 
@@ -36,14 +37,11 @@ def _is_on_face(point, echo, joined, pose, parameters):
     A cone's echo may be anywhere across it.
     """
     echoes, beam = echo
-    x, y = point["x"] - echoes.x[beam], point["y"] - echoes.y[beam]
     away_x, away_y = point["x"] - pose.x, point["y"] - pose.y
     other = joined[beam, 1 if echoes.ux[beam] * away_y > echoes.uy[beam] * away_x else 0]
-    if other >= 0:
-        dx, dy = echoes.x[other] - echoes.x[beam], echoes.y[other] - echoes.y[beam]
-        length = dx * dx + dy * dy
-        share = min(max((x * dx + y * dy) / length, 0.0), 1.0) if length > 0.0 else 0.0
-        x, y = x - share * dx, y - share * dy
+    end = other if other >= 0 else beam
+    segment = echoes.x[beam], echoes.y[beam], echoes.x[end], echoes.y[end]
+    x, y = from_segment(segment, point["x"], point["y"])
     variance = point["std"] ** 2 + point["pose_std"] ** 2 + echoes.variance[beam] + echoes.pose_std[beam] ** 2
     across = parameters.half_cone * math.sqrt(away_x * away_x + away_y * away_y)
     tolerance = 3.0 * math.sqrt(variance) + BESIDE + across

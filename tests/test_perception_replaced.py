@@ -17,23 +17,23 @@ SCAN = 20
 AT_REST = ScanPose(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.1)
 
 
-def echoes_at(places: np.ndarray, std: float, binds: bool = True) -> Echoes:
+def echoes_at(places: np.ndarray, std: float, joined: np.ndarray, binds: bool = True) -> Echoes:
     """Echoes at places (B, 2) of a robot at the origin."""
     count = len(places)
     along = places / np.linalg.norm(places, axis=1, keepdims=True)
     of_scan = np.full(count, True), places[:, 0].copy(), places[:, 1].copy(), np.full(count, std**2)
     poses = np.full(count, 0.5 * std), np.zeros(count)
     towards = along[:, 0].copy(), along[:, 1].copy()
-    return Echoes(*of_scan, *poses, *towards, np.full(count, binds), np.zeros(count, bool), np.zeros(count))
+    return Echoes(*of_scan, *poses, *towards, np.full(count, binds), np.zeros(count, bool), np.zeros(count), joined)
 
 
-def stays(place: np.ndarray, seen: Echoes, joined: np.ndarray, age: int = 6, std: float = 0.005) -> bool:
+def stays(place: np.ndarray, seen: Echoes, age: int = 6, std: float = 0.005) -> bool:
     """Whether a point stays whose direction is that of the second echo."""
     points = no_points(1, 1)[0]
     points[0]["x"], points[0]["y"] = place
     points[0]["std"], points[0]["pose_std"], points[0]["scan"], points[0]["beam"] = std, std, SCAN - age, 1
     points[0]["live"] = points[0]["binds"] = True
-    delete_replaced(points, SCAN, seen, joined, AT_REST, estimator()[0].parameters)
+    delete_replaced(points, SCAN, seen, AT_REST, estimator()[0].parameters)
     return bool(points[0]["live"])
 
 
@@ -55,14 +55,14 @@ def test_points_at_an_echo_or_between_it_and_the_next_on_its_face_are_replaced_a
         allowed = 3.0 * np.sqrt(1.25 * std**2 + 2.0 * own**2) + BESIDE
         if abs(distance - allowed) > 1e-3:
             told.append(distance > allowed)
-            assert stays(place, echoes_at(places, std), joined, std=own) == told[-1]
+            assert stays(place, echoes_at(places, std, joined), std=own) == told[-1]
     assert 300 < sum(told) < len(told) - 300
 
 
 @pytest.mark.parametrize(("binds", "age", "left"), [(True, 6, False), (False, 6, True), (True, 5, True)])
 def test_an_echo_that_does_not_bind_replaces_nothing_and_recent_points_are_kept(binds: bool, age: int, left: bool):
     places = np.array([[1.0, -0.1], [1.0, 0.0], [1.0, 0.1]])
-    assert stays(places[1], echoes_at(places, 0.005, binds), np.full((3, 2), -1), age) == left
+    assert stays(places[1], echoes_at(places, 0.005, np.full((3, 2), -1), binds), age) == left
 
 
 def test_the_cone_of_an_echo_is_all_of_its_place():
@@ -72,7 +72,7 @@ def test_the_cone_of_an_echo_is_all_of_its_place():
     points[0]["x"], points[0]["y"], points[0]["live"], points[0]["binds"], points[0]["beam"] = 1.0, 0.2, True, True, 1
     for preset, left in (("tof_ring", True), ("tof_cones", False)):
         parameters = estimator(sensor(preset))[0].parameters
-        delete_replaced(points, SCAN, echoes_at(places, 0.005), joined, AT_REST, parameters)
+        delete_replaced(points, SCAN, echoes_at(places, 0.005, joined), AT_REST, parameters)
         assert points[0]["live"] == left
 
 

@@ -27,6 +27,7 @@ Kernels name their arrays alike, with one more axis in front where ticks or worl
     G (n, K, 2), h (n, K)           half-spaces G . q <= h of each robot's K slots, unit normals, offsets [m]
     active (n, K), binds (n, K, n)  bool: whether there is one, and which robots it binds
     closing (n, K)                  how fast what is behind it comes nearer [m/s]
+    spans (n, K, 2)                 from where to where along (-Gy, Gx) hand points are in the way of what comes [m]
     low (n, K), high (n, K)         how far the held m may advance along the normal [m]
     z (n, 4n + 2), zeta (n, 4n + 2) estimates of (m, p, xi) and their integral states
     lam (n, R), nu (n, 4)           multipliers of rows, and of the own p and xi

@@ -25,7 +25,8 @@ Kernels of a batch step W worlds. Their `states` are the members of `TeamStates`
     pose (W, n, 3)                       x, y, heading as the robots know them [m], [rad]
     xi, displacement, m (W, n, 2)        integral states, q from p + b, governed references [m]
     diverged (W,), command (W, n, 2)     bool; voltages [V]
-    G (W, n, K, 2), h (W, n, K), active (W, n, K), binds (W, n, K, n), closing (W, n, K)   of HalfSpaces
+    G (W, n, K, 2), h (W, n, K), active (W, n, K), binds (W, n, K, n)   of HalfSpaces
+    closing (W, n, K), spans (W, n, K, 2)   of HalfSpaces where something comes nearer
     graph, formation (n, 2) [m]          first, neighbours, leader of `GraphArrays`; b
     alpha_r, leak, tick                  gains of eq. 2 and the tick [s]
     sizes, motor                         as for `motor_voltages` and `wheel_speeds_of`

@@ -78,7 +78,7 @@ class DistributedBatch:
         worlds, n = len(half_spaces.h), team.network.robots
         self.team, self.states = team, TeamStates.initial(worlds, n)
         self._governor, self._certificate, self._reference_range = chosen, rows, reference_range
-        self._spaces = (half_spaces.G, half_spaces.h, half_spaces.active, half_spaces.binds, half_spaces.closing_speeds)
+        self._spaces = half_spaces.arrays
         known = rows.rows(HalfSpaces(*(array[0] for array in self._spaces)))
         self._rows = tuple(np.stack([array] * worlds) for array in known)  # of Rows, worlds first
         widths = (4 * n + 2, 4 * n + 2, known.d.shape[1], 4)
@@ -124,7 +124,7 @@ class CertifiedBatch:
         worlds = len(half_spaces.h)
         self.team, self.states = team, TeamStates.initial(worlds, team.network.robots)
         self._held = np.zeros((worlds, 2))  # [m]
-        self._spaces = (half_spaces.G, half_spaces.h, half_spaces.active, half_spaces.binds, half_spaces.closing_speeds)
+        self._spaces = half_spaces.arrays
         self._decision = rows.packed, decision.limits
 
     def learn(self, world: int, half_spaces: HalfSpaces) -> None:

@@ -98,13 +98,11 @@ class WorldGroup:
                 self._control.states.pose[world] = sensing.readings.body_pose
                 if half_spaces is not sensing.half_spaces:
                     sensing.half_spaces = half_spaces
-                    for name in ("G", "h", "active", "binds"):
-                        getattr(self._half_spaces, name)[world] = getattr(half_spaces, name)
-                    self._half_spaces.closing_speeds[world] = half_spaces.closing_speeds
+                    for array, known in zip(self._half_spaces.arrays, half_spaces.arrays, strict=True):
+                        array[world] = known
                     self._control.learn(world, half_spaces)
 
 
 def stacked_for_worlds(known: HalfSpaces, worlds: int) -> HalfSpaces:
     """Return half-spaces that every world has before its first tick, worlds first."""
-    arrays = (known.G, known.h, known.active, known.binds, known.closing_speeds)
-    return HalfSpaces(*(np.stack([array] * worlds) for array in arrays))
+    return HalfSpaces(*(np.stack([array] * worlds) for array in known.arrays))

@@ -95,13 +95,13 @@ def write_places(pose, displacement, team, q, p):
 def control_world(w, states, places, half_spaces, forbidden, team):
     """Do in world w what `tick` does between governor and physics.
 
-    `states` are `TeamStates.arrays`; `places` q and p of this world; `half_spaces` G, h, active, binds, closing of all
+    `states` are `TeamStates.arrays`; `places` q and p of this world; `half_spaces` the `HalfSpaces.arrays` of all
     worlds; `forbidden` tells whether rows forbid this world's m; `team` is `CompiledControl.packed`.
     """
     pose, xi, displacement, m, _, command = states
     q, p = places
-    G, h, active, binds, closing = half_spaces
+    G, h, active, binds, closing, spans = half_spaces
     velocity = np.empty(p.shape)
-    spaces = G[w], h[w], active[w], binds[w], closing[w]
+    spaces = G[w], h[w], active[w], binds[w], closing[w], spans[w]
     state = pose[w], q, p, xi[w], m[w], displacement[w], forbidden
     write_control(spaces, state, team, (velocity, command[w], xi[w], displacement[w]))

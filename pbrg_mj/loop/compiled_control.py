@@ -76,10 +76,9 @@ class CompiledControl:
 
         `forbidden` tells whether rows forbid m.
         """
-        spaces, shape = half_spaces, self.formation.shape
+        shape = self.formation.shape
         written = np.empty(shape), np.empty(shape), np.empty(shape), np.empty(shape)
-        arrays = spaces.G, spaces.h, spaces.active, spaces.binds, spaces.closing_speeds
-        write_control(arrays, (*state, forbidden), self.packed, written)
+        write_control(half_spaces.arrays, (*state, forbidden), self.packed, written)
         return ControlOutput(*written)
 
 
@@ -87,7 +86,7 @@ class CompiledControl:
 def write_control(half_spaces, state, team, written):
     """Write velocity, command, next_xi, next_displacement (n, 2), the members of `ControlOutput`.
 
-    The last two may be the arrays of the state. `half_spaces` are G, h, active, binds, closing of HalfSpaces; `state`
+    The last two may be the arrays of the state. `half_spaces` are `HalfSpaces.arrays`; `state`
     those of `CompiledControl.step` and `forbidden`, whether rows forbid m; `team` is `CompiledControl.packed`.
     """
     pose, q, p, xi, m, displacement, forbidden = state

@@ -19,11 +19,22 @@ class HalfSpaces:
     active: np.ndarray  # (n, K) bool
     binds: np.ndarray  # (n, K, n) bool: which robots the half-space must hold for; an empty slot binds none
     closing: np.ndarray | None = None  # (n, K) how fast h falls, as far as is known [m/s]; None: nothing moves
+    spans: np.ndarray | None = None  # (n, K, 2) where along (-Gy, Gx) hand points are in the way of what comes [m]
 
     @property
     def closing_speeds(self) -> np.ndarray:
         """`closing` (n, K) [m/s], 0 where nothing moves."""
         return np.zeros(self.h.shape) if self.closing is None else self.closing
+
+    @property
+    def arrays(self) -> tuple[np.ndarray, ...]:
+        """G, h, active, binds, closing and spans, as kernels take them."""
+        return self.G, self.h, self.active, self.binds, self.closing_speeds, self.face_spans
+
+    @property
+    def face_spans(self) -> np.ndarray:
+        """`spans` (n, K, 2) [m], infinite where an end is not known; 0 where nothing comes."""
+        return np.zeros(self.G.shape) if self.spans is None else self.spans
 
     @classmethod
     def empty(cls, robots: int, slots: int) -> HalfSpaces:

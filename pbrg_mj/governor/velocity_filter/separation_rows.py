@@ -1,8 +1,8 @@
 """The rows of velocities that keep a robot its distance from others and from half-spaces, for `separation`.
 
 Each is normal.w <= offset. Where what comes nearer pushes the robot back, w must also retreat along -normal. `numbers`
-are distance and margin [m], gain and rate [1/s], tick [s], and the robot's speed [m/s]; `half_spaces` (five arrays, n
-first) and q, displacement, u (n, 2) those of `write_driven`; j is the robot whose rows they are.
+are distance and margin [m], gain and rate [1/s], tick [s], and the robot's speed [m/s]; `half_spaces`, the
+`HalfSpaces.arrays`, and q, displacement, u (n, 2) are those of `write_driven`; j is the robot whose rows they are.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ MOST_BEYOND = 0.05  # [m] beyond it that count: half-spaces of what is seen anew
 @kernel
 def is_pushed_back(half_spaces, q, j, margin, gain):
     """Tell whether some half-space that comes nearer pushes robot j back, perhaps faster than it wants to go."""
-    G, h, active, binds, closing = half_spaces
+    G, h, active, binds, closing, _ = half_spaces
     for i in range(h.shape[0]):
         for k in range(h.shape[1]):
             if active[i, k] and binds[i, k, j] and closing[i, k] > 0.0:
@@ -33,7 +33,7 @@ def is_pushed_back(half_spaces, q, j, margin, gain):
 @kernel
 def is_beyond_half_space(half_spaces, q, j, margin):
     """Tell whether robot j is beyond some half-space that binds it by more than its noise."""
-    G, h, active, binds, _ = half_spaces
+    G, h, active, binds, _, _ = half_spaces
     for i in range(h.shape[0]):
         for k in range(h.shape[1]):
             behind = h[i, k] - margin - (G[i, k, 0] * q[j, 0] + G[i, k, 1] * q[j, 1])
@@ -48,7 +48,7 @@ def approach_of_team_mates(half_spaces, q, j, numbers):
 
     It is pushed back by what binds j and comes, for which both are small.
     """
-    G, h, active, binds, closing = half_spaces
+    G, h, active, binds, closing, _ = half_spaces
     distance, margin, gain = numbers
     approach = np.zeros(len(q))
     for i in range(h.shape[0]):
@@ -125,7 +125,7 @@ def write_half_spaces_in_the_way(half_spaces, state, j, numbers, written, rows):
     `state` is q, displacement and u, each (n, 2), and `forbidden`, whether rows forbid m; `written` are normals (R, 2),
     offsets (R,) [m/s] and retreats (R,) [m/s], of which `rows` are there.
     """
-    G, h, active, binds, closing = half_spaces
+    G, h, active, binds, closing, _ = half_spaces
     normals, offsets, retreats = written
     q, displacement, u, forbidden = state
     margin, gain, tick, speed = numbers

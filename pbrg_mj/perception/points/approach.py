@@ -18,6 +18,7 @@ import numpy as np
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.blind_zone import add_blind_zone_faces
 from pbrg_mj.perception.points.face_flow import face_flow
+from pbrg_mj.perception.points.face_span import face_span
 from pbrg_mj.perception.points.lines import echoes_on_lines, line_at
 from pbrg_mj.perception.points.motion import (
     BESIDE,
@@ -38,14 +39,16 @@ AROUND = 1.0  # [m] from where a half-space is nearest, as far as hulls reach: f
 
 
 @kernel
-def move_half_spaces(seen, motion, pose, parameters, half_spaces, closing):
+def move_half_spaces(seen, motion, pose, parameters, half_spaces, coming):
     """Lower h of half-spaces by how far what they keep off comes until a robot reacts.
 
-    `closing` (K,) [m/s] becomes how fast it comes along the normal from then on, 0 for what rests. `seen` are a scan's
-    echoes and its beams; `motion` past (lag, beams) of PAST_ECHO, past_poses (lag,) of PAST_POSE and tracks (T,);
-    `half_spaces` those of `separate`. The scan is stored in `past`.
+    `coming` are closing (K,) [m/s], which becomes how fast it comes along the normal from then on, 0 for what rests,
+    and spans (K, 2) [m], the `face_span` of what comes. `seen` are a scan's echoes and its beams; `motion` past (lag,
+    beams) of PAST_ECHO, past_poses (lag,) of PAST_POSE and tracks (T,); `half_spaces` those of `separate`. The scan is
+    stored in `past`.
     """
     (echoes, beams), (past, past_poses, tracks), (G, h, active, nearest, lines) = seen, motion, half_spaces
+    closing, spans = coming
     order, ends = scans_by_age(past_poses), free_ends(echoes, beams.ranges, parameters)
     written = order[0] if len(order) == len(past_poses) else len(order)
     resting = echoes_on_lines(echoes, lines)
@@ -63,15 +66,17 @@ def move_half_spaces(seen, motion, pose, parameters, half_spaces, closing):
             half_space = (G[k, 0], G[k, 1]), h[k] + parameters.clearance, (nearest[k, 0], nearest[k, 1])
             line = line_at(lines, k)
             faces = tracks, line.found
-            speed, lead = _approach(echoes, faces, half_space, measured, pose.time, parameters.reaction)
+            speed, lead, place = _approach(echoes, faces, half_space, measured, pose.time, parameters.reaction)
             closing[k] = max(speed, line.speed)
             h[k] -= max(lead, parameters.reaction * line.speed)
+            if closing[k] > 0.0:
+                spans[k, 0], spans[k, 1] = face_span(seen, half_space[0], place, parameters)
     store_scan(past[written], past_poses[written : written + 1], seen, ends, pose)
 
 
 @kernel
 def _approach(echoes, faces, half_space, measured, time, reaction):
-    """Return how fast what a half-space keeps off comes [m/s], and by how much h falls [m].
+    """Return how fast what a half-space keeps off comes [m/s], by how much h falls [m], and where its face is (2,).
 
     The half-space is its normal, its edge where faces begin, h + clearance, and its nearest place. The first face is
     where the scan says; each other where the flow that is left is nearest along the normal. `faces` are the tracks and
@@ -82,10 +87,11 @@ def _approach(echoes, faces, half_space, measured, time, reaction):
     (flows, _), (face_flows, _) = measured
     left, of_faces = _kept_off(measured[0], half_space), _kept_off(measured[1], half_space)
     place, closing, lead = _nearest_place(echoes, normal, edge, near), 0.0, 0.0
+    coming = near if rests else (place[0], place[1])
     first = normal[0] * place[0] + normal[1] * place[1]
     if rests:
         if len(left) < AGREEING:
-            return 0.0, 0.0
+            return 0.0, 0.0, coming
         place = _nearest_flow(flows, left, normal)
     for face in range(1 if rests else 0, FACES):
         beside, rest = flows_beside(flows, left, place, normal), left
@@ -95,7 +101,9 @@ def _approach(echoes, faces, half_space, measured, time, reaction):
             needed = max(AGREEING, (len(beside) + 1) // 2)
             if face == 0 or count_flows_in_gate(track, (flows, beside), time) >= needed:
                 speed, behind = speed_along(track, normal), normal[0] * place[0] + normal[1] * place[1] - first
-                closing = max(closing, speed - 0.25 * max(behind, 0.0) / reaction)
+                slowed = speed - 0.25 * max(behind, 0.0) / reaction
+                if slowed > closing:
+                    closing, coming = slowed, (place[0], place[1])
                 lead = max(lead, reaction * speed - max(behind, 0.0))
             if len(beside) > 0:  # else the track tells of nothing
                 rest = flows_outside_gate(track, (flows, left), time)
@@ -103,7 +111,7 @@ def _approach(echoes, faces, half_space, measured, time, reaction):
         if len(left) < AGREEING:
             break
         place = _nearest_flow(flows, left, normal)
-    return closing, lead
+    return closing, lead, coming
 
 
 @kernel

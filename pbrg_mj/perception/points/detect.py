@@ -32,6 +32,7 @@ class Echoes(NamedTuple):
     binds: np.ndarray  # (beams,) bool: external, and no outlier
     confirmed: np.ndarray  # (beams,) bool: as echoes of other scans at its place tell
     protrusion: np.ndarray  # (beams,) how far a right-angled corner between its beam and the next may stick out [m]
+    joined: np.ndarray  # (beams, 2) the beams of the next echoes on its face before and after it, -1: none
 
 
 @kernel
@@ -50,9 +51,9 @@ def add_scan(points, scan, beams, pose, team, before, parameters):
     its neighbours are not.
     """
     echoes = _echoes(beams, pose, team, parameters)
-    joined = _write_which_bind(echoes, points, (scan, beams.ranges), before, pose, parameters)
-    delete_replaced(points, scan, echoes, joined, pose, parameters)
-    place = -1
+    _write_which_bind(echoes, points, (scan, beams.ranges), before, pose, parameters)
+    delete_replaced(points, scan, echoes, pose, parameters)
+    place, joined = -1, echoes.joined
     for k in range(len(joined)):
         if not echoes.external[k]:
             continue
@@ -75,22 +76,21 @@ def add_scan(points, scan, beams, pose, team, before, parameters):
 
 @kernel
 def _write_which_bind(echoes, points, scan_and_ranges, before, pose, parameters):
-    """Write which echoes bind; return (beams, 2) the next echoes on their faces before and after them, -1: none."""
-    (scan, ranges), joined = scan_and_ranges, np.full((len(echoes.x), 2), -1)
+    """Write which echoes bind, and the next echoes on their faces."""
+    scan, ranges = scan_and_ranges
     earlier = earlier_echoes(points, scan, parameters.recent, parameters.confirming)
     expected = unexpected_echoes(echoes, before, pose, parameters)
     for k in range(len(ranges)):
         if not echoes.external[k]:
             continue
         joins = _neighbour(echoes, ranges, k, -1, parameters), _neighbour(echoes, ranges, k, 1, parameters)
-        joined[k, 0], joined[k, 1] = joins
+        echoes.joined[k, 0], echoes.joined[k, 1] = joins
         run = 1 if _is_lone(expected, k, joins) else _run(echoes, ranges, k, joins, parameters)
         asked = (echoes.x[k], echoes.y[k], math.sqrt(echoes.variance[k]), echoes.pose_std[k])
         needed = parameters.confirmations + 1 - run
         if needed > 0:
             echoes.confirmed[k] = confirm_echo(points, earlier, (asked, needed), pose, parameters)
         echoes.binds[k] = needed <= 0 or echoes.confirmed[k]
-    return joined
 
 
 @kernel
@@ -104,8 +104,8 @@ def _echoes(seen, pose, team, parameters):
     x, y, variance = np.empty(beams), np.empty(beams), np.empty(beams)
     pose_std, turn_std = np.empty(beams), np.empty(beams)
     external, binds, ux, uy = np.zeros(beams, np.bool_), np.zeros(beams, np.bool_), np.empty(beams), np.empty(beams)
-    confirmed = np.zeros(beams, np.bool_)
-    echoes = Echoes(external, x, y, variance, pose_std, turn_std, ux, uy, binds, confirmed, np.zeros(beams))
+    confirmed, protrusion, joined = np.zeros(beams, np.bool_), np.zeros(beams), np.full((beams, 2), -1)
+    echoes = Echoes(external, x, y, variance, pose_std, turn_std, ux, uy, binds, confirmed, protrusion, joined)
     cos, sin = math.cos(pose.heading), math.sin(pose.heading)
     for k in range(beams):
         r = ranges[k]

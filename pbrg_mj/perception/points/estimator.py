@@ -92,7 +92,7 @@ class PointEstimator:
             past,
             past_poses,
             tracks,
-            (known.G, known.h, known.active, known.binds, known.closing),
+            (known.G, known.h, known.active, known.binds, known.closing, known.spans),
         )
         used = perceive_points(scans, self.parameters, self.robots, targets, memory[:6], after)
         return known, PointMemory(points, used, anchors, past, past_poses, tracks, history, memory.scans + 1, known)
@@ -112,7 +112,8 @@ class PointEstimator:
 def _as_known(before: HalfSpaces) -> HalfSpaces:
     """Return the half-spaces of the scan before, which bind nobody yet and do not move."""
     binds, closing = np.zeros(before.binds.shape, dtype=bool), np.zeros(before.h.shape)
-    return HalfSpaces(before.G.copy(), before.h.copy(), before.active.copy(), binds, closing)
+    spans = np.zeros(before.G.shape)
+    return HalfSpaces(before.G.copy(), before.h.copy(), before.active.copy(), binds, closing, spans)
 
 
 @kernel
@@ -123,10 +124,11 @@ def perceive_points(scans, parameters, robots, targets, before, after):
       variances (n, 2) of PosesAtScan; time [s] and number of the scan
     - robots (R,), targets (n, 2) [m], NaN before the first tick
     - before: the first six members of PointMemory as they were: points, used, anchors, past, past_poses, tracks
-    - after: points, anchors, past, past_poses, tracks of PointMemory, and G, h, active, binds, closing of HalfSpaces
+    - after: points, anchors, past, past_poses, tracks of PointMemory, and G, h, active, binds, closing, spans of
+      HalfSpaces
     """
     (ranges, directions, bodies), poses, variances, time, scan = scans
-    points, anchors, past, past_poses, tracks, (G, h, active, binds, closing) = after
+    points, anchors, past, past_poses, tracks, (G, h, active, binds, closing, spans) = after
     _copy(before, after)
     for row in range(len(robots)):
         robot = robots[row]
@@ -145,7 +147,8 @@ def perceive_points(scans, parameters, robots, targets, before, after):
         slots = len(h[robot])
         half_spaces = G[robot], h[robot], active[robot], np.empty((slots, 2)), np.zeros((slots, 8))
         separate((points[robot], edge), q, target, parameters, half_spaces)
-        move_half_spaces((echoes, beams), motion, pose, parameters, half_spaces, closing[robot])
+        coming = closing[robot], spans[robot]
+        move_half_spaces((echoes, beams), motion, pose, parameters, half_spaces, coming)
         bind_robots_without_beams(half_spaces, (poses, robots), parameters, binds[robot])
     used = 0
     for robot in range(len(points)):

@@ -15,10 +15,9 @@ BESIDE = 0.02  # [m] besides noise that a point may be off a face: what two echo
 
 
 @kernel
-def delete_replaced(points, scan, echoes, joined, pose, parameters):
+def delete_replaced(points, scan, echoes, pose, parameters):
     """Take out points older than the recent scans where there is an echo again, at their place and on their face.
 
-    `echoes` are those of the scan, `joined` (beams, 2) the next echoes on their faces before and after them, -1: none.
     Only echoes that bind count; one is confirmed by what it takes the place of. `delete_stale` told which beam's echo
     may be at a point's place.
     """
@@ -26,19 +25,19 @@ def delete_replaced(points, scan, echoes, joined, pose, parameters):
         point = points[i]
         beam = point["beam"]
         if point["live"] and beam >= 0 and scan - point["scan"] >= parameters.recent and echoes.binds[beam]:
-            point["live"] = not _is_on_face(point, (echoes, beam), joined, pose, parameters)
+            point["live"] = not _is_on_face(point, (echoes, beam), pose, parameters)
             echoes.confirmed[beam] |= point["confirmed"] and not point["live"]
 
 
 @kernel
-def _is_on_face(point, echo, joined, pose, parameters):
+def _is_on_face(point, echo, pose, parameters):
     """Tell whether a point is at an echo, (echoes, beam), or between it and the next one, within three deviations.
 
     A cone's echo may be anywhere across it.
     """
     echoes, beam = echo
     away_x, away_y = point["x"] - pose.x, point["y"] - pose.y
-    other = joined[beam, 1 if echoes.ux[beam] * away_y > echoes.uy[beam] * away_x else 0]
+    other = echoes.joined[beam, 1 if echoes.ux[beam] * away_y > echoes.uy[beam] * away_x else 0]
     end = other if other >= 0 else beam
     segment = echoes.x[beam], echoes.y[beam], echoes.x[end], echoes.y[end]
     x, y = from_segment(segment, point["x"], point["y"])

@@ -1,0 +1,96 @@
+"""Out of the way of what comes nearer, before it presses a robot against something.
+
+A half-space that falls at c pushes a robot back along -G, until another half-space or a robot stops it there. The face
+behind the half-space has ends, beside which nothing comes. With e = h - G.q, r the room along -G, and c' the rate at
+which that room falls, the robot is pressed after t = (max(0, e) + r) / (c + c'). It is beside the face after s / v: s
+to the nearer end, of those that there is room to, and v what its wheels can do in that direction besides c. Where t is
+shorter than s / v and the `AHEAD` that turning and doubts of the speed take, that is where it wants to go, in place of
+where eq. 2 has it go. The rows that it meets (separation_rows.py) stay as they are.
+"""
+
+from __future__ import annotations
+
+import math
+
+from pbrg_mj.governor.velocity_filter.nearest_velocity import scale_for_wheels
+from pbrg_mj.kernel import kernel
+
+AHEAD = 1.4  # [s] a quarter turn, 0.4, and what a speed takes to be known, 1
+OPPOSED = 0.3  # cosine of the angle between a direction and a normal: beyond it a robot slides along
+FASTEST = 1.0  # [m/s] of wheels that have no limit
+
+
+@kernel
+def way_out(half_spaces, q, j, numbers, wheels, wanted):
+    """Return the velocity that robot j wants: out of the way of what presses it first, else `wanted` (2,) [m/s].
+
+    `half_spaces` are `HalfSpaces.arrays`; `numbers` distance and margin [m] of SeparationFilter; `wheels` the robot's
+    heading [rad] and facets (F, 2) [s/m].
+    """
+    h, active, binds, closing = half_spaces[1], half_spaces[2], half_spaces[3], half_spaces[4]
+    soonest, best = math.inf, wanted
+    for i in range(h.shape[0]):
+        for k in range(h.shape[1]):
+            if active[i, k] and binds[i, k, j] and closing[i, k] > 0.0:
+                pressed = _pressed_after(half_spaces, q, j, (i, k), numbers)
+                if pressed < soonest:
+                    time, x, y = _beside_after(half_spaces, q, j, (i, k), numbers, wheels)
+                    if pressed < time + AHEAD < math.inf:
+                        soonest, best = pressed, (x, y)
+    return best
+
+
+@kernel
+def _pressed_after(half_spaces, q, j, which, numbers):
+    """Return when half-space `which` (i, k) presses robot j against something, if it stays on its way [s]."""
+    (G, h, _, _, closing, _), (i, k) = half_spaces, which
+    behind = h[i, k] - numbers[1] - (G[i, k, 0] * q[j, 0] + G[i, k, 1] * q[j, 1])
+    room, falls = _room(half_spaces, q, j, numbers, (-G[i, k, 0], -G[i, k, 1]))
+    return (max(behind, 0.0) + room) / (closing[i, k] + falls)
+
+
+@kernel
+def _beside_after(half_spaces, q, j, which, numbers, wheels):
+    """Return when robot j may be beside the face of half-space `which` [s], and the velocity that takes it there (2,).
+
+    The time is infinite where it is not in the face's way, or where there is room to no end that is known.
+    """
+    (G, _, _, _, closing, spans), (i, k), (heading, facets) = half_spaces, which, wheels
+    tx, ty, c = -G[i, k, 1], G[i, k, 0], closing[i, k]
+    along = tx * q[j, 0] + ty * q[j, 1]
+    best, x, y = math.inf, 0.0, 0.0
+    if spans[i, k, 0] < along < spans[i, k, 1]:
+        for side in (-1.0, 1.0):
+            far = spans[i, k, 1] - along if side > 0.0 else along - spans[i, k, 0]
+            fastest = FASTEST * scale_for_wheels(FASTEST * side * tx, FASTEST * side * ty, heading, facets)
+            if far < math.inf and fastest > c:
+                speed = math.sqrt(fastest * fastest - c * c)
+                room, falls = _room(half_spaces, q, j, numbers, (side * tx, side * ty))
+                if far / speed < best and room - falls * far / speed >= far:
+                    best, x, y = far / speed, side * speed * tx, side * speed * ty
+    return best, x, y
+
+
+@kernel
+def _room(half_spaces, q, j, numbers, direction):
+    """Return how far robot j can go in a direction (2,) [m], infinite where nothing stops it, and how fast that falls.
+
+    Half-spaces and other robots stop it.
+    """
+    (G, h, active, binds, closing, _), (distance, margin), (dx, dy) = half_spaces, numbers, direction
+    room, falls = math.inf, 0.0
+    for i in range(h.shape[0]):
+        for k in range(h.shape[1]):
+            towards = G[i, k, 0] * dx + G[i, k, 1] * dy
+            if active[i, k] and binds[i, k, j] and towards > OPPOSED:
+                behind = h[i, k] - margin - (G[i, k, 0] * q[j, 0] + G[i, k, 1] * q[j, 1])
+                if max(behind, 0.0) / towards < room:
+                    room, falls = max(behind, 0.0) / towards, closing[i, k] / towards
+    for i in range(len(q)):
+        x, y = q[i, 0] - q[j, 0], q[i, 1] - q[j, 1]
+        ahead, across = x * dx + y * dy, x * dy - y * dx
+        if i != j and ahead > 0.0 and abs(across) < distance:
+            free = max(ahead - math.sqrt(distance * distance - across * across), 0.0)
+            if free < room:
+                room, falls = free, 0.0
+    return room, falls

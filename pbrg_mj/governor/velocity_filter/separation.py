@@ -143,9 +143,9 @@ def separation(scenario: Scenario) -> float | None:
 def write_driven(half_spaces, state, wheels, numbers, driven):
     """Write the velocities to drive, driven (n, 2) [m/s].
 
-    `half_spaces` are `HalfSpaces.arrays`; `state` q, p, formation and u, each (n, 2) [m], [m/s], and `forbidden`,
-    whether rows forbid m; `wheels` heading (n,) [rad] and facets (F, 2) [s/m]; `numbers` those of SeparationFilter:
-    distance, margin [m], gain [1/s], tick [s], turning [rad s/m], min_speed [m/s].
+    `half_spaces` (six arrays, n first) are `HalfSpaces.arrays`; `state` q, p, formation and u, each (n, 2) [m], [m/s],
+    and `forbidden`, whether rows forbid m; `wheels` heading (n,) [rad] and facets (F, 2) [s/m]; `numbers` those of
+    SeparationFilter: distance, margin [m], gain [1/s], tick [s], turning [rad s/m], min_speed [m/s].
     """
     q, p, formation, u, forbidden = state
     heading, facets = wheels

@@ -24,8 +24,8 @@ FASTEST = 1.0  # [m/s] of wheels that have no limit
 def way_out(half_spaces, q, j, numbers, wheels, wanted):
     """Return the velocity that robot j wants: out of the way of what presses it first, else `wanted` (2,) [m/s].
 
-    `half_spaces` are `HalfSpaces.arrays`; `numbers` distance and margin [m] of SeparationFilter; `wheels` the robot's
-    heading [rad] and facets (F, 2) [s/m].
+    `half_spaces` (six arrays, n first) are `HalfSpaces.arrays`; `numbers` (2,) distance and margin [m] of
+    SeparationFilter; `wheels` the robot's heading [rad] and facets (F, 2) [s/m].
     """
     h, active, binds, closing = half_spaces[1], half_spaces[2], half_spaces[3], half_spaces[4]
     soonest, best = math.inf, wanted
@@ -42,7 +42,10 @@ def way_out(half_spaces, q, j, numbers, wheels, wanted):
 
 @kernel
 def _pressed_after(half_spaces, q, j, which, numbers):
-    """Return when half-space `which` (i, k) presses robot j against something, if it stays on its way [s]."""
+    """Return when half-space `which` (i, k) presses robot j against something, if it stays on its way [s].
+
+    `numbers` (2,) are those of `way_out`.
+    """
     (G, h, _, _, closing, _), (i, k) = half_spaces, which
     behind = h[i, k] - numbers[1] - (G[i, k, 0] * q[j, 0] + G[i, k, 1] * q[j, 1])
     room, falls = _room(half_spaces, q, j, numbers, (-G[i, k, 0], -G[i, k, 1]))

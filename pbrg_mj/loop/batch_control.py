@@ -172,7 +172,7 @@ def _step_certified(states, half_spaces, held, r, decision, team):
     `write_predicted_next`; `team` (a tuple, as above) is `CompiledControl.packed`.
     """
     pose, xi, displacement, m, _, _ = states
-    G, h, active, binds, _ = half_spaces
+    G, h, active, binds, _, _ = half_spaces
     (certificate, limits), shape = decision, team[1].shape
     q, p = np.empty(shape), np.empty(shape)
     for w in range(len(pose)):

@@ -38,6 +38,12 @@ GROUPS = {
     "all with moving boxes": ("moving", lambda world: True),
     "of these, sensors of `families/moving_boxes`": ("moving", lambda world: world["sensor"] in FAMILY_SENSORS),
 }
+BY_SENSOR = {  # kind and event
+    ("static", "touching"): "all stands still: touches it",
+    ("static", "past_a_wall"): "past its line",
+    ("moving", "touching_moving"): "boxes move: touches one",
+    ("moving", "past_a_moving_box"): "past a moving box's line",
+}
 
 
 def loaded(kind: str, seed: int) -> pbrg.Scenario:
@@ -82,8 +88,24 @@ def table() -> str:
         worlds = [dict(zip(COLUMNS, row, strict=True)) for row in data.get(kind, {}).values()]
         if chosen := [world for world in worlds if belongs(world)]:
             lines.append(row_of(name, chosen))
-    versions = sorted({row[0] for rows in data.values() for row in rows.values()})
-    return "\n".join(lines) + f"\n\n*`set_up=recommended`, version {', '.join(versions)}.*\n"
+    versions = [f"{kind} of version {', '.join(sorted({row[0] for row in data[kind].values()}))}" for kind in data]
+    lines += ["", *by_sensor(data), "", f"*`set_up=recommended`; {'; '.join(versions)}.*"]
+    return "\n".join(lines) + "\n"
+
+
+def by_sensor(data: Worlds) -> list[str]:
+    """Return the lines of a table of what becomes of worlds with each sensor."""
+    worlds = {
+        kind: [dict(zip(COLUMNS, row, strict=True)) for row in data.get(kind, {}).values()] for kind, _ in BY_SENSOR
+    }
+    sensors = sorted({world["sensor"] for of_kind in worlds.values() for world in of_kind})
+    lines = [f"| worlds of another generator | {' | '.join(f'`{one}`' for one in sensors)} |"]
+    lines.append("|" + "---|" * (len(sensors) + 1))
+    for (kind, event), head in BY_SENSOR.items():
+        of_sensor = [[world[event] for world in worlds[kind] if world["sensor"] == one] for one in sensors]
+        cells = [f"{sum(one)} of {len(one)}: {rate(sum(one), len(one))}" if one else "-" for one in of_sensor]
+        lines.append(f"| {head} | {' | '.join(cells)} |")
+    return lines
 
 
 def row_of(name: str, worlds: list[dict[str, Any]]) -> str:

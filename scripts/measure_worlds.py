@@ -1,4 +1,4 @@
-"""Run worlds of families under several set-ups; write docs/data/worlds.json and the tables of docs/worlds.md.
+"""Run worlds of families under several set-ups; write docs/data/worlds.json and what docs/worlds*.md tell of it.
 
 python scripts/measure_worlds.py 2001-2060 recommended                # seeds not measured yet, one after the other
 python scripts/measure_worlds.py 2001-2060 recommended processes=2    # two worlds at a time
@@ -21,8 +21,8 @@ from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
-from worlds.data import EVENTS, read, version, write, write_between
-from worlds.tables import TO_PASS, table_by_size, tables
+from worlds.data import EVENTS, HISTORY, read, version, write, write_between
+from worlds.tables import TO_PASS, table_by_size, table_by_version, tables
 from worlds.ways import end_of_sliding, to_pass, ways
 
 import pbrg_mj as pbrg
@@ -41,6 +41,7 @@ SET_UPS: dict[str, dict[str, Any]] = {  # all else default
 }
 MARK = "<!-- rates -->\n"
 BY_SIZE = "<!-- passed by size -->\n"
+BY_VERSION = "<!-- by version -->\n"
 
 
 class Job(NamedTuple):
@@ -124,6 +125,7 @@ def main(arguments: list[str]) -> None:
         measure(*jobs_of(arguments))
     write_between(MARK, tables(SET_UPS))
     write_between(BY_SIZE, table_by_size())
+    write_between(BY_VERSION, table_by_version("recommended"), HISTORY)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
-DATA, PAGE = ROOT / "docs" / "data" / "worlds.json", ROOT / "docs" / "worlds.md"
+DATA = ROOT / "docs" / "data" / "worlds.json"
+PAGE, HISTORY = ROOT / "docs" / "worlds.md", ROOT / "docs" / "worlds-history.md"
 RUN = ("pbrg_mj", "models", "scenarios")  # what results depend on
 EVENTS = {
     "touches what stands still": "touching",
@@ -71,7 +72,7 @@ def write_worlds(path: Path, head: dict[str, Any], data: Worlds) -> None:
     part.replace(path)
 
 
-def write_between(mark: str, made: str) -> None:
-    """Put a text between the two places of the page of worlds that have this mark."""
-    before, _, after = PAGE.read_text(encoding="utf-8").split(mark)
-    PAGE.write_text(f"{before}{mark}\n{made}\n{mark}{after}", encoding="utf-8")
+def write_between(mark: str, made: str, page: Path = PAGE) -> None:
+    """Put a text between the two places of a page that have this mark."""
+    before, _, after = page.read_text(encoding="utf-8").split(mark)
+    page.write_text(f"{before}{mark}\n{made}\n{mark}{after}", encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Tables of measured worlds: a row a family, one table for the newest version and one for all before it."""
+"""Tables of measured worlds: a row a family for the newest version, and a row a version."""
 
 from __future__ import annotations
 
@@ -17,6 +17,14 @@ SINGLE = ("boards", "boxes", "columns")  # families of few things in the open
 LAST_OF_8_S = "a2ff331"  # until this version worlds that were not passed did not run on for 25 s
 SIZES = (0.0, 0.4, 0.6, 0.8, 1.0, np.inf)  # [m]
 World = dict[str, Any]
+STANDING = {"touches it": "touching", "past its line": "past_a_wall", "robots touch": "touching_robots"}
+WAYS = {"doorways passed": ("doorway",), "boxes, boards, columns passed": SINGLE}
+MOVING = {
+    "touches one": "touching_moving",
+    "avoidably": "touching_moving_avoidably",
+    "past its line": "past_a_moving_box",
+    "past the line of what stands": "past_a_wall",
+}
 PASSED = {"passed after 8 s": "past_after_8_s", "passed": "past", "by sliding": "past_sliding"}
 
 
@@ -34,10 +42,42 @@ def tables(set_ups: dict[str, dict[str, Any]]) -> str:
         settings = set_ups[set_up] | ({"sensors.beams.preset": sensor} if sensor else {})
         heading = ", ".join(f"`{key}={value}`" for key, value in settings.items())
         run = {world["version"] for worlds in families.values() for world in worlds}
-        *before, newest = [one for one in versions if one in run]
-        found += [table(f"{heading}, version {newest}", families, [newest])]
-        found += [table(f"{heading}, earlier versions {', '.join(before)}", families, before)] if before else []
+        newest = [one for one in versions if one in run][-1]
+        found += [table(f"{heading}, version {newest}", families, newest)]
     return "\n".join(found)
+
+
+def table_by_version(set_up: str) -> str:
+    """Return a row a version of what became of the worlds of a set-up, the newest first, and one of all together."""
+    data, versions = read()
+    worlds = [
+        dict(zip(COLUMNS, row, strict=True)) | {"family": key.split(" ")[1]}
+        for key, rows in data.items()
+        if key.startswith(f"{set_up} ") and UNSEEN not in key.split(" ")
+        for row in rows.values()
+    ]
+    heads = ["version", "worlds where all stands still", *STANDING, "least margin [m]", *WAYS]
+    heads += ["worlds with moving boxes", *MOVING]
+    lines = [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)]
+    of_version = {version: [world for world in worlds if world["version"] == version] for version in versions}
+    lines += [row_of_version(version, some) for version, some in reversed(of_version.items()) if some]
+    return "\n".join([*lines, row_of_version("**all**", worlds)]) + "\n"
+
+
+def row_of_version(name: str, worlds: list[World]) -> str:
+    standing = [world for world in worlds if world["moving_margin_m"] is None]
+    moving = [world for world in worlds if world["moving_margin_m"] is not None]
+    cells = [name, str(len(standing)), *(total([world[flag] for world in standing]) for flag in STANDING.values())]
+    cells += [least_margin(standing)]
+    met = [one for one in standing if one["met"]]
+    cells += [passed([one for one in met if one["family"].split("/")[1] in names], "past") for names in WAYS.values()]
+    cells += [str(len(moving)), *(total([world[flag] for world in moving]) for flag in MOVING.values())]
+    return f"| {' | '.join(cells)} |"
+
+
+def least_margin(worlds: list[World]) -> str:
+    margins = [world["wall_margin_m"] for world in worlds if world["wall_margin_m"] is not None]
+    return f"{min(margins):.3f}" if margins else "-"
 
 
 def table_by_size() -> str:
@@ -73,10 +113,10 @@ def largest(family: str, seed: int) -> float:
     return max([2.0 * column.radius for column in world.columns] + [max(box.size) for box in world.boxes])
 
 
-def table(heading: str, families: dict[str, list[World]], versions: list[str]) -> str:
+def table(heading: str, families: dict[str, list[World]], version: str) -> str:
     heads = ["family", "worlds", "violated [95 %]", *EVENTS, "least margin [m]", *PASSED, "distance to go [m]"]
     lines = [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)]
-    chosen = {name: [one for one in worlds if one["version"] in versions] for name, worlds in families.items()}
+    chosen = {name: [one for one in worlds if one["version"] == version] for name, worlds in families.items()}
     lines += [row(f"`{name}`", worlds, name.split("/")[1] in TO_PASS) for name, worlds in chosen.items() if worlds]
     everything = [world for name, worlds in chosen.items() if name != UNSEEN for world in worlds]
     for what, moving in (("all that stands still but glass", False), ("all with moving boxes", True)):
@@ -88,8 +128,7 @@ def table(heading: str, families: dict[str, list[World]], versions: list[str]) -
 def row(name: str, worlds: list[World], to_pass: bool) -> str:
     cells = [name, str(len(worlds)), rate(sum(world["violated"] for world in worlds), len(worlds))]
     cells += [total([world[flag] for world in worlds]) for flag in EVENTS.values()]
-    margins = [world["wall_margin_m"] for world in worlds if world["wall_margin_m"] is not None]
-    cells += [f"{min(margins):.3f}" if margins else "-"]
+    cells += [least_margin(worlds)]
     met = [world for world in worlds if world["met"]] if to_pass else []
     cells += [passed(met, column) for column in PASSED.values()]
     cells += [f"{np.median([world['final_distance_m'] for world in worlds]):.2f}"]

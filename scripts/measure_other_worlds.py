@@ -85,19 +85,20 @@ def table() -> str:
     heads = ["worlds of another generator", "worlds", "touches anything [95 %]", *EVENTS, "least margins [m]"]
     lines, data = [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)], read()
     for name, (kind, belongs) in GROUPS.items():
-        worlds = [dict(zip(COLUMNS, row, strict=True)) for row in data.get(kind, {}).values()]
-        if chosen := [world for world in worlds if belongs(world)]:
+        if chosen := [world for world in worlds_of(data, kind) if belongs(world)]:
             lines.append(row_of(name, chosen))
     versions = [f"{kind} of version {', '.join(sorted({row[0] for row in data[kind].values()}))}" for kind in data]
     lines += ["", *by_sensor(data), "", f"*`set_up=recommended`; {'; '.join(versions)}.*"]
     return "\n".join(lines) + "\n"
 
 
+def worlds_of(data: Worlds, kind: str) -> list[dict[str, Any]]:
+    return [dict(zip(COLUMNS, row, strict=True)) for row in data.get(kind, {}).values()]
+
+
 def by_sensor(data: Worlds) -> list[str]:
     """Return the lines of a table of what becomes of worlds with each sensor."""
-    worlds = {
-        kind: [dict(zip(COLUMNS, row, strict=True)) for row in data.get(kind, {}).values()] for kind, _ in BY_SENSOR
-    }
+    worlds = {kind: worlds_of(data, kind) for kind, _ in BY_SENSOR}
     sensors = sorted({world["sensor"] for of_kind in worlds.values() for world in of_kind})
     lines = [f"| worlds of another generator | {' | '.join(f'`{one}`' for one in sensors)} |"]
     lines.append("|" + "---|" * (len(sensors) + 1))

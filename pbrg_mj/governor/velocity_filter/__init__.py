@@ -5,7 +5,7 @@
 - `potential_field`: every robot is repelled from the half-spaces that it sees
 - `separation`: robots keep their distance from each other
 - `separation_rows`: the rows of velocities that it keeps
-- `way_out`: where they go before what comes presses them against something
+- `evasion`: where they go before what comes presses them against something
 - `nearest_velocity`: what meets them, the wheels' limits and the turn of a robot that is pushed back
 - `turning`: how much slower they go past each other because they turn
 """

@@ -27,7 +27,7 @@ c before long; so j keeps
 
     n_ij.w_j <= gamma (||q_i - q_j|| - d) - (rho + min(c, max(0, 2 c - gamma e))) max(0, G.n_ij).
 
-Where what comes will press j against something, j goes out of its way in place of where u leads it: way_out.py.
+Where what comes will press j against something, j goes out of its way in place of where u leads it: evasion.py.
 
 In physics w is scaled down where robots turn, so that it meets these rows while they do; where they retreat, what they
 want besides is: turning.py.
@@ -46,6 +46,7 @@ import numpy as np
 
 from pbrg_mj.governor.certificate.speed import turning_offset
 from pbrg_mj.governor.problem.interface import FORBIDDEN, Problem, Solution
+from pbrg_mj.governor.velocity_filter.evasion import evasive_velocity
 from pbrg_mj.governor.velocity_filter.nearest_velocity import (
     scale_for_wheels,
     velocity_of_share,
@@ -61,7 +62,6 @@ from pbrg_mj.governor.velocity_filter.separation_rows import (
     write_room_for_team_mates,
 )
 from pbrg_mj.governor.velocity_filter.turning import turning_share
-from pbrg_mj.governor.velocity_filter.way_out import way_out
 from pbrg_mj.kernel import kernel
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.world.scene.robot import load_robot_model
@@ -160,7 +160,7 @@ def write_driven(half_spaces, state, wheels, numbers, driven):
     normals, offsets, retreats = np.empty((most, 2)), np.empty(most), np.zeros(most)
     for j in range(n):
         x, y = u[j, 0] - gain * displacement[j, 0], u[j, 1] - gain * displacement[j, 1]
-        x, y = way_out(half_spaces, q, j, (distance, margin), (heading[j], facets), (x, y))
+        x, y = evasive_velocity(half_spaces, q, j, (distance, margin), (heading[j], facets), (x, y))
         scale = scale_for_wheels(x, y, heading[j], facets)
         wx, wy = scale * x, scale * y
         coming = approach_of_team_mates(half_spaces, q, j, (distance, margin, gain))

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.points.segment import from_segment
+from pbrg_mj.perception.points.segment import vector_from_segment
 
 BLOCK = 16  # places that are looked through at a time for any that is nearer: several an instruction
 
@@ -114,7 +114,7 @@ def free_path(places, count, q, target, parameters):
 def measure_from(path, places, count):
     """Write the squared distance of each place from the path."""
     for i in range(count):
-        x, y = from_segment(path, places.x[i], places.y[i])
+        x, y = vector_from_segment(path, places.x[i], places.y[i])
         places.squared[i] = x * x + y * y
 
 
@@ -132,6 +132,6 @@ def nearest_point(places, count, path):
                     nearest, best = i, places.squared[i]
     if nearest < 0:
         return -1, 0.0, 0.0, 0.0
-    x, y = from_segment(path, places.x[nearest], places.y[nearest])
+    x, y = vector_from_segment(path, places.x[nearest], places.y[nearest])
     distance = math.sqrt(best)
     return nearest, distance, x / distance, y / distance

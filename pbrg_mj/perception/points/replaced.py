@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.points.segment import from_segment
+from pbrg_mj.perception.points.segment import vector_from_segment
 
 BESIDE = 0.02  # [m] besides noise that a point may be off a face: what two echoes on it leave a corner
 
@@ -40,7 +40,7 @@ def _is_on_face(point, echo, pose, parameters):
     other = echoes.joined[beam, 1 if echoes.ux[beam] * away_y > echoes.uy[beam] * away_x else 0]
     end = other if other >= 0 else beam
     segment = echoes.x[beam], echoes.y[beam], echoes.x[end], echoes.y[end]
-    x, y = from_segment(segment, point["x"], point["y"])
+    x, y = vector_from_segment(segment, point["x"], point["y"])
     variance = point["std"] ** 2 + point["pose_std"] ** 2 + echoes.variance[beam] + echoes.pose_std[beam] ** 2
     across = parameters.half_cone * math.sqrt(away_x * away_x + away_y * away_y)
     tolerance = 3.0 * math.sqrt(variance) + BESIDE + across

@@ -21,7 +21,7 @@ FASTEST = 1.0  # [m/s] of wheels that have no limit
 
 
 @kernel
-def way_out(half_spaces, q, j, numbers, wheels, wanted):
+def evasive_velocity(half_spaces, q, j, numbers, wheels, wanted):
     """Return the velocity that robot j wants: out of the way of what presses it first, else `wanted` (2,) [m/s].
 
     `half_spaces` (six arrays, n first) are `HalfSpaces.arrays`; `numbers` (2,) distance and margin [m] of
@@ -44,7 +44,7 @@ def way_out(half_spaces, q, j, numbers, wheels, wanted):
 def _pressed_after(half_spaces, q, j, which, numbers):
     """Return when half-space `which` (i, k) presses robot j against something, if it stays on its way [s].
 
-    `numbers` (2,) are those of `way_out`.
+    `numbers` (2,) are those of `evasive_velocity`.
     """
     (G, h, _, _, closing, _), (i, k) = half_spaces, which
     behind = h[i, k] - numbers[1] - (G[i, k, 0] * q[j, 0] + G[i, k, 1] * q[j, 1])

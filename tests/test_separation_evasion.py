@@ -10,8 +10,8 @@ import pytest
 import pbrg_mj as pbrg
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.governor.problem.rows import Rows
+from pbrg_mj.governor.velocity_filter.evasion import AHEAD, FASTEST, evasive_velocity
 from pbrg_mj.governor.velocity_filter.separation import SeparationFilter
-from pbrg_mj.governor.velocity_filter.way_out import AHEAD, FASTEST, way_out
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.scenario.schema import Scenario
@@ -57,7 +57,7 @@ def test_a_robot_goes_to_the_nearer_end_when_it_is_time_whatever_the_axes(mirror
     rng, gone, wanted = np.random.default_rng(501), 0, (0.123, -0.3)
     for _ in range(400):
         spaces, q, out, time_to_go = corridor(rng, rng.uniform(-np.pi, np.pi), mirrored)
-        found = way_out(spaces.arrays, q, 0, (DISTANCE, MARGIN), WHEELS, wanted)
+        found = evasive_velocity(spaces.arrays, q, 0, (DISTANCE, MARGIN), WHEELS, wanted)
         np.testing.assert_allclose(found, out if time_to_go else wanted, atol=1e-12)
         gone += time_to_go
     assert 100 < gone < 300
@@ -69,7 +69,7 @@ def test_who_is_beside_the_face_or_sees_no_end_of_it_goes_where_it_wants(side: f
     for span, leaves in (((-0.5, 0.4), True), ((0.01, 0.5), False), ((-np.inf, np.inf), False), ((0.0, 0.0), False)):
         span = span if side > 0.0 else (-span[1], -span[0])
         spaces = known_to_one([(ahead, 0.1, 0.2, span), (back, 0.1, 0.0, (0.0, 0.0))])
-        found = way_out(spaces.arrays, np.zeros((1, 2)), 0, (DISTANCE, MARGIN), WHEELS, (0.0, 0.0))
+        found = evasive_velocity(spaces.arrays, np.zeros((1, 2)), 0, (DISTANCE, MARGIN), WHEELS, (0.0, 0.0))
         assert (found != (0.0, 0.0)) == leaves
         assert not leaves or np.sign(found[1]) == side
 
@@ -84,7 +84,7 @@ def test_an_end_that_something_stands_before_is_no_way_out() -> None:
         for number, y in enumerate(mates, 1):
             at[number] = 0.05, y
         spaces = known_to_one(rows + walls * wall, robots=3)
-        found = way_out(spaces.arrays, at, 0, (DISTANCE, MARGIN), WHEELS, (0.0, 0.0))
+        found = evasive_velocity(spaces.arrays, at, 0, (DISTANCE, MARGIN), WHEELS, (0.0, 0.0))
         assert np.sign(found[1]) == sign
 
 
@@ -93,7 +93,7 @@ def test_robots_behind_and_what_comes_from_there_press_sooner_than_the_wall() ->
     for mate, speed, leaves in ((-5.0, 0.0, False), (-0.4, 0.0, True), (-5.0, 0.5, True)):
         spaces = known_to_one([(ahead, 0.1, 0.2, (-0.4, 0.3)), (back, 0.9, speed, (0.0, 0.0))], robots=2)
         q = np.array([[0.0, 0.0], [mate, 0.1] if mate > -5.0 else far])
-        found = way_out(spaces.arrays, q, 0, (DISTANCE, MARGIN), WHEELS, (0.0, 0.0))
+        found = evasive_velocity(spaces.arrays, q, 0, (DISTANCE, MARGIN), WHEELS, (0.0, 0.0))
         assert (found != (0.0, 0.0)) == leaves
 
 

@@ -24,7 +24,7 @@ def echoes_at(places: np.ndarray, std: float, joined: np.ndarray, binds: bool = 
     of_scan = np.full(count, True), places[:, 0].copy(), places[:, 1].copy(), np.full(count, std**2)
     poses = np.full(count, 0.5 * std), np.zeros(count)
     towards = along[:, 0].copy(), along[:, 1].copy()
-    return Echoes(*of_scan, *poses, *towards, np.full(count, binds), np.zeros(count, bool), np.zeros(count), joined)
+    return Echoes(*of_scan, *poses, *towards, np.full(count, binds), np.full(count, np.inf), np.zeros(count), joined)
 
 
 def stays(place: np.ndarray, seen: Echoes, age: int = 6, std: float = 0.005) -> bool:

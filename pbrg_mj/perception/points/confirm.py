@@ -48,7 +48,7 @@ def earlier_echoes(points, scan, recent, confirming):
 def confirm_echo(points, earlier, asked, pose, parameters):
     """Confirm an echo if as many recent ones as are needed lie at its place, or one more of all earlier ones.
 
-    Then these bind, too; tell whether.
+    Then these bind, too. Return how far the nearest of them is [m], infinite where the echo is not confirmed.
 
     `asked` are the echo (x, y, std, pose_std) [m], the last two its range's standard deviation and its pose's, and how
     many are needed. The same place is within three standard deviations, along the beam of the ranges and across it of
@@ -67,10 +67,13 @@ def confirm_echo(points, earlier, asked, pose, parameters):
             earlier.matches[found] = number
             found, recent = found + 1, recent + (points[number]["scan"] >= earlier.recent)
     if recent < needed and found <= needed:
-        return False
+        return math.inf
+    nearest = math.inf
     for j in range(found):
-        points[earlier.matches[j]]["binds"] = points[earlier.matches[j]]["confirmed"] = True
-    return True
+        point = points[earlier.matches[j]]
+        away = math.sqrt((point["x"] - echo[0]) ** 2 + (point["y"] - echo[1]) ** 2)
+        point["binds"], point["company"], nearest = True, min(point["company"], away), min(nearest, away)
+    return nearest
 
 
 @kernel

@@ -159,11 +159,11 @@ def _places_left(weighted):
 def has_company(window, normal, i, ahead):
     """Tell whether an echo beside echo i is half as far ahead [m] or more, whether it binds or not.
 
-    Beside it is in the same scan what may be of the same thing, and in another what is at the same place. A confirmed
-    one has had such echoes, which it may have taken the place of.
+    Beside it is in the same scan what may be of the same thing, and in another what is at the same place, or was when
+    it confirmed the echo: that may have been replaced since.
     """
     own, (gx, gy) = window.memory[window.point[i]], normal
-    if own["confirmed"]:
+    if own["company"] <= 0.5 * ahead:
         return True
     for k in range(len(window.memory)):
         point = window.memory[k]

@@ -11,9 +11,9 @@ from pbrg_mj.perception.points.beams import layout, nearest_beam, nearest_from, 
 
 POINT = np.dtype(
     [(name, np.float64) for name in ("x", "y", "std", "pose_std", "time")]
-    + [(name, np.float32) for name in ("ux", "uy", "turn_std", "protrusion", "along_x", "along_y", "slack")]
+    + [(name, np.float32) for name in ("ux", "uy", "turn_std", "protrusion", "along_x", "along_y", "slack", "company")]
     + [(name, np.int32) for name in ("scan", "passed", "beam")]
-    + [(name, np.bool_) for name in ("live", "binds", "confirmed")],
+    + [(name, np.bool_) for name in ("live", "binds")],
     align=True,
 )
 """One echo.
@@ -25,7 +25,8 @@ POINT = np.dtype(
 - protrusion [m]: how far a right-angled corner between its beam and the next may stick out in any direction; and in the
   direction g: by no more than |g . along| + slack, along [m] the way on its face to the next beam
 - beam: of the newest scan, in the point's direction, with an echo that may be on its face; -1: none
-- binds: it is no outlier; confirmed: echoes of other scans at its place tell
+- binds: it is no outlier
+- company [m]: how far from it was the nearest of the echoes of other scans that told so; infinite where none did
 - passed: how beams went past it to something behind: bits `PASSED_LEFT`, `PASSED_RIGHT`, plus `THROUGH` for each scan
 """
 

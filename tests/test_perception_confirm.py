@@ -29,7 +29,9 @@ def test_points_at_one_place_are_found_and_no_others():
         nearest = confirm_echo(points, earlier, (echo, needed), POSE, made)
         np.testing.assert_allclose(nearest, away[matches].min() if enough else np.inf, rtol=1e-12)
         assert points["binds"].tolist() == matches.tolist()
-        np.testing.assert_allclose(points["company"], np.where(matches, np.minimum(away, told_before), told_before), rtol=1e-6)
+        np.testing.assert_allclose(
+            points["company"], np.where(matches, np.minimum(away, told_before), told_before), rtol=1e-6
+        )
         told.append((recent >= needed, enough))
     assert min(told.count(one) for one in ((True, True), (False, True), (False, False))) > 10
 

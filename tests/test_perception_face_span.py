@@ -40,10 +40,11 @@ def told(preset: str, scene: Scene, place: np.ndarray, normal: np.ndarray) -> tu
     made, given = estimator(sensor(preset))
     parameters, reach = made.parameters, given.sensors.beams.range_max
     ranges = cast(scene, np.zeros(3), given.sensors.beams.count, reach)
+    ranges[ranges < given.sensors.beams.range_min] = np.nan
     before = np.zeros((parameters.lag, len(ranges)), PAST_ECHO), np.zeros(parameters.lag, PAST_POSE)
     read, team = SeenBeams(ranges, parameters.directions), (np.full((1, 1, 2), 9.0), 0)
     echoes = add_scan(no_points(1, 2 * len(ranges))[0], 1, read, AT_REST, team, before, parameters)
-    return face_span((echoes, read), (normal[0], normal[1]), (place[0], place[1]), parameters)
+    return face_span((echoes, read), (normal[0], normal[1]), (place[0], place[1]), AT_REST, parameters)
 
 
 @pytest.mark.parametrize("preset", SENSORS)
@@ -94,3 +95,15 @@ def test_a_box_that_comes_has_the_span_of_what_is_seen_of_it(preset: str) -> Non
             assert ends.min() - most < low < ends.min() - parameters.clearance + 0.03
             assert ends.max() + parameters.clearance - 0.03 < high < ends.max() + most
     assert told_of >= 6
+
+
+@pytest.mark.parametrize("preset", ["lidar", "lds_02"])
+@pytest.mark.parametrize("right", [-0.2, -0.05])
+def test_what_is_nearer_than_beams_tell_goes_on_there(preset: str, right: float) -> None:
+    """A face 0.13 m ahead: its middle, or its right end, is nearer than beams tell. It ends no farther than they do."""
+    parameters = estimator(sensor(preset))[0].parameters
+    place, normal = np.array([0.13, 0.15]), np.array([1.0, 0.0])
+    low, high = told(preset, Scene(((0.13, right, 0.13, 0.2),)), place, normal)
+    chord, gap = np.sqrt(parameters.range_min**2 - 0.13**2), 1.05 * parameters.joining[0]
+    assert min(right, -chord) - gap * np.hypot(0.13, 0.2) < low + parameters.clearance < right
+    assert 0.2 < high - parameters.clearance < 0.2 + gap * np.hypot(0.13, 0.2)

@@ -161,7 +161,7 @@ def test_the_flow_of_free_ends_is_the_speed_along_the_face():
             scan = SeenBeams(cast(box(0.75, y - 0.15, 0.5), np.zeros(3), beams, made.range_max), made.directions)
             pose = ScanPose(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, time, elapsed)
             echoes = add_scan(no_points(1, beams)[0], 1, scan, pose, team, nothing_before(beams), made)
-            ends = free_ends(echoes, scan.ranges, made)
+            ends = free_ends(echoes, scan.ranges, pose, made)
             told_of, before = (ends, np.zeros(beams, bool)), (past[None], place, scans_by_age(place))
             flows, count = range_flow((echoes, scan.ranges), told_of, before, pose, made)
             store_scan(past, place, (echoes, scan), ends, pose)
@@ -185,7 +185,7 @@ def test_a_box_that_slides_along_its_face_is_not_told_to_stand(preset: str):
         ranges = scan(given, box(0.6, y, 0.4), np.zeros((1, 3)), frame).ranges[0]
         pose, read = ScanPose(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, time, elapsed), SeenBeams(ranges, numbers.directions)
         echoes = add_scan(no_points(1, beams)[0], 1, read, pose, team, nothing_before(beams), numbers)
-        ends = free_ends(echoes, ranges, numbers)
+        ends = free_ends(echoes, ranges, pose, numbers)
         before = past[None], past_pose, scans_by_age(past_pose)
         flows, count = range_flow((echoes, ranges), (ends, np.zeros(beams, bool)), before, pose, numbers)
         store_scan(past, past_pose, (echoes, read), ends, pose)

@@ -15,12 +15,13 @@ from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.sensing.beam_model import noisy_scan
 from pbrg_mj.sensing.noise import sensor_noise
 from pbrg_mj.sensing.readings import Readings
-from tests.perceiving import rows
+from tests.perceiving import box, rows
 from tests.raycast import Scene, cast
 from tests.seeing_points import ROBOT, estimator, sensor
 
 WALL = 1.6  # [m] to the left
 Way = Callable[[float], np.ndarray]
+Walls = Scene | Callable[[float], Scene]  # what stands, or moves: at a time
 
 
 def ring(seed: int, speed: float, turn: float) -> Way:
@@ -39,14 +40,16 @@ def ring(seed: int, speed: float, turn: float) -> Way:
     return poses
 
 
-def look(given: Scenario, way: Way, walls: Scene, time: float, frame: int) -> np.ndarray:
+def look(given: Scenario, way: Way, walls: Walls, time: float, frame: int) -> np.ndarray:
     """What robot 1 reads in the scan that ends at `time`, of cones as of a turn, before noise (1, beams)."""
     beams = given.sensors.beams
     raw = np.full(beams.count, np.nan)
     across = np.deg2rad(beams.cone_deg) * np.linspace(-0.5, 0.5, beams.rays) if beams.rays > 1 else [0.0]
     for k in range(beams.count if beams.scan_time else 1):
-        poses = way(time - beams.scan_time * (1.0 - (k + 1) / beams.count))
-        scene = Scene((), tuple((x, y, ROBOT.body_radius) for x, y, _ in poses[1:])) + walls
+        then = time - beams.scan_time * (1.0 - (k + 1) / beams.count)
+        poses = way(then)
+        standing = walls(then) if callable(walls) else walls
+        scene = Scene((), tuple((x, y, ROBOT.body_radius) for x, y, _ in poses[1:])) + standing
         if beams.scan_time:
             angle = 2.0 * np.pi * k / beams.count
             raw[k] = cast(scene, poses[0] + [0.0, 0.0, angle], 1, beams.range_max)[0]
@@ -58,7 +61,7 @@ def look(given: Scenario, way: Way, walls: Scene, time: float, frame: int) -> np
     return noisy_scan(raw, sensor_noise(given), stream(given.seed, Source.BEAMS, 0, frame))[None]
 
 
-def scans(preset: str, way: Way, walls: Scene, seed: int, count: int):
+def scans(preset: str, way: Way, walls: Walls, seed: int, count: int):
     """Yield the half-spaces after each scan; the camera tells poses 30 times a second."""
     made, given = estimator(
         {"beams": {"preset": preset, "robots": [1]}, "camera": {"rate_hz": 30.0}}, formation=((0.0, 0.0),) * 6
@@ -209,3 +212,42 @@ def test_cones_and_turns_are_assumed_and_may_be_wrong() -> None:
     still, _ = estimator(sensor("lds_02"), assumed={"beams": {"scan_time": 0.0}})
     assert thin.parameters.half_cone == 0.0
     assert still.parameters.scan_time == 0.0 and len(still.init().history.time) == 0
+
+
+def turning(speed: float) -> Way:
+    """Robot 1 turns to and fro at the origin, at up to `speed` [rad/s], and the others are far away."""
+
+    def poses(time: float) -> np.ndarray:
+        others = np.column_stack([np.full(5, -3.0), np.arange(5.0), np.zeros(5)])
+        return np.concatenate([[[0.0, 0.0, 0.5 * np.sin(2.0 * speed * time)]], others])
+
+    return poses
+
+
+@pytest.mark.parametrize("turn", [-2.0, -0.7, 0.7, 2.0])
+def test_a_face_does_not_end_where_a_scan_begins(turn: float) -> None:
+    """A robot turns before a wall of 0.8 m, on which scans begin, each elsewhere. Single beams have outliers."""
+    begun, off, way = 0, [], turning(turn)
+    for time, _, memory in scans("lds_02", way, Scene(((1.1, -0.4, 1.1, 0.4),)), 61, 40):
+        past = memory.past[0, int(np.argmax(memory.past_poses[0]["time"]))]
+        ends = past[past["external"] & (past["range"] < 1.5) & (past["ends"] > 0)]
+        off += list(np.abs(np.abs(ends["y"]) - 0.4))
+        begun += abs(1.1 * np.tan(way(time)[0, 2])) < 0.3
+    assert begun > 10 and len(off) > 60
+    assert max(off) < 0.06
+
+
+def test_how_a_box_moves_along_its_face_is_known_to_a_robot_that_turns() -> None:
+    """It comes nearer slowly. How it moves along the face only the ends of that tell; a scan begins on it."""
+    errors, way = [], turning(1.0)
+    for seed in range(4):
+        across = 0.2 * (-1.0) ** seed
+
+        def walls(time: float, across: float = across) -> Scene:
+            return box(1.3 - 0.15 * time, across * (time - 2.0), 0.4)
+
+        *_, (_, _, memory) = scans("lds_02", way, walls, 70 + seed, 14)
+        tracks = memory.tracks[0][memory.tracks[0]["live"] & memory.tracks[0]["moves"]]
+        newest = tracks[np.argmax(tracks["time"])]
+        errors.append(abs(newest["vy"] - across))
+    assert max(errors) < 0.1

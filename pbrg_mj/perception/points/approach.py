@@ -49,7 +49,7 @@ def move_half_spaces(seen, motion, pose, parameters, half_spaces, coming):
     """
     (echoes, beams), (past, past_poses, tracks), (G, h, active, nearest, lines) = seen, motion, half_spaces
     closing, spans = coming
-    order, ends = scans_by_age(past_poses), free_ends(echoes, beams.ranges, parameters)
+    order, ends = scans_by_age(past_poses), free_ends(echoes, beams.ranges, pose, parameters)
     written = order[0] if len(order) == len(past_poses) else len(order)
     resting = echoes_on_lines(echoes, lines)
     flows, count = range_flow((echoes, beams.ranges), (ends, resting), (past, past_poses, order), pose, parameters)
@@ -70,7 +70,7 @@ def move_half_spaces(seen, motion, pose, parameters, half_spaces, coming):
             closing[k] = max(speed, line.speed)
             h[k] -= max(lead, parameters.reaction * line.speed)
             if closing[k] > 0.0:
-                spans[k, 0], spans[k, 1] = face_span(seen, half_space[0], place, parameters)
+                spans[k, 0], spans[k, 1] = face_span(seen, half_space[0], place, pose, parameters)
     store_scan(past[written], past_poses[written : written + 1], seen, ends, pose)
 
 

@@ -108,6 +108,26 @@ def next_beam(k, step, parameters):
 
 
 @kernel
+def are_across_seam(a, b, parameters):
+    """Tell whether a scan that takes time begins between two beams that are few beams apart.
+
+    Where the robot turned meanwhile no beam looked at some of what is between them, or both looked at it.
+    """
+    return parameters.scan_time > 0.0 and 2 * abs(a - b) > len(parameters.directions)
+
+
+@kernel
+def is_beside_blind_zone(reach, variance, pose, parameters):
+    """Tell whether the next place on a face may be nearer than beams tell, whose echo here is at `reach` [m].
+
+    That is of a face at 60 deg, and `variance` [m^2] the range's. In a scan that takes time, ranges are those from
+    where the robot was at its end (deskew.py), and it may have been nearer.
+    """
+    moved = math.sqrt(pose.shift_x**2 + pose.shift_y**2) if parameters.scan_time > 0.0 else 0.0
+    return reach * (1.0 - parameters.joining[0]) - 3.0 * math.sqrt(variance) - moved <= parameters.range_min
+
+
+@kernel
 def _all_round(k, beams):
     """Return k modulo the number of beams; hardly any k needs the division, which takes as long as ten additions."""
     return k if 0 <= k < beams else k % beams

@@ -21,6 +21,7 @@ ENOUGH = 432  # echoes that are remembered, six scans of 72 beams: what a noisy 
 FALSE_ECHOES = 1e-5  # outliers a scan that recent echoes confirm: one in three hours of scans
 FALSELY_CONFIRMED = 1e-6  # and that all earlier ones do: in the open they stay as long as the memory does
 SPAN = 0.3  # [s] between the scans whose difference is a speed: a thing at 0.1 m/s moves by more than ranges are wrong
+LEAST_LAG = 2  # scans between them: the one in between confirms flows
 LEAST_FREE = 0.8  # of the distance to the nearest place of a face, that its hull must leave to the path
 LEAST_JOINING = 0.2  # [m] robots are 0.2 m wide: they pass between no two echoes that are nearer than that
 
@@ -90,7 +91,7 @@ def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
         sigmas=scenario.estimator.sigmas,
         range_sigmas=range_sigmas(scenario.estimator.sigmas),
         recent=recent,
-        lag=min(max(round(SPAN / pose.scan_period), 1), 6),
+        lag=min(max(round(SPAN / pose.scan_period), LEAST_LAG), 6),
         reaction=pose.scan_period if exact else pose.scan_period + pose.frame_period + robot.time_constant + scan_time,
         outliers=not exact and beams.outliers > 0.0,
         confirmations=needed,

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.points.beams import next_beam
+from pbrg_mj.perception.points.beams import are_across_seam, is_beside_blind_zone, next_beam
 from pbrg_mj.perception.points.normal_flow import FASTEST, along_normal, is_confirmed
 from pbrg_mj.perception.points.past_scan import LONGEST, directions_of
 
@@ -156,34 +156,43 @@ def _end(echo, robot, side, parameters):
 
 
 @kernel
-def free_ends(echoes, ranges, parameters):
+def free_ends(echoes, ranges, pose, parameters):
     """Return for each echo (beams,) on which sides its face ends: `LEFT`, `RIGHT`, their sum or 0.
 
     It ends where the next beam passes by the line of its last three echoes, however slanted that is; a beam without an
-    echo does if the one after it passes or has none either. Cones do not tell where in their view a thing ends.
+    echo, or with what may be an outlier, does if the one after it passes or has none either. It does not end where the
+    echo is on the line of those beside it, as far as ranges are known (corner_bound.py). Nor do these tell of ends:
+
+    - cones: not where in their view a thing ends
+    - the first beam and the last of a scan that takes time: the robot may have turned meanwhile
+    - silent beams beside echoes at the shortest range: the face may go on nearer than beams tell
     """
     ends = np.zeros(len(ranges), np.int64)
     if parameters.half_cone > 0.0:
         return ends
     cos = math.cos(parameters.gap)
     for i in range(len(ranges)):
-        if not echoes.external[i] or ranges[i] > NEAR:
+        if not echoes.external[i] or ranges[i] > NEAR or echoes.protrusion[i] == 0.0:
             continue
         for side, step in ((LEFT, 1), (RIGHT, -1)):
             inner, outer = next_beam(i, -step, parameters), next_beam(i, step, parameters)
             beyond = next_beam(i, 2 * step, parameters)
             if min(inner, outer, beyond) < 0 or not echoes.external[inner] or parameters.blocked[outer]:
                 continue
-            if echoes.protrusion[inner] > 0.0:
-                continue  # no line of three
+            if echoes.protrusion[inner] > 0.0 or are_across_seam(inner, beyond, parameters):
+                continue  # no line of three, or of beams that are a gap apart
             near = 2.0 * cos / ranges[i] - 1.0 / ranges[inner]  # 1 / r of a line is a cosine of the angle
             here, there = echoes.variance[i] / ranges[i] ** 4, echoes.variance[inner] / ranges[inner] ** 4
             near -= 3.0 * math.sqrt(4.0 * here + there)
             if near * parameters.range_max <= 1.0:
                 continue
-            passes = ranges[outer] * near > BEYOND
-            if math.isnan(ranges[outer]) and not parameters.blocked[beyond]:
-                passes = math.isnan(ranges[beyond]) or ranges[beyond] * near > BEYOND
+            silent = math.isnan(ranges[outer])
+            if silent and is_beside_blind_zone(ranges[i], echoes.variance[i], pose, parameters):
+                continue
+            passes = silent or ranges[outer] * near > BEYOND
+            if silent or (echoes.external[outer] and not echoes.binds[outer]):
+                passes &= not parameters.blocked[beyond]
+                passes &= math.isnan(ranges[beyond]) or ranges[beyond] * near > BEYOND
             if passes:
                 ends[i] |= side
     return ends

@@ -18,8 +18,8 @@ BESIDE = 0.02  # [m] besides noise that a point may be off a face: what two echo
 def delete_replaced(points, scan, echoes, pose, parameters):
     """Take out points older than the recent scans where there is an echo again, at their place and on their face.
 
-    Only echoes that bind count; one has the company of what it takes the place of, if that had some. `delete_stale` told which beam's echo
-    may be at a point's place.
+    Only echoes that bind count; one has the company of what it takes the place of, if that had some. `delete_stale`
+    told which beam's echo may be at a point's place.
     """
     for i in range(len(points)):
         point = points[i]

@@ -7,6 +7,8 @@ those before do not explain. What is nearer than the clearance from its edge, ot
 A face at the distance D behind the first one, along the normal, and at the speed c reaches the first one's place after
 D / c. Until a robot reacts, after T, h falls by the largest of c T - D. From then on the robot gives way at the largest
 of c - D / (4 T): at that rate distances behind a lag T fall without oscillating.
+
+What comes is kept in sight: of what is nearer to a robot than its beams tell nobody knows how fast it comes.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.blind_zone import add_blind_zone_faces
 from pbrg_mj.perception.points.face_flow import face_flow
 from pbrg_mj.perception.points.face_span import face_span
+from pbrg_mj.perception.points.hidden_points import out_of_sight
 from pbrg_mj.perception.points.lines import echoes_on_lines, line_at
 from pbrg_mj.perception.points.motion import (
     BESIDE,
@@ -40,12 +43,12 @@ AROUND = 1.0  # [m] from where a half-space is nearest, as far as hulls reach: f
 
 @kernel
 def move_half_spaces(seen, motion, pose, parameters, half_spaces, coming):
-    """Lower h of half-spaces by how far what they keep off comes until a robot reacts.
+    """Lower h of half-spaces by how far what they keep off comes until a robot reacts, and so that beams tell of it.
 
     `coming` are closing (K,) [m/s], which becomes how fast it comes along the normal from then on, 0 for what rests,
     and spans (K, 2) [m], the `face_span` of what comes. `seen` are a scan's echoes and its beams; `motion` past (lag,
     beams) of PAST_ECHO, past_poses (lag,) of PAST_POSE and tracks (T,); `half_spaces` those of `separate`. The scan is
-    stored in `past`.
+    stored in `past`. Returned are the flows of faces, and how many: none where no track moves.
     """
     (echoes, beams), (past, past_poses, tracks), (G, h, active, nearest, lines) = seen, motion, half_spaces
     closing, spans = coming
@@ -70,8 +73,10 @@ def move_half_spaces(seen, motion, pose, parameters, half_spaces, coming):
             closing[k] = max(speed, line.speed)
             h[k] -= max(lead, parameters.reaction * line.speed)
             if closing[k] > 0.0:
+                h[k] -= out_of_sight(parameters)
                 spans[k, 0], spans[k, 1] = face_span(seen, half_space[0], place, pose, parameters)
     store_scan(past[written], past_poses[written : written + 1], seen, ends, pose)
+    return of_faces
 
 
 @kernel

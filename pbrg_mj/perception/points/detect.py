@@ -65,7 +65,7 @@ def add_scan(points, scan, beams, pose, team, before, parameters):
         point["live"], point["passed"] = True, 0
         point["binds"], point["company"] = echoes.binds[k], echoes.company[k]
         point["ux"], point["uy"], point["beam"] = echoes.ux[k], echoes.uy[k], k
-        point["turn_std"] = echoes.turn_std[k]
+        point["turn_std"], point["vx"], point["vy"] = echoes.turn_std[k], 0.0, 0.0
         corner = corner_bound(echoes, beams.ranges, k, (joined[k, 0], joined[k, 1]), parameters)
         point["protrusion"], point["slack"] = corner.protrusion, corner.slack
         point["along_x"], point["along_y"] = corner.along_x, corner.along_y

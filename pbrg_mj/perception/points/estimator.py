@@ -14,6 +14,7 @@ from pbrg_mj.perception.points.approach import move_half_spaces
 from pbrg_mj.perception.points.beams import SeenBeams
 from pbrg_mj.perception.points.deskew import deskewed
 from pbrg_mj.perception.points.detect import add_scan
+from pbrg_mj.perception.points.hidden_points import move_hidden_points, write_velocities
 from pbrg_mj.perception.points.known_free import edge_of_free
 from pbrg_mj.perception.points.lines import line_at
 from pbrg_mj.perception.points.memory import capacity_after, copy_records, delete_stale, no_points, slots_used
@@ -136,6 +137,7 @@ def perceive_points(scans, parameters, robots, targets, before, after):
             continue
         pose = pose_at_scan(poses[robot], variances[robot], time, anchors[robot])
         beams = SeenBeams(ranges[row], directions[row if len(directions) > 1 else 0])
+        move_hidden_points(points[robot], pose, parameters)
         delete_stale(points[robot], scan, beams, pose, parameters)
         motion = past[robot], past_poses[robot], tracks[robot]
         echoes = add_scan(points[robot], scan, beams, pose, (bodies, robot), motion[:2], parameters)
@@ -148,7 +150,8 @@ def perceive_points(scans, parameters, robots, targets, before, after):
         half_spaces = G[robot], h[robot], active[robot], np.empty((slots, 2)), np.zeros((slots, 8))
         separate((points[robot], edge), q, target, parameters, half_spaces)
         coming = closing[robot], spans[robot]
-        move_half_spaces((echoes, beams), motion, pose, parameters, half_spaces, coming)
+        of_faces = move_half_spaces((echoes, beams), motion, pose, parameters, half_spaces, coming)
+        write_velocities(points[robot], scan, of_faces, tracks[robot], pose, parameters)
         bind_robots_without_beams(half_spaces, (poses, robots), parameters, binds[robot])
     used = 0
     for robot in range(len(points)):

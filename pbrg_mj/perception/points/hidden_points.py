@@ -1,0 +1,69 @@
+"""Points of what moves, where it is nearer than beams tell: they go on with it.
+
+A beam has no echo of what is nearer than its shortest range, and no scan shows such a point gone (memory.py). What
+rests stays there. What moves does not: its points are given the velocity of their face's track (motion.py) while they
+are seen, and are moved by it while they are not.
+"""
+
+from __future__ import annotations
+
+from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.points.memory import nearest_told
+from pbrg_mj.perception.points.motion import BESIDE, any_moves
+from pbrg_mj.perception.points.normal_flow import FASTEST
+
+
+@kernel
+def move_hidden_points(points, pose, parameters):
+    """Move the points that are nearer than beams tell by their velocity since the last scan."""
+    if not out_of_sight(parameters) > 0.0:
+        return
+    for i in range(len(points)):
+        point = points[i]
+        if point["live"] and (point["vx"] != 0.0 or point["vy"] != 0.0):
+            dx, dy = point["x"] - pose.x, point["y"] - pose.y
+            if dx * dx + dy * dy <= nearest_told(point, parameters) ** 2:
+                point["x"] += pose.elapsed * point["vx"]
+                point["y"] += pose.elapsed * point["vy"]
+
+
+@kernel
+def out_of_sight(parameters):
+    """Return how much farther than the clearance hand points must stay, so that beams tell of all there is [m]."""
+    return max(parameters.range_min + parameters.hand_offset - parameters.clearance, 0.0)
+
+
+@kernel
+def write_velocities(points, scan, flows_of_faces, tracks, pose, parameters):
+    """Give the points of a scan that may be too near at the next one the velocity of what they are of.
+
+    A point is of a track that moves if the flow of its echo is nearer to the track's than to that of what rests.
+    `flows_of_faces` are those of `face_flow`, and how many.
+    """
+    if not out_of_sight(parameters) > 0.0 or not any_moves(tracks):
+        return
+    reach = parameters.range_min + FASTEST * pose.elapsed
+    for i in range(len(points)):
+        point = points[i]
+        if point["live"] and point["scan"] == scan:
+            dx, dy = point["x"] - pose.x, point["y"] - pose.y
+            if dx * dx + dy * dy <= reach * reach:
+                point["vx"], point["vy"] = _velocity(point, flows_of_faces, tracks)
+
+
+@kernel
+def _velocity(point, flows_of_faces, tracks):
+    """Return the velocity (2,) of the track whose flow a point's is nearest to [m/s], 0 of what rests."""
+    (flows, count), vx, vy = flows_of_faces, 0.0, 0.0
+    for k in range(count):
+        if flows.x[k] == point["x"] and flows.y[k] == point["y"] and not flows.of_end[k]:
+            least = abs(flows.speed[k])
+            for t in range(len(tracks)):
+                track = tracks[t]
+                if track["live"] and track["moves"]:
+                    dx, dy = track["x"] - point["x"], track["y"] - point["y"]
+                    error = abs(flows.speed[k] - flows.nx[k] * track["vx"] - flows.ny[k] * track["vy"])
+                    if dx * dx + dy * dy <= BESIDE * BESIDE and error < least:
+                        least, vx, vy = error, track["vx"], track["vy"]
+            break
+    return vx, vy

@@ -25,7 +25,7 @@ MOST_SKIPPED = 2  # beams in a row: outliers, and echoes lost
 def face_span(seen, normal, place, pose, parameters):
     """Return from where to where along (-ny, nx) a hand point is in the way of the face at a place (2,) [m].
 
-    An end that no beam looks at is infinite. `seen` are a scan's echoes and its beams.
+    An end that no beam looks at is infinite. `seen` are `Echoes` and `SeenBeams`.
     """
     echoes, start = seen[0], _nearest_echo(seen[0], place)
     if start < 0:

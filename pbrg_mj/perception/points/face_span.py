@@ -27,17 +27,18 @@ def face_span(seen, normal, place, pose, parameters):
 
     An end that no beam looks at is infinite. `seen` are `Echoes` and `SeenBeams`.
     """
-    echoes, start = seen[0], _nearest_echo(seen[0], place)
+    (echoes, _), (nx, ny) = seen, normal
+    start = _nearest_echo(echoes, place)
     if start < 0:
         return -math.inf, math.inf
-    low = high = normal[0] * echoes.y[start] - normal[1] * echoes.x[start]
+    low = high = nx * echoes.y[start] - ny * echoes.x[start]
     for step in (-1, 1):
         end = start
         for _ in range(len(echoes.x)):
             beam = _next_of_face(seen, end, step, pose, parameters)
             if beam < 0 or beam == start:
                 break
-            along, end = normal[0] * echoes.y[beam] - normal[1] * echoes.x[beam], beam
+            along, end = nx * echoes.y[beam] - ny * echoes.x[beam], beam
             low, high = min(low, along), max(high, along)
         beyond = _beyond(seen, (end, step), normal, pose, parameters)
         low, high = (low - beyond, high) if step < 0 else (low, high + beyond)

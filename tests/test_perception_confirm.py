@@ -18,7 +18,7 @@ def test_points_at_one_place_are_found_and_no_others():
     for _ in range(300):
         echo = (*draws.uniform(-1.5, 1.5, 2), draws.uniform(0.0, 0.02), draws.uniform(0.0, 0.02))
         points = _points(draws, echo)
-        told_before = points["company"].copy()
+        told_before = points["confirmed_within"].copy()
         expected = [_at_one_place(point, echo, made) for point in points]
         needed = int(draws.integers(1, sum(expected) + 2))
         earlier = earlier_echoes(points, SCAN, RECENT, CONFIRMING)
@@ -30,7 +30,7 @@ def test_points_at_one_place_are_found_and_no_others():
         np.testing.assert_allclose(nearest, away[matches].min() if enough else np.inf, rtol=1e-12)
         assert points["binds"].tolist() == matches.tolist()
         np.testing.assert_allclose(
-            points["company"], np.where(matches, np.minimum(away, told_before), told_before), rtol=1e-6
+            points["confirmed_within"], np.where(matches, np.minimum(away, told_before), told_before), rtol=1e-6
         )
         told.append((recent >= needed, enough))
     assert min(told.count(one) for one in ((True, True), (False, True), (False, False))) > 10
@@ -46,7 +46,7 @@ def _points(draws: np.random.Generator, echo) -> np.ndarray:
     points["y"] = echo[1] + along * beam[1] + across * beam[0]
     points["std"], points["pose_std"] = draws.uniform(0.0, 0.02, (2, 150))
     points["scan"], points["live"] = draws.integers(SCAN - 8, SCAN + 1, 150), draws.uniform(size=150) < 0.8
-    points["company"] = np.where(draws.uniform(size=150) < 0.5, np.inf, draws.uniform(0.0, 0.05, 150))
+    points["confirmed_within"] = np.where(draws.uniform(size=150) < 0.5, np.inf, draws.uniform(0.0, 0.05, 150))
     return points
 
 

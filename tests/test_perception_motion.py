@@ -119,6 +119,11 @@ def test_a_box_that_comes_behind_what_stands_is_known_to_come(preset: str):
         assert known.closing_speeds[0, known.G[0, :, 0] > 0.9].max() > 0.15  # a board may have one of its own
 
 
+@pytest.mark.parametrize("preset", [*SENSORS, "tof_cones", "lds_02"])
+def test_every_sensor_has_a_scan_in_between_that_confirms_flows(preset: str):
+    assert estimator(sensor(preset))[0].parameters.lag >= 2
+
+
 @pytest.mark.parametrize("preset", ["default", "lidar"])
 def test_what_another_half_space_keeps_off_does_not_tell_of_the_box(preset: str):
     """A wall beside the robot is nearer along the normal of the box's half-space than the clearance."""

@@ -33,7 +33,7 @@ def face_of(xy: np.ndarray, std: float, pose_std: float, scans: np.ndarray) -> t
     for name, values in (("x", xy[:, 0]), ("y", xy[:, 1]), ("std", std), ("pose_std", pose_std)):
         points[name] = values
     points["scan"], points["time"] = scans, 0.1 * scans
-    points["live"], points["binds"], points["company"] = True, True, np.inf
+    points["live"], points["binds"], points["confirmed_within"] = True, True, np.inf
     far = np.hypot(*xy.T)
     points["ux"], points["uy"] = (xy / far[:, None]).T
     x, y = points["x"].copy(), points["y"].copy()
@@ -113,12 +113,12 @@ def test_one_echo_ahead_of_a_line_binds_no_more_until_another_scan_has_it(ahead:
 def test_an_echo_that_one_half_as_far_ahead_confirmed_is_no_outlier_and_one_that_the_wall_confirmed_is(ahead: float):
     """What confirmed it is no longer known."""
     made, rng = estimator(sensor("lidar"))[0].parameters, np.random.default_rng(10)
-    for company in (0.4 * ahead, 0.6 * ahead):
+    for within in (0.4 * ahead, 0.6 * ahead):
         (window, count, path), _ = places(rng, 0.0, 0.004, 0.0)
         window.x[0], window.y[0] = 0.6 - ahead, 0.1
-        window.memory["x"][0], window.memory["y"][0], window.memory["company"][0] = 0.6 - ahead, 0.1, company
+        window.memory["x"][0], window.memory["y"][0], window.memory["confirmed_within"][0] = 0.6 - ahead, 0.1, within
         outlier = straight_face((window, count, path), (1.0, 0.0), made).found
-        assert outlier == (company > 0.5 * ahead) and window.memory["binds"][0] != outlier
+        assert outlier == (within > 0.5 * ahead) and window.memory["binds"][0] != outlier
 
 
 @pytest.mark.parametrize(("echoes", "deviations", "found"), [(1, 5.5, True), (1, 7.0, False), (5, 5.5, False)])

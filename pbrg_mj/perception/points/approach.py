@@ -19,9 +19,9 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.blind_zone import add_blind_zone_faces
+from pbrg_mj.perception.points.blind_zone_points import blind_zone_margin
 from pbrg_mj.perception.points.face_flow import face_flow
 from pbrg_mj.perception.points.face_span import face_span
-from pbrg_mj.perception.points.hidden_points import out_of_sight
 from pbrg_mj.perception.points.lines import echoes_on_lines, line_at
 from pbrg_mj.perception.points.motion import (
     BESIDE,
@@ -73,7 +73,7 @@ def move_half_spaces(seen, motion, pose, parameters, half_spaces, coming):
             closing[k] = max(speed, line.speed)
             h[k] -= max(lead, parameters.reaction * line.speed)
             if closing[k] > 0.0:
-                h[k] -= out_of_sight(parameters)
+                h[k] -= blind_zone_margin(parameters)
                 spans[k, 0], spans[k, 1] = face_span(seen, half_space[0], place, pose, parameters)
     store_scan(past[written], past_poses[written : written + 1], seen, ends, pose)
     return of_faces

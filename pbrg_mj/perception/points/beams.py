@@ -108,7 +108,7 @@ def next_beam(k, step, parameters):
 
 
 @kernel
-def are_across_seam(a, b, parameters):
+def are_across_scan_start(a, b, parameters):
     """Tell whether a scan that takes time begins between two beams that are few beams apart.
 
     Where the robot turned meanwhile no beam looked at some of what is between them, or both looked at it.

@@ -72,7 +72,8 @@ def confirm_echo(points, earlier, asked, pose, parameters):
     for j in range(found):
         point = points[earlier.matches[j]]
         away = math.sqrt((point["x"] - echo[0]) ** 2 + (point["y"] - echo[1]) ** 2)
-        point["binds"], point["company"], nearest = True, min(point["company"], away), min(nearest, away)
+        point["binds"], point["confirmed_within"] = True, min(point["confirmed_within"], away)
+        nearest = min(nearest, away)
     return nearest
 
 

@@ -30,7 +30,7 @@ class Echoes(NamedTuple):
     ux: np.ndarray  # (beams,) direction of the beam
     uy: np.ndarray  # (beams,)
     binds: np.ndarray  # (beams,) bool: external, and no outlier
-    company: np.ndarray  # (beams,) how far the nearest echo of another scan is that confirmed it; infinite: none [m]
+    confirmed_within: np.ndarray  # (beams,) how far off the nearest echo of another scan is that did [m], or inf
     protrusion: np.ndarray  # (beams,) how far a right-angled corner between its beam and the next may stick out [m]
     joined: np.ndarray  # (beams, 2) the beams of the next echoes on its face before and after it, -1: none
 
@@ -63,7 +63,7 @@ def add_scan(points, scan, beams, pose, team, before, parameters):
         point["std"], point["pose_std"] = math.sqrt(echoes.variance[k]), echoes.pose_std[k]
         point["time"], point["scan"] = pose.time, scan
         point["live"], point["passed"] = True, 0
-        point["binds"], point["company"] = echoes.binds[k], echoes.company[k]
+        point["binds"], point["confirmed_within"] = echoes.binds[k], echoes.confirmed_within[k]
         point["ux"], point["uy"], point["beam"] = echoes.ux[k], echoes.uy[k], k
         point["turn_std"], point["vx"], point["vy"] = echoes.turn_std[k], 0.0, 0.0
         corner = corner_bound(echoes, beams.ranges, k, (joined[k, 0], joined[k, 1]), parameters)
@@ -89,8 +89,8 @@ def _write_which_bind(echoes, points, scan_and_ranges, before, pose, parameters)
         asked = (echoes.x[k], echoes.y[k], math.sqrt(echoes.variance[k]), echoes.pose_std[k])
         needed = parameters.confirmations + 1 - run
         if needed > 0:
-            echoes.company[k] = confirm_echo(points, earlier, (asked, needed), pose, parameters)
-        echoes.binds[k] = needed <= 0 or echoes.company[k] < math.inf
+            echoes.confirmed_within[k] = confirm_echo(points, earlier, (asked, needed), pose, parameters)
+        echoes.binds[k] = needed <= 0 or echoes.confirmed_within[k] < math.inf
 
 
 @kernel
@@ -104,8 +104,8 @@ def _echoes(seen, pose, team, parameters):
     x, y, variance = np.empty(beams), np.empty(beams), np.empty(beams)
     pose_std, turn_std = np.empty(beams), np.empty(beams)
     external, binds, ux, uy = np.zeros(beams, np.bool_), np.zeros(beams, np.bool_), np.empty(beams), np.empty(beams)
-    company, protrusion, joined = np.full(beams, np.inf), np.zeros(beams), np.full((beams, 2), -1)
-    echoes = Echoes(external, x, y, variance, pose_std, turn_std, ux, uy, binds, company, protrusion, joined)
+    confirmed_within, protrusion, joined = np.full(beams, np.inf), np.zeros(beams), np.full((beams, 2), -1)
+    echoes = Echoes(external, x, y, variance, pose_std, turn_std, ux, uy, binds, confirmed_within, protrusion, joined)
     cos, sin = math.cos(pose.heading), math.sin(pose.heading)
     for k in range(beams):
         r = ranges[k]

@@ -12,9 +12,9 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.perception.points.approach import move_half_spaces
 from pbrg_mj.perception.points.beams import SeenBeams
+from pbrg_mj.perception.points.blind_zone_points import assign_velocities, predict_blind_zone_points
 from pbrg_mj.perception.points.deskew import deskewed
 from pbrg_mj.perception.points.detect import add_scan
-from pbrg_mj.perception.points.hidden_points import move_hidden_points, write_velocities
 from pbrg_mj.perception.points.known_free import edge_of_free
 from pbrg_mj.perception.points.lines import line_at
 from pbrg_mj.perception.points.memory import capacity_after, copy_records, delete_stale, no_points, slots_used
@@ -137,7 +137,7 @@ def perceive_points(scans, parameters, robots, targets, before, after):
             continue
         pose = pose_at_scan(poses[robot], variances[robot], time, anchors[robot])
         beams = SeenBeams(ranges[row], directions[row if len(directions) > 1 else 0])
-        move_hidden_points(points[robot], pose, parameters)
+        predict_blind_zone_points(points[robot], pose, parameters)
         delete_stale(points[robot], scan, beams, pose, parameters)
         motion = past[robot], past_poses[robot], tracks[robot]
         echoes = add_scan(points[robot], scan, beams, pose, (bodies, robot), motion[:2], parameters)
@@ -151,7 +151,7 @@ def perceive_points(scans, parameters, robots, targets, before, after):
         separate((points[robot], edge), q, target, parameters, half_spaces)
         coming = closing[robot], spans[robot]
         of_faces = move_half_spaces((echoes, beams), motion, pose, parameters, half_spaces, coming)
-        write_velocities(points[robot], scan, of_faces, tracks[robot], pose, parameters)
+        assign_velocities(points[robot], scan, of_faces, tracks[robot], pose, parameters)
         bind_robots_without_beams(half_spaces, (poses, robots), parameters, binds[robot])
     used = 0
     for robot in range(len(points)):

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.points.beams import are_across_seam, is_beside_blind_zone, next_beam
+from pbrg_mj.perception.points.beams import are_across_scan_start, is_beside_blind_zone, next_beam
 from pbrg_mj.perception.points.corner_bound import MOST_LOST
 from pbrg_mj.perception.points.parameters import LEAST_JOINING
 
@@ -98,7 +98,7 @@ def _beyond(seen, last, normal, pose, parameters):
     if other < 0 or parameters.blocked[other]:
         return math.inf
     reach = ranges[end] * parameters.joining[0]
-    if are_across_seam(end, other, parameters):
+    if are_across_scan_start(end, other, parameters):
         cos = directions[end, 0] * directions[other, 0] + directions[end, 1] * directions[other, 1]
         reach *= max(math.acos(min(max(cos, -1.0), 1.0)) / parameters.gap, 1.0)
     if math.isnan(ranges[other]) and is_beside_blind_zone(ranges[end], echoes.variance[end], pose, parameters):

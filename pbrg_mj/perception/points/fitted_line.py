@@ -163,7 +163,7 @@ def has_company(window, normal, i, ahead):
     it confirmed the echo: that may have been replaced since.
     """
     own, (gx, gy) = window.memory[window.point[i]], normal
-    if own["company"] <= 0.5 * ahead:
+    if own["confirmed_within"] <= 0.5 * ahead:
         return True
     for k in range(len(window.memory)):
         point = window.memory[k]

@@ -11,10 +11,8 @@ from pbrg_mj.perception.points.beams import layout, nearest_beam, nearest_from, 
 
 POINT = np.dtype(
     [(name, np.float64) for name in ("x", "y", "std", "pose_std", "time")]
-    + [
-        (name, np.float32)
-        for name in ("ux", "uy", "turn_std", "protrusion", "along_x", "along_y", "slack", "company", "vx", "vy")
-    ]
+    + [(name, np.float32) for name in ("ux", "uy", "turn_std", "protrusion", "along_x", "along_y", "slack")]
+    + [(name, np.float32) for name in ("confirmed_within", "vx", "vy")]
     + [(name, np.int32) for name in ("scan", "passed", "beam")]
     + [(name, np.bool_) for name in ("live", "binds")],
     align=True,
@@ -27,10 +25,10 @@ POINT = np.dtype(
 - ux, uy: direction of its beam; turn_std [m]: what the heading adds, across it
 - protrusion [m]: how far a right-angled corner between its beam and the next may stick out in any direction; and in the
   direction g: by no more than |g . along| + slack, along [m] the way on its face to the next beam
-- vx, vy [m/s]: of what it is of, where it may move nearer than beams tell (hidden_points.py)
+- vx, vy [m/s]: of what it is of, where it may move nearer than beams tell (blind_zone_points.py)
 - beam: of the newest scan, in the point's direction, with an echo that may be on its face; -1: none
 - binds: it is no outlier
-- company [m]: how far from it was the nearest of the echoes of other scans that told so; infinite where none did
+- confirmed_within [m]: how far from it was the nearest echo of another scan that told so; infinite where none did
 - passed: how beams went past it to something behind: bits `PASSED_LEFT`, `PASSED_RIGHT`, plus `THROUGH` for each scan
 """
 
@@ -91,7 +89,7 @@ def delete_stale(points, scan, beams, pose, parameters):
         if not point["live"]:
             continue
         x, y = xs[i], ys[i]
-        nearest = nearest_told(point, parameters)
+        nearest = blind_zone_radius(point, parameters)
         if pose.time - point["time"] > parameters.memory and x * x + y * y > nearest * nearest:
             point["live"] = False
             continue
@@ -122,8 +120,8 @@ def delete_stale(points, scan, beams, pose, parameters):
 
 
 @kernel
-def nearest_told(point, parameters):
-    """Return how near a point is at least if beams tell of it [m]."""
+def blind_zone_radius(point, parameters):
+    """Return the radius around the robot within which beams may not tell of a point: it is in their blind zone [m]."""
     return parameters.range_min + 3.0 * (point["std"] + point["pose_std"])
 
 

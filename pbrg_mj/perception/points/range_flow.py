@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.points.beams import are_across_seam, is_beside_blind_zone, next_beam
+from pbrg_mj.perception.points.beams import are_across_scan_start, is_beside_blind_zone, next_beam
 from pbrg_mj.perception.points.normal_flow import FASTEST, along_normal, is_confirmed
 from pbrg_mj.perception.points.past_scan import LONGEST, directions_of
 
@@ -179,7 +179,7 @@ def free_ends(echoes, ranges, pose, parameters):
             beyond = next_beam(i, 2 * step, parameters)
             if min(inner, outer, beyond) < 0 or not echoes.external[inner] or parameters.blocked[outer]:
                 continue
-            if echoes.protrusion[inner] > 0.0 or are_across_seam(inner, beyond, parameters):
+            if echoes.protrusion[inner] > 0.0 or are_across_scan_start(inner, beyond, parameters):
                 continue  # no line of three, or of beams that are a gap apart
             near = 2.0 * cos / ranges[i] - 1.0 / ranges[inner]  # 1 / r of a line is a cosine of the angle
             here, there = echoes.variance[i] / ranges[i] ** 4, echoes.variance[inner] / ranges[inner] ** 4

@@ -18,17 +18,17 @@ BESIDE = 0.02  # [m] besides noise that a point may be off a face: what two echo
 def delete_replaced(points, scan, echoes, pose, parameters):
     """Take out points older than the recent scans where there is an echo again, at their place and on their face.
 
-    Only echoes that bind count; one has the company of what it takes the place of, if that had some. `delete_stale`
-    told which beam's echo may be at a point's place.
+    Only echoes that bind count; one is confirmed by a confirmed point that it takes the place of, as far off as
+    that is. `delete_stale` told which beam's echo may be at a point's place.
     """
     for i in range(len(points)):
         point = points[i]
         beam = point["beam"]
         if point["live"] and beam >= 0 and scan - point["scan"] >= parameters.recent and echoes.binds[beam]:
             point["live"] = not _is_on_face(point, (echoes, beam), pose, parameters)
-            if not point["live"] and point["company"] < math.inf:
+            if not point["live"] and point["confirmed_within"] < math.inf:
                 away = math.sqrt((point["x"] - echoes.x[beam]) ** 2 + (point["y"] - echoes.y[beam]) ** 2)
-                echoes.company[beam] = min(echoes.company[beam], away)
+                echoes.confirmed_within[beam] = min(echoes.confirmed_within[beam], away)
 
 
 @kernel

@@ -8,39 +8,39 @@ are seen, and are moved by it while they are not.
 from __future__ import annotations
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.points.memory import nearest_told
+from pbrg_mj.perception.points.memory import blind_zone_radius
 from pbrg_mj.perception.points.motion import BESIDE, any_moves
 from pbrg_mj.perception.points.normal_flow import FASTEST
 
 
 @kernel
-def move_hidden_points(points, pose, parameters):
+def predict_blind_zone_points(points, pose, parameters):
     """Move the points that are nearer than beams tell by their velocity since the last scan."""
-    if not out_of_sight(parameters) > 0.0:
+    if not blind_zone_margin(parameters) > 0.0:
         return
     for i in range(len(points)):
         point = points[i]
         if point["live"] and (point["vx"] != 0.0 or point["vy"] != 0.0):
             dx, dy = point["x"] - pose.x, point["y"] - pose.y
-            if dx * dx + dy * dy <= nearest_told(point, parameters) ** 2:
+            if dx * dx + dy * dy <= blind_zone_radius(point, parameters) ** 2:
                 point["x"] += pose.elapsed * point["vx"]
                 point["y"] += pose.elapsed * point["vy"]
 
 
 @kernel
-def out_of_sight(parameters):
-    """Return how much farther than the clearance hand points must stay, so that beams tell of all there is [m]."""
+def blind_zone_margin(parameters):
+    """Return how much farther than the clearance a hand point must stay off what no heading may bring too near [m]."""
     return max(parameters.range_min + parameters.hand_offset - parameters.clearance, 0.0)
 
 
 @kernel
-def write_velocities(points, scan, flows_of_faces, tracks, pose, parameters):
+def assign_velocities(points, scan, flows_of_faces, tracks, pose, parameters):
     """Give the points of a scan that may be too near at the next one the velocity of what they are of.
 
     A point is of a track that moves if the flow of its echo is nearer to the track's than to that of what rests.
     `flows_of_faces` are those of `face_flow`, and how many.
     """
-    if not out_of_sight(parameters) > 0.0 or not any_moves(tracks):
+    if not blind_zone_margin(parameters) > 0.0 or not any_moves(tracks):
         return
     reach = parameters.range_min + FASTEST * pose.elapsed
     for i in range(len(points)):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pbrg_mj.perception.points.hidden_points import move_hidden_points, out_of_sight
+from pbrg_mj.perception.points.blind_zone_points import blind_zone_margin, predict_blind_zone_points
 from pbrg_mj.perception.points.memory import no_points
 from pbrg_mj.perception.track.world_frame import ScanPose
 from tests.perceiving import box
@@ -17,14 +17,14 @@ def test_what_moves_goes_on_where_no_beam_tells_of_it_and_nothing_else_does():
     """Three points of a thing at 0.3 m/s, one of what rests; the first two are nearer than 0.15 m."""
     parameters, points = estimator(sensor("lidar"))[0].parameters, no_points(1, 4)[0]
     points["x"], points["vx"], points["live"] = [0.12, 0.1, 0.3, 0.12], [0.3, 0.3, 0.3, 0.0], [True, False, True, True]
-    move_hidden_points(points, ScanPose(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.2), parameters)
+    predict_blind_zone_points(points, ScanPose(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.2), parameters)
     np.testing.assert_allclose(points["x"], [0.12 + 0.2 * 0.3, 0.1, 0.3, 0.12], rtol=1e-6)
 
 
 @pytest.mark.parametrize(("preset", "far"), [("default", 0.01), ("lidar", 0.09)])
 def test_hand_points_stay_so_far_that_beams_tell_of_all_that_comes(preset: str, far: float):
     """Those of a robot turned away from it: its beams are 4 cm nearer than its hand point, which keeps 10 cm."""
-    assert out_of_sight(estimator(sensor(preset))[0].parameters) == pytest.approx(far)
+    assert blind_zone_margin(estimator(sensor(preset))[0].parameters) == pytest.approx(far)
 
 
 def kept_off(preset: str, seed: int, width: float, speed: tuple[float, float]) -> list[float]:
@@ -54,4 +54,4 @@ def test_a_box_that_slides_by_nearer_than_beams_tell_is_kept_off_where_it_is():
 def test_a_box_that_comes_is_kept_as_far_off_as_beams_tell(preset: str):
     kept = [one for seed in range(4) for one in kept_off(preset, seed, 0.7, (0.1, 0.25))]
     assert len(kept) > 10
-    assert min(kept) > 0.1 + out_of_sight(estimator(sensor(preset))[0].parameters)
+    assert min(kept) > 0.1 + blind_zone_margin(estimator(sensor(preset))[0].parameters)

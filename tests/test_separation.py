@@ -111,6 +111,15 @@ def test_who_is_beyond_a_half_space_at_rest_goes_back_but_not_for_its_noise() ->
             np.testing.assert_allclose(driven, [[-keeper.gain * back, 0.0]], atol=1e-9)
 
 
+def test_who_goes_back_goes_no_slower_than_motors_move() -> None:
+    """What comes at 2 cm/s, too slowly to be told from rest, pushed its line over robots that stood."""
+    keeper, G = replace(filter_of(np.random.default_rng(317), 1), min_speed=0.04), np.array([1.0, 0.0])
+    for beyond, back in ((0.004, 0.0), (0.006, 0.04), (0.03, max(0.04, 0.025 * keeper.gain))):
+        q = np.array([[keeper.margin + beyond, 0.0]])
+        driven = driven_by(keeper, coming_at(keeper, q, G, 2 * keeper.margin, 0.0), q, np.zeros((1, 2)))
+        np.testing.assert_allclose(driven, [[-back, 0.0]], atol=1e-9)
+
+
 def test_who_goes_back_does_not_go_nearer_to_robots_than_is_allowed() -> None:
     """A robot stands behind it, a little farther away than the distance to keep, and it wants nothing."""
     keeper, G = filter_of(np.random.default_rng(318), 2), np.array([1.0, 0.0])
@@ -245,8 +254,8 @@ def test_a_robot_that_turns_while_it_lags_goes_no_faster_than_its_rows_allow_the
         q, u = 0.3 * rng.normal(size=(n, 2)), rng.normal(size=(n, 2))
         problem, keeper = random_problem(rng, n, slots, q), filter_of(rng, n)
         problem = replace(problem, p=q - keeper.formation - displaced * rng.normal(size=(n, 2)))
-        before = driven_by(keeper, problem, q, u)
         turning, slow = rng.uniform(0.2, 3.0), rng.uniform(0.01, 0.1)
+        before = driven_by(replace(keeper, min_speed=slow), problem, q, u)
         after = driven_by(replace(keeper, turning=turning, min_speed=slow), problem, q, u)
         assert problem.heading is not None
         for j in range(n):
@@ -401,8 +410,8 @@ def test_who_is_pushed_back_does_not_go_slower_because_it_turns_beside_what_stan
 
 
 def test_who_is_pushed_back_does_besides_only_what_its_turn_leaves() -> None:
-    """Of what is asked for the largest share with which the turn leads towards nothing, but by the speed to spare."""
-    rng, counted = np.random.default_rng(312), {"all": 0, "some": 0}
+    """Of what is asked for the largest share with which the turn takes no more of the retreat than is to spare."""
+    rng, counted = np.random.default_rng(312), {"all": 0, "some": 0, "none": 0}
     for _ in range(300):
         keeper, q, slow = filter_of(rng, 1), np.zeros((1, 2)), rng.uniform(0.02, 0.1)
         turning, angle, closing = rng.uniform(0.5, 5.0), rng.uniform(0, 2 * np.pi), rng.uniform(0.1, 0.3)
@@ -414,17 +423,45 @@ def test_who_is_pushed_back_does_besides_only_what_its_turn_leaves() -> None:
         normals, offsets = G[None], np.array([keeper.gain * (spaces.h[0, 0] - keeper.margin) - closing])
         wanted = rng.normal(size=(1, 2))
         driven = driven_by(replace(keeper, turning=turning, min_speed=slow), problem, q, wanted)[0]
-        assert normals @ driven <= offsets + 1e-9
         whole = driven_by(keeper, problem, q, wanted)[0]
         across = np.cos(heading[0]) * driven[1] - np.sin(heading[0]) * driven[0]
-        excess = approach(driven, turning * across, normals, np.maximum(offsets, 0.0))
+        excess = approach(driven, turning * across, normals, offsets)
+        if offsets[0] < 0.0 and abs(driven[0] * G[1] - driven[1] * G[0]) < 1e-3 and excess > slow:
+            np.testing.assert_allclose(driven, offsets * G, atol=1e-3)  # the retreat alone, which turns away less
+            counted["none"] += 1
+            continue
+        assert normals @ driven <= offsets + 1e-9
         assert excess <= slow + 1e-9
         if np.allclose(driven, whole, atol=1e-12):
             counted["all"] += 1
         else:
             assert excess > slow - 1e-2
             counted["some"] += 1
-    assert min(counted.values()) > 50
+    assert min(counted["all"], counted["some"]) > 50
+    assert counted["none"] > 0
+
+
+def test_a_robot_between_two_that_come_does_not_race_along_both() -> None:
+    """Their rows meet far away, in a way along both: 0.6 m/s for 5 cm/s of retreat, and its turn leads into one."""
+    keeper = replace(filter_of(np.random.default_rng(319), 1), gain=1.7, turning=1.5, min_speed=0.05)
+    q, angle = np.zeros((1, 2)), 0.05
+    problem = coming_at(keeper, q, np.array([1.0, 0.0]), keeper.margin, 0.05)
+    spaces = problem.half_spaces
+    assert spaces is not None
+    both = HalfSpaces(
+        G=np.array([[[1.0, 0.0], [-np.cos(angle), np.sin(angle)]]]),
+        h=np.full((1, 2), keeper.margin),
+        active=np.ones((1, 2), dtype=bool),
+        binds=np.ones((1, 2, 1), dtype=bool),
+        closing=np.full((1, 2), 0.05),
+    )
+    along = replace(problem, half_spaces=both, heading=np.array([-0.5 * np.pi]))  # it heads where it has to go
+    assert driven_by(keeper, along, q, np.zeros((1, 2)))[0, 1] < -0.6
+    across = replace(along, heading=np.array([0.0]))
+    driven = driven_by(keeper, across, q, np.zeros((1, 2)))[0]
+    offsets = np.zeros(2)
+    assert approach(driven, keeper.turning * driven[1], both.G[0], offsets) <= keeper.min_speed + 1e-9
+    assert 0.02 < np.linalg.norm(driven) < 1.0
 
 
 def test_a_retreat_takes_what_another_robot_leaves_of_it() -> None:

@@ -57,8 +57,9 @@ def test_a_robot_goes_to_the_nearer_end_when_it_is_time_whatever_the_axes(mirror
     rng, gone, wanted = np.random.default_rng(501), 0, (0.123, -0.3)
     for _ in range(400):
         spaces, q, out, time_to_go = corridor(rng, rng.uniform(-np.pi, np.pi), mirrored)
-        found = evasive_velocity(spaces.arrays, q, 0, (DISTANCE, MARGIN), WHEELS, wanted)
+        evades, *found = evasive_velocity(spaces.arrays, q, 0, (DISTANCE, MARGIN), WHEELS, wanted)
         np.testing.assert_allclose(found, out if time_to_go else wanted, atol=1e-12)
+        assert evades == time_to_go
         gone += time_to_go
     assert 100 < gone < 300
 
@@ -69,8 +70,8 @@ def test_who_is_beside_the_face_or_sees_no_end_of_it_goes_where_it_wants(side: f
     for span, leaves in (((-0.5, 0.4), True), ((0.01, 0.5), False), ((-np.inf, np.inf), False), ((0.0, 0.0), False)):
         span = span if side > 0.0 else (-span[1], -span[0])
         spaces = known_to_one([(ahead, 0.1, 0.2, span), (back, 0.1, 0.0, (0.0, 0.0))])
-        found = evasive_velocity(spaces.arrays, np.zeros((1, 2)), 0, (DISTANCE, MARGIN), WHEELS, (0.0, 0.0))
-        assert (found != (0.0, 0.0)) == leaves
+        evades, *found = evasive_velocity(spaces.arrays, np.zeros((1, 2)), 0, (DISTANCE, MARGIN), WHEELS, (0.0, 0.0))
+        assert evades == leaves == any(found)
         assert not leaves or np.sign(found[1]) == side
 
 
@@ -84,8 +85,8 @@ def test_an_end_that_something_stands_before_is_no_way_out() -> None:
         for number, y in enumerate(mates, 1):
             at[number] = 0.05, y
         spaces = known_to_one(rows + walls * wall, robots=3)
-        found = evasive_velocity(spaces.arrays, at, 0, (DISTANCE, MARGIN), WHEELS, (0.0, 0.0))
-        assert np.sign(found[1]) == sign
+        evades, *found = evasive_velocity(spaces.arrays, at, 0, (DISTANCE, MARGIN), WHEELS, (0.0, 0.0))
+        assert np.sign(found[1]) == sign and evades == (sign != 0)
 
 
 def test_robots_behind_and_what_comes_from_there_press_sooner_than_the_wall() -> None:
@@ -93,8 +94,23 @@ def test_robots_behind_and_what_comes_from_there_press_sooner_than_the_wall() ->
     for mate, speed, leaves in ((-5.0, 0.0, False), (-0.4, 0.0, True), (-5.0, 0.5, True)):
         spaces = known_to_one([(ahead, 0.1, 0.2, (-0.4, 0.3)), (back, 0.9, speed, (0.0, 0.0))], robots=2)
         q = np.array([[0.0, 0.0], [mate, 0.1] if mate > -5.0 else far])
-        found = evasive_velocity(spaces.arrays, q, 0, (DISTANCE, MARGIN), WHEELS, (0.0, 0.0))
-        assert (found != (0.0, 0.0)) == leaves
+        evades, *found = evasive_velocity(spaces.arrays, q, 0, (DISTANCE, MARGIN), WHEELS, (0.0, 0.0))
+        assert evades == leaves == any(found)
+
+
+def test_who_goes_out_of_the_way_has_the_right_of_way() -> None:
+    """Towards a robot beside the way out it goes at gamma times what is left of their distance, not at half of that."""
+    keeper = SeparationFilter(np.zeros((2, 2)), DISTANCE, MARGIN, 1.7, np.zeros((0, 2)), 0.02)
+    team = network_of_edges([(0, 1)], np.ones(2))
+    rows = Rows(np.zeros((2, 1)), np.zeros((2, 1, 2)), np.zeros((2, 1)), np.zeros((2, 1), dtype=bool))
+    q = np.array([[0.0, 0.0], [-0.25, 0.3]])
+    ahead, back = np.array([1.0, 0.0]), np.array([-1.0, 0.0])
+    for span, rate in (((-0.5, 0.4), 1.0), ((-np.inf, np.inf), 0.5)):
+        spaces = known_to_one([(ahead, 0.3, 0.25, span), (back, 0.05, 0.0, (0.0, 0.0))], robots=2)
+        problem = Problem(team, q, np.zeros((2, 2)), rows, np.zeros(2), spaces, np.zeros(2))
+        driven = driven_by(keeper, problem, q, np.array([[0.0, 1.0], [0.0, 0.0]]))
+        towards = (q[1] - q[0]) / np.linalg.norm(q[1] - q[0])
+        assert driven[0] @ towards == pytest.approx(rate * 1.7 * (np.linalg.norm(q[1] - q[0]) - DISTANCE), abs=1e-6)
 
 
 def least_distance(size: np.ndarray, speed: float, gap: float, offset: float, ends: bool) -> float:

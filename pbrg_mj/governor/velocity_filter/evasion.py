@@ -5,7 +5,7 @@ behind the half-space has ends, beside which nothing comes. With e = h - G.q, r 
 which that room falls, the robot is pressed after t = (max(0, e) + r) / (c + c'). It is beside the face after s / v: s
 to the nearer end, of those that there is room to, and v what its wheels can do in that direction besides c. Where t is
 shorter than s / v and the `AHEAD` that turning and doubts of the speed take, that is where it wants to go, in place of
-where eq. 2 has it go. The rows that it meets (separation_rows.py) stay as they are.
+where eq. 2 has it go, and it has the right of way. The rows that it meets (separation_rows.py) stay as they are.
 """
 
 from __future__ import annotations
@@ -22,22 +22,24 @@ FASTEST = 1.0  # [m/s] of wheels that have no limit
 
 @kernel
 def evasive_velocity(half_spaces, q, j, numbers, wheels, wanted):
-    """Return the velocity that robot j wants: out of the way of what presses it first, else `wanted` (2,) [m/s].
+    """Return (evades, x, y): whether robot j goes out of the way of what presses it first, and what it wants [m/s].
+
+    That is the way out, or else `wanted` (2,).
 
     `half_spaces` (six arrays, n first) are `HalfSpaces.arrays`; `numbers` (2,) distance and margin [m] of
     SeparationFilter; `wheels` the robot's heading [rad] and facets (F, 2) [s/m].
     """
     h, active, binds, closing = half_spaces[1], half_spaces[2], half_spaces[3], half_spaces[4]
-    soonest, best = math.inf, wanted
+    soonest, evades, x, y = math.inf, False, wanted[0], wanted[1]
     for i in range(h.shape[0]):
         for k in range(h.shape[1]):
             if active[i, k] and binds[i, k, j] and closing[i, k] > 0.0:
                 pressed = _pressed_after(half_spaces, q, j, (i, k), numbers)
                 if pressed < soonest:
-                    time, x, y = _beside_after(half_spaces, q, j, (i, k), numbers, wheels)
+                    time, aside_x, aside_y = _beside_after(half_spaces, q, j, (i, k), numbers, wheels)
                     if pressed < time + AHEAD < math.inf:
-                        soonest, best = pressed, (x, y)
-    return best
+                        soonest, evades, x, y = pressed, True, aside_x, aside_y
+    return evades, x, y
 
 
 @kernel

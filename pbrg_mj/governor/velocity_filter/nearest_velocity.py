@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from pbrg_mj.governor.certificate.projection import nearest_allowed
-from pbrg_mj.governor.velocity_filter.turning import exceeds_no_row
+from pbrg_mj.governor.velocity_filter.turning import turns_freely
 from pbrg_mj.kernel import kernel
 
 BISECTIONS = 12  # of the share of a retreat, and of what is wanted besides
@@ -13,25 +15,52 @@ BISECTIONS = 12  # of the share of a retreat, and of what is wanted besides
 
 @kernel
 def velocity_while_pushed_back(wanted, needed, body, spare, robots):
-    """Return what `velocity_of_share` does of the largest share with which the turn exceeds no row by `spare` [m/s].
+    """Return (x, y) [m/s] and the turn [rad], with the largest share of what is wanted that turning allows.
 
-    Rows count without their retreats, and but the first `robots`, which are of other robots. `needed` and `body` as for
+    It must exceed no row by more than `spare` [m/s], and lose no more of a retreat. If with nothing wanted it turns
+    towards what it retreats from, as where two retreats leave only a way along both, their share falls until it does
+    not. Rows of the first `robots`, which are of other robots, do not count. `needed` and `body` as for
     `velocity_of_share`: normals (R, 2), offsets (R,), retreats (R,).
     """
-    normals, offsets, _ = needed
-    normals, offsets = normals[robots:], offsets[robots:]
-    x, y, theta = velocity_of_share(1.0, wanted, needed, body)
-    if exceeds_no_row(x, y, theta, spare, normals, offsets):
+    normals, offsets, retreats = needed
+    kept = normals[robots:], offsets[robots:], retreats[robots:]
+    share = _largest_share(True, wanted, needed, body, spare, kept)
+    x, y, theta = velocity_of_share(share, wanted, needed, body)
+    comes = np.where(kept[2] > 0.0, kept[1], np.inf)
+    kept = kept[0], comes, np.zeros(len(comes))
+    if share > 0.0 or turns_freely(x, y, theta, spare, kept):
         return x, y, theta
+    share = _largest_share(False, wanted, needed, body, spare, kept)
+    return _velocity_with(False, share, wanted, needed, body)
+
+
+@kernel
+def _largest_share(of_wanted, wanted, needed, body, spare, kept):
+    """Return the largest share, at most 1, with which the robot `turns_freely` among the rows `kept`.
+
+    It is one of what is wanted, or with nothing wanted of the retreats.
+    """
+    x, y, theta = _velocity_with(of_wanted, 1.0, wanted, needed, body)
+    if turns_freely(x, y, theta, spare, kept):
+        return 1.0
     low, high = 0.0, 1.0
     for _ in range(BISECTIONS):
         share = 0.5 * (low + high)
-        x, y, theta = velocity_of_share(share, wanted, needed, body)
-        if exceeds_no_row(x, y, theta, spare, normals, offsets):
+        x, y, theta = _velocity_with(of_wanted, share, wanted, needed, body)
+        if turns_freely(x, y, theta, spare, kept):
             low = share
         else:
             high = share
-    return velocity_of_share(low, wanted, needed, body)
+    return low
+
+
+@kernel
+def _velocity_with(of_wanted, share, wanted, needed, body):
+    """Return what `velocity_of_share` does of a share of what is wanted, or of the retreats with nothing wanted."""
+    if of_wanted:
+        return velocity_of_share(share, wanted, needed, body)
+    normals, offsets, retreats = needed
+    return velocity_of_share(0.0, wanted, (normals, offsets, share * retreats), body)
 
 
 @kernel

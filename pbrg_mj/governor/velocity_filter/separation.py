@@ -19,7 +19,7 @@ A half-space whose h falls at the rate c, the closing speed of what it keeps off
 so that h - G.q_j falls by the rate gamma at most (a control barrier function that depends on time). Where that is a
 retreat, j has the right of way: its rows of other robots have gamma in place of gamma / 2. Where other rows still do
 not leave it, the largest share of all retreats that they leave takes its place. Beyond a half-space at rest, by more
-than its noise, j goes back at gamma times how far, at most 5 cm.
+than its noise, j goes back at gamma times how far, at most 5 cm, and no slower than motors move and turns allow.
 
 What j knows to come at c pushes robots between it and j, too, and j makes room for them: robot i, at the distance
 e = h - G.q_i, must retreat at rho = max(0, c - gamma e), and gamma times the distance that it needs for that will be
@@ -27,7 +27,8 @@ c before long; so j keeps
 
     n_ij.w_j <= gamma (||q_i - q_j|| - d) - (rho + min(c, max(0, 2 c - gamma e))) max(0, G.n_ij).
 
-Where what comes will press j against something, j goes out of its way in place of where u leads it: evasion.py.
+Where what comes will press j against something, j goes out of its way in place of where u leads it, with the right of
+way: evasion.py.
 
 In physics w is scaled down where robots turn, so that it meets these rows while they do; where they retreat, what they
 want besides is: turning.py.
@@ -80,7 +81,7 @@ class SeparationFilter:
     facets: np.ndarray  # (F, 2) facet.w <= 1 in the body's axes: what the wheels can do [s/m]
     tick: float  # [s]
     turning: float = 0.0  # tau / l: by how much a robot turns in its lag, per velocity across its heading [rad s/m]
-    min_speed: float = 0.0  # [m/s] no velocity is scaled below it because of turning
+    min_speed: float = 0.0  # [m/s] no velocity is scaled below it because of turning, and no robot goes back slower
 
     @property
     def numbers(self) -> tuple[float, float, float, float, float, float]:
@@ -160,7 +161,7 @@ def write_driven(half_spaces, state, wheels, numbers, driven):
     normals, offsets, retreats = np.empty((most, 2)), np.empty(most), np.zeros(most)
     for j in range(n):
         x, y = u[j, 0] - gain * displacement[j, 0], u[j, 1] - gain * displacement[j, 1]
-        x, y = evasive_velocity(half_spaces, q, j, (distance, margin), (heading[j], facets), (x, y))
+        evades, x, y = evasive_velocity(half_spaces, q, j, (distance, margin), (heading[j], facets), (x, y))
         scale = scale_for_wheels(x, y, heading[j], facets)
         wx, wy = scale * x, scale * y
         coming = approach_of_team_mates(half_spaces, q, j, (distance, margin, gain))
@@ -168,11 +169,12 @@ def write_driven(half_spaces, state, wheels, numbers, driven):
         away = pushed or is_beyond_half_space(half_spaces, q, j, margin)  # perhaps faster than it wants to go
         speed = math.inf if away else math.sqrt(wx * wx + wy * wy)
         retreats[:] = 0.0
-        rate = gain if pushed else 0.5 * gain
+        rate = gain if pushed or evades else 0.5 * gain
         robots = write_robots_in_the_way(q, j, (distance, rate, speed), normals, offsets)
         written = normals, offsets, retreats
         rows = write_room_for_team_mates(q, j, coming, (distance, gain, speed), written, robots)
-        rows = write_half_spaces_in_the_way(half_spaces, moved, j, (margin, gain, tick, speed), written, rows)
+        limits = margin, gain, tick, speed, min_speed
+        rows = write_half_spaces_in_the_way(half_spaces, moved, j, limits, written, rows)
         needed, body = (normals[:rows], offsets[:rows], retreats[:rows]), (heading[j], facets, turning)
         if pushed and retreats[:rows].any():  # who is pushed back does not wait for what stands
             x, y, theta = velocity_while_pushed_back((wx, wy), needed, body, min_speed, robots)

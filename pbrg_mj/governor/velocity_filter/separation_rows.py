@@ -1,8 +1,9 @@
 """The rows of velocities that keep a robot its distance from others and from half-spaces, for `separation`.
 
 Each is normal.w <= offset. Where what comes nearer pushes the robot back, w must also retreat along -normal. `numbers`
-are distance and margin [m], gain and rate [1/s], tick [s], and the robot's speed [m/s]; `half_spaces`, the
-`HalfSpaces.arrays`, and q, displacement, u (n, 2) are those of `write_driven`; j is the robot whose rows they are.
+are distance and margin [m], gain and rate [1/s], tick [s], the robot's speed and the least at which it goes back [m/s];
+`half_spaces`, the `HalfSpaces.arrays`, and q, displacement, u (n, 2) are those of `write_driven`; j is the robot whose
+rows they are.
 """
 
 from __future__ import annotations
@@ -128,7 +129,7 @@ def write_half_spaces_in_the_way(half_spaces, state, j, numbers, written, rows):
     G, h, active, binds, closing, _ = half_spaces
     normals, offsets, retreats = written
     q, displacement, u, forbidden = state
-    margin, gain, tick, speed = numbers
+    margin, gain, tick, speed, min_speed = numbers
     for i in range(h.shape[0]):
         for k in range(h.shape[1]):
             if not (active[i, k] and binds[i, k, j]):
@@ -138,6 +139,8 @@ def write_half_spaces_in_the_way(half_spaces, state, j, numbers, written, rows):
             ahead = Gx * (tick * u[j, 0] - displacement[j, 0]) + Gy * (tick * u[j, 1] - displacement[j, 1])
             bound = max(0.0, gain * behind, ahead / tick if ahead <= behind and not forbidden else 0.0)
             retreat = gain * min(max(-behind - UNCERTAIN, 0.0), MOST_BEYOND)
+            if retreat > 0.0:
+                retreat = max(retreat, min_speed)
             if closing[i, k] > 0.0:
                 required = gain * behind - closing[i, k]
                 bound, retreat = max(0.0, required), max(0.0, -required)

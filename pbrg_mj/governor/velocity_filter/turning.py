@@ -13,8 +13,11 @@ displaced or not, and for half-spaces as for robots.
 A robot that must turn to go past something would stand if every share had to. A quarter turn at the speed v costs at
 most pi / 2 tau v of the distance: where that is no more than what robots have to spare, nothing is scaled.
 
-Nor is a retreat. What a robot wants besides is, to the largest share of it with which the turn leads towards nothing:
-not faster than the row allows without the retreat and the speed at which turns cost what robots have to spare.
+A retreat is not scaled down because of rows that others share in. What a robot wants besides is, to the largest share
+of it with which the turn leads towards nothing and takes nothing from the retreat, but for the speed at which turns
+cost what robots have to spare. Where the retreat alone turns a robot towards what it retreats from, as between two
+half-spaces that nearly face each other, whose rows leave only a way along both, the largest share of it is driven with
+which it does not.
 """
 
 from __future__ import annotations
@@ -54,12 +57,18 @@ def turning_share(x, y, theta, min_speed, normals, offsets):
 
 
 @kernel
-def exceeds_no_row(x, y, theta, spare, normals, offsets):
-    """Tell whether a velocity (x, y) [m/s] that turns by theta [rad] exceeds no row by more than `spare` [m/s]."""
+def turns_freely(x, y, theta, spare, rows):
+    """Tell whether a velocity (x, y) [m/s] exceeds no row by more than `spare` [m/s] while it turns by theta [rad].
+
+    `rows` are normals (R, 2), offsets (R,) and retreats (R,) [m/s]. Of a retreat only as much counts as the velocity
+    has of it when it has turned.
+    """
+    normals, offsets, retreats = rows
     for k in range(len(offsets)):
         towards = normals[k, 0] * x + normals[k, 1] * y
         beside = normals[k, 1] * x - normals[k, 0] * y
-        if _approach(1.0, theta, towards, beside) > offsets[k] + spare:
+        bound = max(offsets[k] - retreats[k], min(towards, offsets[k]))
+        if _approach(1.0, theta, towards, beside) > bound + spare:
             return False
     return True
 

@@ -12,14 +12,13 @@ import math
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.beams import beams_beside, next_beam
-from pbrg_mj.perception.points.normal_flow import FASTEST, along_normal
+from pbrg_mj.perception.points.normal_flow import FASTEST, STEEP, along_normal
 from pbrg_mj.perception.points.older_line import may_share_face
 from pbrg_mj.perception.points.past_scan import LONGEST, directions_of
 from pbrg_mj.perception.points.range_flow import LEFT, NEAR, RIGHT, append_end, append_flow, empty_flow
 from pbrg_mj.perception.points.scan_faces import faces_of
 
 TURNED = 9.0  # squared deviations between the normals of one face in two scans
-STEEP = 0.15  # cosine between a face's normal and a beam, 81 deg, below which it tells nothing
 
 
 @kernel

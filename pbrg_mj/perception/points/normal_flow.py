@@ -11,12 +11,13 @@ import math
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.beams import beams_beside
-from pbrg_mj.perception.points.older_line import long_line, may_share_face
+from pbrg_mj.perception.points.older_line import STEADY, long_line, may_share_face
 from pbrg_mj.perception.points.past_scan import directions_of
 
 FASTEST = 0.7  # [m/s] more is no motion, but another thing
 ANY_SPEED = 0.3  # [m/s] standard deviation of the velocity of what is seen first
-SLANTED = 0.5  # cosine between a face's normal and its beam below which normal flow tells little
+SLANTED = 0.5  # cosine between a face's normal and its beam below which the line of two echoes tells little
+STEEP = 0.15  # and below which a straight face tells nothing, 81 deg
 SURE = 4.0  # squared deviations from rest from which on a flow must be confirmed
 SAME = 9.0  # squared deviations by which the speeds of two scans may differ
 ALIKE = 0.8  # cosine between their normals, 37 deg: noise turns the line of two echoes by as much
@@ -44,7 +45,9 @@ def along_normal(echo, before, elapsed, parameters):
     if ux * dx + uy * dy > 0.0:
         ux, uy = -ux, -uy
     moved = (ex - past[a]["x"]) * ux + (ey - past[a]["y"]) * uy
-    slanted = -(ux * dx + uy * dy) < SLANTED * math.sqrt(dx * dx + dy * dy)
+    straight = off_line == 0.0 and length * length >= STEADY**2 * noise
+    least = STEEP if straight else SLANTED
+    slanted = -(ux * dx + uy * dy) < least * math.sqrt(dx * dx + dy * dy)
     if slanted or abs(moved) > FASTEST * elapsed + 3.0 * math.sqrt(echo_variance):
         return nothing
     share = ((ex - past[a]["x"]) * along_x + (ey - past[a]["y"]) * along_y) / length**2

@@ -5,7 +5,7 @@ python scripts/safe_regions.py --figure                      # writes docs/img/s
 
 One robot looks three times at a world of a family from random free places. What binds then is given to all methods;
 IRIS gets the true solids as well. Drake (`pip install drake`) is no requirement of this project: without it there are
-no rows of IRIS. docs/perception.md explains the figures.
+no rows of IRIS. docs/points.md explains the figures.
 """
 
 from __future__ import annotations

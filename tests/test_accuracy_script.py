@@ -1,4 +1,4 @@
-"""The scenes and the evaluation behind the figures of docs/perception.md."""
+"""The scenes and the evaluation behind the figures of docs/perception-accuracy.md."""
 
 from pathlib import Path
 
@@ -57,7 +57,7 @@ def test_a_track_is_the_walls_when_it_agrees_within_its_covariance(turn: int, of
 def test_the_page_holds_what_the_script_writes_and_its_head_is_kept() -> None:
     import page
 
-    text = (SCRIPT.parents[1] / "docs" / "perception.md").read_text(encoding="utf-8")
+    text = (SCRIPT.parents[1] / "docs" / "perception-accuracy.md").read_text(encoding="utf-8")
     head, begin, measured = text.partition(page.BEGIN)
     assert begin and head.endswith("## Measured\n\n") and measured.count("\n| ") > 70
     with pytest.raises(ValueError, match="no line"):

@@ -1,4 +1,4 @@
-"""Measure how well perception places walls; write what docs/perception.md says of it.
+"""Measure how well perception places walls; write what docs/perception-accuracy.md says of it.
 
 python scripts/accuracy [--seeds 200] [--jobs 2] [--json]     # some four minutes; --json prints, and writes no page
 """
@@ -17,7 +17,7 @@ import walls
 from page import written
 from scanning_robot import LOW, PLATES, SENSORS, scenario
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "perception.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "perception-accuracy.md"
 CHUNK = 25
 LOW_RANGE = 1.0  # [m] of the walls for low beams
 

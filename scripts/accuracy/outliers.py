@@ -1,6 +1,6 @@
 """What outliers do to the half-space of points before a wall.
 
-python scripts/accuracy/outliers.py [--seeds 400] [--sensors robotarium tof_ring]    # the table of docs/perception.md
+python scripts/accuracy/outliers.py [--seeds 400] [--sensors robotarium tof_ring]    # the table of docs/points.md
 
 A robot rests 0.5 to 1.5 m before a wall of a room, some heading, and scans 24 times, once with outliers and once with
 the range that each of these beams would have read. Perception takes them for as frequent as they are, both times.

@@ -1,4 +1,4 @@
-"""The measured part of docs/perception.md."""
+"""The measured part of docs/perception-accuracy.md."""
 
 from __future__ import annotations
 

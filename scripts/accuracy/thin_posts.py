@@ -1,6 +1,6 @@
 """How often points keep a robot off a thin post that it drives towards.
 
-python scripts/accuracy/thin_posts.py [--seeds 200] [--sensors tof_ring robotarium]    # the table of docs/perception.md
+python scripts/accuracy/thin_posts.py [--seeds 200] [--sensors tof_ring robotarium]    # the table of docs/points.md
 
 A robot drives at 0.3 m/s from 1.6 m to 0.2 m before a post of 1.5 to 5 cm radius, passing it by 6 cm or less to either
 side, and swings its heading by 8 degrees meanwhile. A wall is 1 m behind every other post. Counted is whether a

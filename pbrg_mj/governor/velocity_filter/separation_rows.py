@@ -1,9 +1,9 @@
 """The rows of velocities that keep a robot its distance from others and from half-spaces, for `separation`.
 
 Each is normal.w <= offset. Where what comes nearer pushes the robot back, w must also retreat along -normal. `numbers`
-are distance and margin [m], gain and rate [1/s], tick [s], the robot's speed and the least at which it goes back [m/s];
-`half_spaces`, the `HalfSpaces.arrays`, and q, displacement, u (n, 2) are those of `write_driven`; j is the robot whose
-rows they are.
+are distance and margin [m], gain and rate [1/s], tick [s], the robot's speed, and min_speed, the least at which it goes
+back [m/s]; `half_spaces`, the `HalfSpaces.arrays`, and q, displacement, u (n, 2) are those of `write_driven`; j is the
+robot whose rows they are.
 """
 
 from __future__ import annotations

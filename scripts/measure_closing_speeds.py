@@ -1,10 +1,11 @@
 """How fast robots think that moving boxes come, and that what stands does, in worlds of `measure_other_worlds.py`.
 
-python scripts/measure_closing_speeds.py [moving 20001-20300] [static 20001-20150] [processes=2]   # docs/moving-obstacles.md
+python scripts/measure_closing_speeds.py [moving 20001-20300] [static 20001-20150] [processes=2]
 
 Worlds run in closed loop under the recommended set-up. In every scan counts, of each robot and each box within half a
 metre of its hand point, how fast the box comes nearer to where the robot is, and the largest closing speed of the
-half-spaces within 37 degrees of its direction. In static worlds counts how many half-spaces have a closing speed.
+half-spaces within 37 degrees of its direction. In static worlds counts how many half-spaces have a closing speed. The
+result is in docs/moving-obstacles.md.
 """
 
 from __future__ import annotations

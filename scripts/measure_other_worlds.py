@@ -13,6 +13,7 @@ from __future__ import annotations
 import json
 import multiprocessing
 import sys
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -23,11 +24,14 @@ from worlds.tables import rate
 import pbrg_mj as pbrg
 from pbrg_mj.analysis.metrics.world_metrics import world_metrics
 from pbrg_mj.api.seeds import seeds_of
+from pbrg_mj.governor.registry import velocity_filters
+from pbrg_mj.governor.velocity_filter.separation import SeparationFilter
 from pbrg_mj.loop.sequential import run_world
+from pbrg_mj.scenario.schema import Scenario
 
 DATA = ROOT / "docs" / "data" / "other_worlds.json"
 MARK = "<!-- other worlds -->\n"
-COLUMNS = ("version", "sensor", "robots", "boxes", *EVENTS.values(), "wall_margin_m", "moving_margin_m")
+COLUMNS = ("version", "sensor", "robots", "boxes", "speed_ratio", *EVENTS.values(), "wall_margin_m", "moving_margin_m")
 CONTACTS = "touching", "touching_robots", "touching_moving"
 FAMILY_SENSORS = ("generic", "robotarium", "tof_ring", "lidar")  # that the families with moving boxes draw
 GROUPS = {
@@ -36,6 +40,8 @@ GROUPS = {
     "one moving box": ("moving", lambda world: world["boxes"] == 1),
     "two or three moving boxes": ("moving", lambda world: world["boxes"] > 1),
     "all with moving boxes": ("moving", lambda world: True),
+    "of these, boxes at most half as fast as robots may drive": ("moving", lambda world: world["speed_ratio"] <= 0.5),
+    "of these, faster boxes": ("moving", lambda world: world["speed_ratio"] > 0.5),
     "of these, sensors of `families/moving_boxes`": ("moving", lambda world: world["sensor"] in FAMILY_SENSORS),
 }
 BY_SENSOR = {  # kind and event
@@ -50,6 +56,23 @@ def loaded(kind: str, seed: int) -> pbrg.Scenario:
     return pbrg.load(scenario(kind, seed), {"set_up": "recommended"})
 
 
+def speed_ratio(settings: Scenario) -> float:
+    """Return how fast the fastest moving box of a run is, by how fast robots may drive in the best direction.
+
+    That is what wheels can do, or what the lags of camera and radio leave to steer.
+    """
+    fastest = 0.0
+    for box in settings.world.moving_boxes:
+        for one, after in pairwise(box.waypoints):
+            if one.time < settings.timing.duration:
+                way = np.subtract(after.center, one.center)
+                fastest = max(fastest, float(np.linalg.norm(way)) / (after.time - one.time))
+    keeper = next(one for one in velocity_filters(settings) if isinstance(one, SeparationFilter))
+    angle = np.linspace(0.0, 2.0 * np.pi, 720)
+    inverse = (keeper.facets @ [np.cos(angle), np.sin(angle)]).max(axis=0)
+    return fastest * float(inverse.min())
+
+
 def run(job: tuple[str, int]) -> tuple[str, int, list[Any]]:
     """Return a world's row but for the version."""
     kind, seed = job
@@ -59,11 +82,9 @@ def run(job: tuple[str, int]) -> tuple[str, int, list[Any]]:
     margins = (float(one.min()) for one in (histories.wall_margin, histories.moving_margin))
     rounded = [round(one, 5) if np.isfinite(one) else None for one in margins]
     events = [int(getattr(world, event)) for event in EVENTS.values()]
-    return (
-        kind,
-        seed,
-        [settings.sensors.beams.preset, world.robots, len(settings.world.moving_boxes), *events, *rounded],
-    )
+    boxes = len(settings.world.moving_boxes)
+    what = settings.sensors.beams.preset, world.robots, boxes, round(speed_ratio(settings), 3)
+    return kind, seed, [*what, *events, *rounded]
 
 
 def read() -> Worlds:

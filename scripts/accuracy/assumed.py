@@ -1,6 +1,6 @@
 """What it costs to assume the wrong sensors: `estimator.assumed` against `sensors`.
 
-python scripts/accuracy/assumed.py [--seeds 60] [--sensors generic]      # prints the table of docs/perception-accuracy.md
+python scripts/accuracy/assumed.py [--seeds 60] [--sensors generic]      # the table of docs/perception-accuracy.md
 
 A robot drives in convex rooms as in rooms.py. After ten scans: the normalised error squared of a wall, how many of all
 half-spaces let the hand point, straight ahead, nearer to their wall than the clearance, and by how much at worst.

@@ -1,6 +1,6 @@
 """Convex rooms as in rooms.py, with poses that are not a fast camera's: how right a robot is about its walls then.
 
-python scripts/accuracy/poses.py [--seeds 50]    # prints the table of docs/perception-accuracy.md
+python scripts/accuracy/poses.py [--seeds 50]    # the table of docs/perception-accuracy.md
 
 Wheels slip as the filter assumes: the variance of a wheel's travel is `sensors.odometry.slip` per metre.
 """

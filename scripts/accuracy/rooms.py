@@ -1,6 +1,6 @@
 """Rooms, and how right a robot that drives in them is about their walls.
 
-python scripts/accuracy/rooms.py [--seeds 100] [--sensors generic lidar]    # prints the table of docs/perception-accuracy.md
+python scripts/accuracy/rooms.py [--seeds 100] [--sensors generic lidar]    # the table of docs/perception-accuracy.md
 
 A room is drawn anew for each seed, convex with 4 to 6 walls or an L, and a robot drives through it on an arc. The
 normalised error squared is that of one wall a room, drawn among those that bind: walls of one room share the pose's

@@ -151,11 +151,11 @@ def test_a_box_that_comes_at_a_wall_catches_no_ideal_robot_that_knows_its_ends(e
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1745, 5902])
+@pytest.mark.parametrize("seed", [6242, 6624])
 def test_in_physics_a_team_that_a_box_presses_at_what_stands_and_at_each_other_gets_out_of_its_way(
     seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Six robots among three boxes, and six before a zigzag wall and two boxes. Without ends a box touches one."""
+    """Four robots, and six, among three boxes. Without ends a box touches one, and comes 8 and 10 cm nearer."""
     monkeypatch.syspath_prepend(Path(__file__).parents[1] / "scripts")
     from other_worlds.draw import scenario
 

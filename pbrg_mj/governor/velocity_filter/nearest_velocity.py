@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from pbrg_mj.governor.certificate.projection import nearest_allowed
-from pbrg_mj.governor.velocity_filter.turning import turns_freely
+from pbrg_mj.governor.velocity_filter.turning import is_admissible_while_turning
 from pbrg_mj.kernel import kernel
 
 BISECTIONS = 12  # of the share of a retreat, and of what is wanted besides
@@ -28,7 +28,7 @@ def velocity_while_pushed_back(wanted, needed, body, spare, robots):
     x, y, theta = velocity_of_share(share, wanted, needed, body)
     comes = np.where(kept[2] > 0.0, kept[1], np.inf)
     kept = kept[0], comes, np.zeros(len(comes))
-    if share > 0.0 or turns_freely(x, y, theta, spare, kept):
+    if share > 0.0 or is_admissible_while_turning(x, y, theta, spare, kept):
         return x, y, theta
     share = _largest_share(False, wanted, needed, body, spare, kept)
     return _velocity_with(False, share, wanted, needed, body)
@@ -36,18 +36,18 @@ def velocity_while_pushed_back(wanted, needed, body, spare, robots):
 
 @kernel
 def _largest_share(of_wanted, wanted, needed, body, spare, kept):
-    """Return the largest share, at most 1, with which the robot `turns_freely` among the rows `kept`.
+    """Return the largest share, at most 1, whose velocity `is_admissible_while_turning` by the rows `kept`.
 
     It is one of what is wanted, or with nothing wanted of the retreats.
     """
     x, y, theta = _velocity_with(of_wanted, 1.0, wanted, needed, body)
-    if turns_freely(x, y, theta, spare, kept):
+    if is_admissible_while_turning(x, y, theta, spare, kept):
         return 1.0
     low, high = 0.0, 1.0
     for _ in range(BISECTIONS):
         share = 0.5 * (low + high)
         x, y, theta = _velocity_with(of_wanted, share, wanted, needed, body)
-        if turns_freely(x, y, theta, spare, kept):
+        if is_admissible_while_turning(x, y, theta, spare, kept):
             low = share
         else:
             high = share

@@ -57,7 +57,7 @@ def turning_share(x, y, theta, min_speed, normals, offsets):
 
 
 @kernel
-def turns_freely(x, y, theta, spare, rows):
+def is_admissible_while_turning(x, y, theta, spare, rows):
     """Tell whether a velocity (x, y) [m/s] exceeds no row by more than `spare` [m/s] while it turns by theta [rad].
 
     `rows` are normals (R, 2), offsets (R,) and retreats (R,) [m/s]. Of a retreat only as much counts as the velocity

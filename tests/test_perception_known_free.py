@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -144,6 +146,38 @@ def test_a_pane_is_closed_under_strict_alone() -> None:
         G, h = rows(known)
         assert bool(np.all(h >= G @ [2.0, 0.0])) == passes
         assert np.all(h >= G @ [1.0, 0.0])
+
+
+@pytest.mark.parametrize("unknown", ["free", "closed", "strict"])
+@pytest.mark.parametrize("preset", ["lidar", "lds_02"])
+def test_a_wall_nearer_than_beams_tell_is_not_entered(preset: str, unknown: str) -> None:
+    """Its robot starts beside it: it is seen on both sides of what no beam ever saw, wider than the clearance."""
+    made, given = estimator(sensor(preset), slots=8, unknown=unknown)
+    beams, small = given.sensors.beams, made.parameters._replace(clearance=0.06)
+    made = replace(made, parameters=small)
+    for seed, distance in enumerate(np.linspace(0.6 * beams.range_min, 0.95 * beams.range_min, 8)):
+        wall = Scene(((-3.0, distance, 3.0, distance),))
+        heading = np.random.default_rng(seed).uniform(0, 2 * np.pi)
+        pose, memory, known = np.array([[0.0, 0.0, heading]]), made.init(), None
+        for frame in range(3):
+            one = scan(given.model_copy(update={"seed": seed}), wall, pose, frame)
+            known, memory = made.step_towards(one, frame * PERIOD, memory, np.array([[0.0, 1.0]]))
+        G, h = rows(known)
+        points = np.column_stack([np.linspace(-0.2, 0.2, 41), np.full(41, distance - 0.05)])
+        assert not np.any(np.all(points @ G.T <= h, axis=1))
+
+
+def test_silence_between_things_on_either_side_stays_free() -> None:
+    """The way between two posts that are at the shortest range, 150 deg apart."""
+    made, given = estimator(sensor("lds_02"), slots=8)
+    away = 0.17 * np.array([np.cos(np.radians(75.0)), np.sin(np.radians(75.0))])
+    posts = together(box(*away, 0.02), box(away[0], -away[1], 0.02))
+    known, memory = None, made.init()
+    for frame in range(3):
+        one = scan(given, posts, np.zeros((1, 3)), frame)
+        known, memory = made.step_towards(one, frame * PERIOD, memory, np.array([[1.0, 0.0]]))
+    G, h = rows(known)
+    assert np.all(h >= G @ [0.8, 0.0])
 
 
 def test_a_blind_side_leaves_room_to_turn() -> None:

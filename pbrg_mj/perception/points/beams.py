@@ -128,6 +128,25 @@ def is_beside_blind_zone(reach, variance, pose, parameters):
 
 
 @kernel
+def echo_across_blind_zone(echoes, ranges, start, pose, parameters):
+    """Return the beam of the next echo that binds, if both it and that at the start are beside the blind zone, else -1.
+
+    So what is between them may be nearer than beams tell. `echoes` are `Echoes`, ranges (beams,) [m]; `start` are the
+    beam of an echo and the step, 1 or -1, in which to look.
+    """
+    beam, step = start
+    if not is_beside_blind_zone(ranges[beam], echoes.variance[beam], pose, parameters):
+        return -1
+    for away in range(1, len(ranges) // 2):
+        other = next_beam(beam, step * away, parameters)
+        if other < 0 or parameters.blocked[other]:
+            break
+        if echoes.binds[other]:
+            return other if is_beside_blind_zone(ranges[other], echoes.variance[other], pose, parameters) else -1
+    return -1
+
+
+@kernel
 def _all_round(k, beams):
     """Return k modulo the number of beams; hardly any k needs the division, which takes as long as ten additions."""
     return k if 0 <= k < beams else k % beams

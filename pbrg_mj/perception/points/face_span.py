@@ -14,7 +14,12 @@ from __future__ import annotations
 import math
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.points.beams import are_across_scan_start, is_beside_blind_zone, next_beam
+from pbrg_mj.perception.points.beams import (
+    are_across_scan_start,
+    echo_across_blind_zone,
+    is_beside_blind_zone,
+    next_beam,
+)
 from pbrg_mj.perception.points.corner_bound import MOST_LOST
 from pbrg_mj.perception.points.parameters import LEAST_JOINING
 
@@ -58,22 +63,7 @@ def _next_of_face(seen, beam, step, pose, parameters):
             limit = max(min(ranges[beam], ranges[other]) * parameters.joining[min(lost, MOST_LOST)], LEAST_JOINING)
             if x * x + y * y <= limit * limit:
                 return other
-    return _beyond_blind_zone(seen, beam, step, pose, parameters)
-
-
-@kernel
-def _beyond_blind_zone(seen, beam, step, pose, parameters):
-    """Return the beam of the echo beyond silent beams, if what is between them and this one is too near, -1: none."""
-    echoes, (ranges, _) = seen
-    if not is_beside_blind_zone(ranges[beam], echoes.variance[beam], pose, parameters):
-        return -1
-    for away in range(1, len(ranges) // 2):
-        other = next_beam(beam, step * away, parameters)
-        if other < 0 or parameters.blocked[other]:
-            break
-        if echoes.binds[other]:
-            return other if is_beside_blind_zone(ranges[other], echoes.variance[other], pose, parameters) else -1
-    return -1
+    return echo_across_blind_zone(echoes, ranges, (beam, step), pose, parameters)
 
 
 @kernel

@@ -6,6 +6,9 @@ that nobody has confirmed yet, and under `strict` the silent beams between two e
 tells anything, on blind sides, a robot knows of no more than the disc that it needs to turn on the spot. The edge is
 told by places, no two neighbours farther apart than `LEAST_JOINING`, so that no robot passes between them; at echoes
 there are points already.
+
+Silent beams between two echoes at the shortest range end at the chord between these, under `free` as well: what is
+there may be nearer than beams tell, as is the middle of a wall beside which a robot starts.
 """
 
 from __future__ import annotations
@@ -16,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.points.beams import echo_across_blind_zone, next_beam
 from pbrg_mj.perception.points.parameters import LEAST_JOINING
 from pbrg_mj.perception.scan.line_fit import wrapped
 
@@ -43,34 +47,87 @@ class Outline(NamedTuple):
 @kernel
 def edge_of_free(echoes, beams, pose, parameters):
     """Return the `Edge` of a scan with `echoes` (see `detect`) and its `SeenBeams`; none where nothing closes."""
+    chords, angles = _chords((echoes, beams), pose, parameters), _angles(beams.directions, pose.heading, parameters)
     if not parameters.closed_beyond:
-        return Edge(np.empty(0), np.empty(0), np.empty(0))
-    angles = _angles(beams.directions, pose.heading, parameters)
-    reach = _reach(echoes, beams.ranges, parameters)
+        return _edge_at_chords(chords, angles, pose)
+    reach = _reach(echoes, beams.ranges, chords, parameters)
     outline, corners = _outline(reach, echoes.binds, (pose.heading, angles), parameters)
     places = 0
     for i in range(corners - 1):
         places += _parts(outline, i)
-    edge, count = Edge(np.empty(places), np.empty(places), np.empty(places)), 0
+    edge, count = _empty_edge(places), 0
     for i in range(corners - 1):
         parts = _parts(outline, i)
         for part in range(1 if outline.echo[i] else 0, parts):
             share = part / parts
             x = outline.x[i] + share * (outline.x[i + 1] - outline.x[i])
             y = outline.y[i] + share * (outline.y[i + 1] - outline.y[i])
-            edge.x[count], edge.y[count] = pose.x + x, pose.y + y
-            edge.pose_std[count] = math.sqrt(pose.position_var + (x * x + y * y) * pose.heading_var)
-            count += 1
+            count = _append_place(edge, count, (x, y), pose)
     return Edge(edge.x[:count], edge.y[:count], edge.pose_std[:count])
 
 
 @kernel
-def _reach(echoes, ranges, parameters):
-    """Return how far each beam shows its way to be free [m]; 0 where it tells nothing."""
+def _edge_at_chords(chords, angles, pose):
+    """Return the `Edge` of chords (beams,) [m] alone, those of `_chords`; angles (beams,) [rad] are in the world."""
+    edge, count = _empty_edge(np.count_nonzero(chords)), 0
+    for k in range(len(chords)):
+        if chords[k] > 0.0:
+            place = chords[k] * math.cos(angles[k]), chords[k] * math.sin(angles[k])
+            count = _append_place(edge, count, place, pose)
+    return edge
+
+
+@kernel
+def _empty_edge(most):
+    """Return an `Edge` with room for so many places."""
+    return Edge(np.empty(most), np.empty(most), np.empty(most))
+
+
+@kernel
+def _append_place(edge, count, place, pose):
+    """Add a place (2,) [m], from the robot's centre in the world's axes; return the new count."""
+    x, y = place
+    edge.x[count], edge.y[count] = pose.x + x, pose.y + y
+    edge.pose_std[count] = math.sqrt(pose.position_var + (x * x + y * y) * pose.heading_var)
+    return count + 1
+
+
+@kernel
+def _chords(seen, pose, parameters):
+    """Return how far away on silent beams (beams,) the chord is between two echoes beside the blind zone [m], else 0.
+
+    `seen` are `Echoes` and `SeenBeams`.
+    """
+    echoes, (ranges, directions) = seen
+    chords = np.zeros(len(ranges))
+    for a in range(len(ranges)):
+        if not echoes.binds[a]:
+            continue
+        b = echo_across_blind_zone(echoes, ranges, (a, 1), pose, parameters)
+        if b < 0 or directions[a, 0] * directions[b, 0] + directions[a, 1] * directions[b, 1] < math.cos(WIDEST):
+            continue
+        x, y = ranges[a] * directions[a, 0], ranges[a] * directions[a, 1]
+        along_x, along_y = ranges[b] * directions[b, 0] - x, ranges[b] * directions[b, 1] - y
+        k = next_beam(a, 1, parameters)
+        while k != b:
+            if math.isnan(ranges[k]):
+                chords[k] = (x * along_y - y * along_x) / (directions[k, 0] * along_y - directions[k, 1] * along_x)
+            k = next_beam(k, 1, parameters)
+    return chords
+
+
+@kernel
+def _reach(echoes, ranges, chords, parameters):
+    """Return how far each beam shows its way to be free [m]; 0 where it tells nothing.
+
+    ranges (beams,) and chords (beams,), those of `_chords`, are in metres.
+    """
     reach = np.zeros(len(ranges))
     for k in range(len(ranges)):
         if echoes.binds[k]:
             reach[k] = ranges[k]
+        elif chords[k] > 0.0:
+            reach[k] = chords[k]
         elif math.isnan(ranges[k]) and parameters.silence_is_free and not parameters.blocked[k]:
             reach[k] = parameters.range_max
     return reach

@@ -526,6 +526,19 @@ def test_a_robot_makes_room_for_nobody_on_the_other_side_of_what_comes_or_farthe
         assert (driven[0, 0] < 0.0) == moves
 
 
+@pytest.mark.parametrize(("y", "moves"), [(0.1, True), (0.3, False), (-0.3, False)])
+def test_a_robot_makes_room_for_nobody_beside_what_comes(y: float, moves: bool) -> None:
+    """A face 0.4 m long comes at both robots, and the one nearer to it is within its ends or not."""
+    rng = np.random.default_rng(316)
+    keeper = filter_of(rng, 2)
+    q = np.array([[0.0, 0.0], [0.35, y]])
+    problem = all_see(coming_at(keeper, q, np.array([1.0, 0.0]), keeper.margin + 0.4, 0.4))
+    assert problem.half_spaces is not None
+    face = replace(problem.half_spaces, spans=np.full((2, 1, 2), [-0.2, 0.2]))
+    driven = driven_by(keeper, replace(problem, half_spaces=face), q, np.zeros((2, 2)))
+    assert (driven[0, 0] < 0.0) == moves
+
+
 def test_two_that_are_pushed_at_each_other_keep_their_distance() -> None:
     """In the ideal plant, with 2 gamma tick = 1: each takes all of gamma, and half-spaces come from either side."""
     rng = np.random.default_rng(308)

@@ -34,7 +34,9 @@ class HalfSpaces:
     @property
     def face_spans(self) -> np.ndarray:
         """`spans` (n, K, 2) [m], infinite where an end is not known; 0 where nothing comes."""
-        return np.zeros(self.G.shape) if self.spans is None else self.spans
+        if self.spans is not None:
+            return self.spans
+        return np.where(self.closing_speeds[..., None] > 0.0, [-np.inf, np.inf], 0.0)
 
     @classmethod
     def empty(cls, robots: int, slots: int) -> HalfSpaces:

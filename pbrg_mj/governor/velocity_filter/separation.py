@@ -22,8 +22,8 @@ not leave it, the largest share of all retreats that they leave takes its place.
 than its noise, j goes back at gamma times how far, at most 5 cm, and no slower than motors move and turns allow.
 
 What j knows to come at c pushes robots between it and j, too, and j makes room for them: robot i, at the distance
-e = h - G.q_i, must retreat at rho = max(0, c - gamma e), and gamma times the distance that it needs for that will be
-c before long; so j keeps
+e = h - G.q_i and between the ends of what comes, must retreat at rho = max(0, c - gamma e), and gamma times the
+distance that it needs for that will be c before long; so j keeps
 
     n_ij.w_j <= gamma (||q_i - q_j|| - d) - (rho + min(c, max(0, 2 c - gamma e))) max(0, G.n_ij).
 

@@ -47,9 +47,9 @@ def is_beyond_half_space(half_spaces, q, j, margin):
 def approach_of_team_mates(half_spaces, q, j, numbers):
     """Return what each other robot (n,) needs of robot j, gain times a distance, and how fast it comes to j [m/s].
 
-    It is pushed back by what binds j and comes, for which both are small.
+    It is pushed back by what binds j and comes, for which both are small, unless it is beside that.
     """
-    G, h, active, binds, closing, _ = half_spaces
+    G, h, active, binds, closing, spans = half_spaces
     distance, margin, gain = numbers
     approach = np.zeros(len(q))
     for i in range(h.shape[0]):
@@ -61,7 +61,9 @@ def approach_of_team_mates(half_spaces, q, j, numbers):
                 x, y = q[j, 0] - q[other, 0], q[j, 1] - q[other, 1]
                 apart, along = math.sqrt(x * x + y * y), -(Gx * x + Gy * y)
                 behind = h[i, k] - margin - (Gx * q[other, 0] + Gy * q[other, 1])
-                if along > 0.0 and behind > -distance:  # not on the other side of what comes
+                beside = Gx * q[other, 1] - Gy * q[other, 0]
+                in_its_way = spans[i, k, 0] < beside < spans[i, k, 1] and behind > -distance  # not on its other side
+                if in_its_way and along > 0.0:
                     speed = closing[i, k]
                     retreat = min(max(speed - gain * behind, 0.0), speed)
                     room = min(max(2.0 * speed - gain * behind, 0.0), speed)

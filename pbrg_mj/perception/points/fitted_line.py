@@ -141,7 +141,7 @@ def _leave_out_outliers(window, normal, weighted, fit):
         return 0
     for i in range(weighted.shape[1]):
         off, deviations = _off_line(weighted, fit, i)
-        if off < 0.0 and deviations > OFF_LINE and not has_company(window, normal, i, -off):
+        if off < 0.0 and deviations > OFF_LINE and not has_support(window, normal, i, -off):
             weighted[2, i], count = 0.0, count + 1
     return count
 
@@ -156,7 +156,7 @@ def _places_left(weighted):
 
 
 @kernel
-def has_company(window, normal, i, ahead):
+def has_support(window, normal, i, ahead):
     """Tell whether an echo beside echo i is half as far ahead [m] or more, whether it binds or not.
 
     Beside it is in the same scan what may be of the same thing, and in another what is at the same place, or was when

@@ -11,7 +11,7 @@ import math
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.beams import beams_beside
-from pbrg_mj.perception.points.older_line import STEADY, long_line, may_share_face
+from pbrg_mj.perception.points.older_line import is_steady, long_line, may_share_face
 from pbrg_mj.perception.points.past_scan import directions_of
 
 FASTEST = 0.7  # [m/s] more is no motion, but another thing
@@ -45,8 +45,7 @@ def along_normal(echo, before, elapsed, parameters):
     if ux * dx + uy * dy > 0.0:
         ux, uy = -ux, -uy
     moved = (ex - past[a]["x"]) * ux + (ey - past[a]["y"]) * uy
-    straight = off_line == 0.0 and length * length >= STEADY**2 * noise
-    least = STEEP if straight else SLANTED
+    least = STEEP if off_line == 0.0 and is_steady(past, a, b) else SLANTED
     slanted = -(ux * dx + uy * dy) < least * math.sqrt(dx * dx + dy * dy)
     if slanted or abs(moved) > FASTEST * elapsed + 3.0 * math.sqrt(echo_variance):
         return nothing

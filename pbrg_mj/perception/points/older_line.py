@@ -34,8 +34,7 @@ def long_line(past, a, b, parameters):
     """
     first, last, bent = a, b, 0.0
     for _ in range(WIDENINGS):
-        x, y = past[last]["x"] - past[first]["x"], past[last]["y"] - past[first]["y"]
-        if x * x + y * y >= STEADY**2 * (past[first]["variance"] + past[last]["variance"]):
+        if is_steady(past, first, last):
             break
         before, after = next_beam(first, -1, parameters), next_beam(last, 1, parameters)
         if before < 0 or before == last or not may_share_face(past, before, first, parameters):
@@ -48,6 +47,13 @@ def long_line(past, a, b, parameters):
             break
         first, last, bent = before, after, off
     return first, last, bent
+
+
+@kernel
+def is_steady(past, a, b):
+    """Tell whether the line of two echoes is `STEADY`."""
+    x, y = past[b]["x"] - past[a]["x"], past[b]["y"] - past[a]["y"]
+    return x * x + y * y >= STEADY**2 * (past[a]["variance"] + past[b]["variance"])
 
 
 @kernel

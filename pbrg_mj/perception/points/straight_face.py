@@ -18,7 +18,7 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.face import clearance_along
-from pbrg_mj.perception.points.fitted_line import LONE_OFF_LINE, OFF_LINE, fitted_line, has_company, pose_variance
+from pbrg_mj.perception.points.fitted_line import LONE_OFF_LINE, OFF_LINE, fitted_line, has_support, pose_variance
 from pbrg_mj.perception.points.lines import Line
 from pbrg_mj.perception.points.motion import MOVES
 from pbrg_mj.perception.track.confirmation import MAX_REST_SPEED
@@ -166,7 +166,7 @@ def _is_straight(places, fit, ends, noise):
     for i in range(weighted.shape[1]):
         y = weighted[1, i] - fit.mean
         deviations = y * y * weighted[2, i]
-        if deviations > OFF_LINE and (deviations > LONE_OFF_LINE or y > 0.0 or has_company(window, normal, i, -y)):
+        if deviations > OFF_LINE and (deviations > LONE_OFF_LINE or y > 0.0 or has_support(window, normal, i, -y)):
             return False
         if weighted[2, i] > 0.0:
             off[min(int((weighted[0, i] - ends[0]) * ratio), PARTS - 1)] += weighted[2, i] * y

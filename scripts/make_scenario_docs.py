@@ -24,7 +24,7 @@ from pbrg_mj.scenario.schema.json_schema import json_schema
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "scenario.md"
 SCHEMA = PAGE.parents[1] / "scenarios" / "schema.json"
 FAMILY_SCHEMA = SCHEMA.with_name("family_schema.json")
-UNIT = re.compile(r" ?\[(-|m|s|N|Hz|deg|1/s|m/s|m\^4/s)\]")
+UNIT = re.compile(r" ?\[(-|m|clearances|s|N|Hz|deg|1/s|m/s|m\^4/s)\]")
 
 HEAD = """# Scenario: every key
 

@@ -5,27 +5,27 @@ import math
 import numpy as np
 from scipy.stats import norm
 
-from pbrg_mj.perception.scan.collinear import MOST_TURN, NOISE_MARGIN
-from pbrg_mj.perception.scan.corners import AMBIGUOUS, LEAST_SINE, MOST_BETWEEN
-from pbrg_mj.perception.scan.line_ends import CLEARLY_FARTHER, LEAST_GAP, RANGE_SHARE
+from pbrg_mj.perception.scan.collinear import NOISE_MARGIN
+from pbrg_mj.perception.scan.corners import AMBIGUOUS, MOST_BETWEEN
+from pbrg_mj.perception.scan.line_ends import CLEARLY_FARTHER, RANGE_SHARE
 from pbrg_mj.perception.scan.line_fit import LEAST_COSINE
 from pbrg_mj.perception.scan.parameters import LineParameters
-from pbrg_mj.perception.scan.points import BREAK_MARGIN, CHORD_MARGIN, GRAZING, MAX_LOST
+from pbrg_mj.perception.scan.points import BREAK_MARGIN, CHORD_MARGIN, MAX_LOST
 from pbrg_mj.perception.scan.robust_fit import (
     FALSE_ALARM,
     LIMIT_MARGIN,
-    MAX_ANGLE_STD,
     MAX_BEND,
     MAX_BEND_SHORT,
     MAX_OUTLIERS,
-    OBLIQUE,
     OUTLIER,
     OUTLIER_SHARE,
     SHORT,
 )
-from pbrg_mj.perception.scan.segmentation import MAX_TURN, MIN_TURN
 
 Beams = list[int]
+GRAZING, LEAST_SINE, OBLIQUE = math.sin(math.radians(10.0)), math.sin(math.radians(5.0)), math.tan(math.radians(35.0))
+MOST_TURN, MIN_TURN, MAX_TURN, MAX_ANGLE_STD = np.radians([10.0, 5.0, 40.0, 3.5])
+LEAST_GAP = 0.1  # [m]
 
 
 class Scan:

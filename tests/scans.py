@@ -47,7 +47,7 @@ def sensor(preset: str = "generic", **keys: object) -> Sensor:
     )
     beams = scenario.sensors.beams
     angle = 2 * np.pi * np.arange(beams.count) / beams.count
-    return Sensor(beams, line_parameters(scenario), np.column_stack([np.cos(angle), np.sin(angle)]))
+    return Sensor(beams, line_parameters(scenario, 0.1), np.column_stack([np.cos(angle), np.sin(angle)]))
 
 
 def four_robots(random: np.random.Generator, reach: float = 1.5) -> tuple[tuple[float, float, float], ...]:

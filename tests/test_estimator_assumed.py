@@ -50,7 +50,7 @@ def test_by_default_the_sensors_are_assumed_to_be_as_they_are(preset: str) -> No
     spelt = scenario(sensors={"beams": {"preset": preset}}, estimator={"assumed": same})
     assert own.assumed_sensors == own.sensors == spelt.assumed_sensors
     assert setup(own).packed[2:5] == setup(spelt).packed[2:5]
-    assert line_parameters(own) == line_parameters(spelt)
+    assert line_parameters(own, 0.1) == line_parameters(spelt, 0.1)
 
 
 def test_assumed_noise_changes_what_is_believed_and_nothing_that_is_read() -> None:
@@ -70,7 +70,7 @@ def test_all_that_is_assumed_is_read_from_there() -> None:
     }
     given = scenario(estimator={"assumed": assumed, "source": "points", "scope": "own"})
     truly = scenario(sensors={"beams": assumed["beams"], "camera": assumed["camera"]})
-    assert line_parameters(given) == line_parameters(truly)
+    assert line_parameters(given, 0.1) == line_parameters(truly, 0.1)
     points, of_truly = (point_parameters(one, load_robot_model()) for one in (given, truly))
     assert (points.range_std, points.noise_ratio) == (of_truly.range_std, of_truly.noise_ratio)
     assert pose_model(given)[:4] == pose_model(truly)[:4] and setup(given).packed[3] == setup(truly).packed[3]

@@ -7,14 +7,13 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from pbrg_mj.perception.track.records import TrackParameters, no_tracks
+from pbrg_mj.perception.track.records import no_tracks
 from pbrg_mj.perception.track.update import update_tracks
 from pbrg_mj.perception.track.world_frame import LINE, ScanPose
 from tests import track_oracle as oracle
+from tests.perceiving import scenario, setup
 
-PARAMS = TrackParameters(
-    range_max=4.0, silent=2, memory=2.0, drift=0.005, turn=np.deg2rad(0.2), clearance=0.1, sigmas=3.0, min_points=5
-)
+PARAMS = setup(scenario(estimator={"memory": 2.0})).parameters.track._replace(silent=2)
 PERIOD, SCANS = 0.1, 60
 SILENT = np.full(8, np.nan), np.column_stack([np.cos(np.arange(8.0)), np.sin(np.arange(8.0))])  # ranges, directions
 COLUMNS = ("angle", "offset", "low", "high", "c_aa", "c_ac", "c_cc", "e_aa", "e_ac", "e_cc")

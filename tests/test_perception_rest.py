@@ -9,10 +9,9 @@ from scipy.stats import chi2
 from pbrg_mj.perception.track.records import TrackParameters, error_covariance, no_tracks
 from pbrg_mj.perception.track.update import update_tracks
 from pbrg_mj.perception.track.world_frame import LINE, ScanPose
+from tests.perceiving import scenario, setup
 
-DRIFTS = TrackParameters(
-    range_max=4.0, silent=2, memory=10.0, drift=0.005, turn=np.deg2rad(0.2), clearance=0.1, sigmas=3.0, min_points=5
-)
+DRIFTS = setup(scenario()).parameters.track._replace(silent=2)
 RESTS = DRIFTS._replace(drift=0.0, turn=0.0)
 NOTHING = np.full(8, np.nan), np.column_stack([np.cos(np.arange(8.0)), np.sin(np.arange(8.0))])  # ranges, directions
 PERIOD, SPEED, OFFSET = 0.1, 0.2, 1.5  # [s], [m/s], [m]

@@ -11,21 +11,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pbrg_mj.perception.track.association import (
-    FREE_GAP,
-    GATE,
-    HIDDEN_GAP,
-    MIN_OVERLAP,
-    NEAR_ANGLE,
-    NEAR_OFFSET,
-    SAME_ANGLE,
-    SAME_OFFSET,
-)
-from pbrg_mj.perception.track.confirmation import LONG_EXTENT, MAX_REST_SPEED, MIN_SIGHTINGS, WIDE_RATIO
-from pbrg_mj.perception.track.extent import SIGMAS, TOLERANCE, WIDEST
+from pbrg_mj.perception.track.association import GATE
+from pbrg_mj.perception.track.confirmation import MIN_SIGHTINGS, WIDE_RATIO
+from pbrg_mj.perception.track.extent import SIGMAS
 from pbrg_mj.perception.track.records import TrackParameters
 from pbrg_mj.perception.track.update import MAX_CONTRADICTIONS, SEEN_SHARE
 from pbrg_mj.perception.track.world_frame import ScanPose
+
+NEAR_ANGLE, NEAR_OFFSET, SAME_ANGLE, SAME_OFFSET = math.radians(10.0), 0.15, math.radians(1.0), 0.01  # [rad], [m]
+HIDDEN_GAP, MIN_OVERLAP, LONG_EXTENT = 0.6, 0.1, 1.0  # [m] the gap where no end is known
+TOLERANCE, WIDEST, MAX_REST_SPEED = 0.01, 0.15, 0.1  # [m], [m/s]
 
 
 @dataclass(eq=False)
@@ -263,6 +258,3 @@ def absorb(a: Track, b: Track) -> Track:
         a.seen, a.unseen, a.away = b.seen, b.unseen, b.away
     b.live = False
     return a
-
-
-assert FREE_GAP < HIDDEN_GAP  # with no end known only the second counts

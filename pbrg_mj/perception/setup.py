@@ -68,7 +68,7 @@ def perception_setup(
     the body's centre, `body_radius` [m] that of team-mates, 0 where nobody tells their places.
     Raises InputError when given half-spaces do not fit: no such robot, zero normal, more than there are slots.
     """
-    estimator, params, robots = scenario.estimator, line_parameters(scenario), scenario.robots
+    estimator, params, robots = scenario.estimator, line_parameters(scenario, clearance), scenario.robots
     formation, beams = np.array(scenario.team.formation, dtype=float), scenario.sensors.beams
     parameters = PerceptionParameters(
         directions=unit_vectors(beam_angles(beams)),

@@ -19,7 +19,6 @@ import numpy as np
 
 from pbrg_mj.governor.certificate.prediction_grid import PredictionGrid, write_times_error
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.track.confirmation import LONG_EXTENT
 from pbrg_mj.scenario.schema import Scenario
 from pbrg_mj.world.scene.robot import RobotModel
 
@@ -56,11 +55,11 @@ class SightLimit:
 def sight(scenario: Scenario, robot: RobotModel) -> float:
     """Return how far a hand point may go before a wall that is out of sight now can be on its way [m].
 
-    A wall counts once `LONG_EXTENT` of it is in range, in `SCANS` scans. Meanwhile a robot drives on, at most at its
-    wheels' speed. Negative where beams are too short for that.
+    A wall counts once `estimator.thresholds.long_extent` of it is in range, in `SCANS` scans. Meanwhile a robot drives
+    on, at most at its wheels' speed. Negative where beams are too short for that.
     """
-    beams = scenario.sensors.beams
-    reach = math.sqrt(max(beams.range_max**2 - (LONG_EXTENT / 2) ** 2, 0.0))
+    beams, extent = scenario.sensors.beams, scenario.estimator.thresholds.long_extent
+    reach = math.sqrt(max(beams.range_max**2 - (extent / 2) ** 2, 0.0))
     passed = SCANS / beams.rate_hz * robot.loaded_speed * robot.wheel_radius
     return reach - robot.hand_offset - robot.clearance - passed
 

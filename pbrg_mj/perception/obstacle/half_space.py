@@ -13,8 +13,6 @@ from pbrg_mj.perception.obstacle.polygons import compiled_hull, gap
 from pbrg_mj.perception.track.extent import track_ends
 from pbrg_mj.perception.track.records import error_covariance
 
-TEAM_GAP = 0.05  # [m] of gap from which on an obstacle is kept off the whole team again
-
 
 class BoundRobots(NamedTuple):
     """Where the robots that a half-space binds are thought to be, seen from the robot's anchor."""
@@ -38,7 +36,7 @@ def half_space(tracks, root, links, robots, params):
     solid = points[order]
     track = tracks[root]
     gx, gy, width, i, j = gap(robots.team, solid)
-    track["own_only"] = 1 if width < (TEAM_GAP if track["own_only"] else 0.0) else 0
+    track["own_only"] = 1 if width < (params.team_gap if track["own_only"] else 0.0) else 0
     bound = robots.hand if track["own_only"] else robots.team
     if track["own_only"]:
         gx, gy, width, i, j = gap(robots.hand, solid)

@@ -11,11 +11,7 @@ from pbrg_mj.perception.scan.line_fit import wrapped
 from pbrg_mj.perception.track.confirmation import is_at_rest_across
 from pbrg_mj.perception.track.extent import track_ends
 
-LEAST_TURN, MOST_TURN = math.radians(20.0), math.radians(160.0)  # between two faces at a corner
 FACE, OTHER, HIDDEN = range(3)  # columns of a corner's `sides`
-DEPTH = 0.3  # [m] what is behind a single face is taken for solid so deep
-REACH = 0.2  # [m] a corner may lie so far inside the extent seen, and twice that beyond
-CORNER_TOLERANCE = 0.02  # [m] a face lies so far behind the other's line, at a convex corner
 
 
 @kernel
@@ -34,25 +30,25 @@ def crossing(a, b):
 
 
 @kernel
-def convex_corner(a, b):
+def convex_corner(a, b, params):
     """Return whether the high end of a and the low end of b are a convex corner, seen from outside.
 
     At a convex corner each face goes away behind the other's line; in a corner of a room it comes towards the robot.
     """
     turn = wrapped(b["angle"] - a["angle"])
-    if not LEAST_TURN < -turn < MOST_TURN:
+    if not params.least_turn < -turn < params.most_turn:
         return False  # counter-clockwise round the robot, a convex obstacle's faces turn clockwise
     s_a, s_b = crossing(a, b)
     return (
-        -REACH < s_a - a["high"] < 2 * REACH
-        and -REACH < b["low"] - s_b < 2 * REACH
-        and a["low"] < s_a - CORNER_TOLERANCE
-        and b["high"] > s_b + CORNER_TOLERANCE
+        -params.corner_reach < s_a - a["high"] < 2 * params.corner_reach
+        and -params.corner_reach < b["low"] - s_b < 2 * params.corner_reach
+        and a["low"] < s_a - params.corner_tolerance
+        and b["high"] > s_b + params.corner_tolerance
     )
 
 
 @kernel
-def face_chains(tracks):
+def face_chains(tracks, params):
     """Return (M,) the faces before and (M,) after each face of a convex obstacle, counter-clockwise round the robot.
 
     -1 for none. The nearest corner wins where several are possible.
@@ -65,7 +61,7 @@ def face_chains(tracks):
         nearest = math.inf
         for j in range(len(tracks)):
             b = tracks[j]
-            if i != j and b["live"] and b["confirmed"] and before[j] < 0 and convex_corner(a, b):
+            if i != j and b["live"] and b["confirmed"] and before[j] < 0 and convex_corner(a, b, params):
                 gap = abs(crossing(a, b)[0] - a["high"])
                 if gap < nearest:
                     nearest = gap
@@ -76,19 +72,19 @@ def face_chains(tracks):
 
 
 @kernel
-def confirm_corners(tracks):
+def confirm_corners(tracks, params):
     """Confirm two faces that meet when neither moves along its normal: together they cannot move at all."""
     for i in range(len(tracks)):
         a = tracks[i]
         for j in range(len(tracks) if a["live"] else 0):
             b = tracks[j]
-            if b["live"] and _rests(a) and _rests(b) and convex_corner(a, b):
+            if b["live"] and _rests(a, params) and _rests(b, params) and convex_corner(a, b, params):
                 a["confirmed"] = b["confirmed"] = 1
 
 
 @kernel
-def _rests(track):
-    return track["confirmed"] or is_at_rest_across(track)
+def _rests(track, params):
+    return track["confirmed"] or is_at_rest_across(track, params)
 
 
 @kernel
@@ -101,7 +97,7 @@ def outline(tracks, root, links, hand, params):
     record of it is read later.
 
     Faces end at the corner with the next, or where `track_ends` says. Two faces are closed to a parallelogram, one is
-    DEPTH deep, or less if the robot's hand point (2,) is behind it.
+    `face_depth` deep, or less if the robot's hand point (2,) is behind it.
     """
     before, after = links
     most = 4 * _faces(root, after)
@@ -160,5 +156,5 @@ def _depth(track, low, high, hand, params):
     beyond = hand[0] * cos + hand[1] * sin - track["offset"]
     s = hand[1] * cos - hand[0] * sin
     if low <= s <= high and beyond > params.clearance:
-        return min(DEPTH, beyond - params.clearance)
-    return DEPTH
+        return min(params.face_depth, beyond - params.clearance)
+    return params.face_depth

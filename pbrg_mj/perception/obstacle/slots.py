@@ -10,8 +10,6 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.obstacle.half_space import half_space
 from pbrg_mj.perception.obstacle.outline import confirm_corners, face_chains
 
-SLOT_HYSTERESIS = 0.1  # [m] an obstacle displaces another only if it is nearer by this much
-
 
 @kernel
 def update_half_spaces(tracks, robots, params, g, h, active):
@@ -19,14 +17,14 @@ def update_half_spaces(tracks, robots, params, g, h, active):
 
     An obstacle keeps its slot. New ones take free slots, nearest first, or displace the farthest.
     """
-    confirm_corners(tracks)
-    links = face_chains(tracks)
+    confirm_corners(tracks, params)
+    links = face_chains(tracks, params)
     root = _roots(tracks, links)
     rows, distance = np.zeros((len(tracks), 3)), np.full(len(tracks), math.inf)
     for i in range(len(tracks)):
         if root[i]:
             rows[i, 0], rows[i, 1], rows[i, 2], distance[i] = half_space(tracks, i, links, robots, params)
-    _assign_slots(tracks, root, distance, len(h))
+    _assign_slots(tracks, root, distance, len(h), params.slot_hysteresis)
     for slot in range(len(h)):
         g[slot, 0] = g[slot, 1] = h[slot] = 0.0
         active[slot] = False
@@ -71,8 +69,8 @@ def _inherit_slot(tracks, root, after, done):
 
 
 @kernel
-def _assign_slots(tracks, root, distance, slots):
-    """Give slots to obstacles without one, nearest first."""
+def _assign_slots(tracks, root, distance, slots, hysteresis):
+    """Give slots to obstacles without one, nearest first; by `hysteresis` [m] nearer, that of another."""
     while True:
         new, nearest = -1, math.inf
         for i in range(len(tracks)):
@@ -80,17 +78,17 @@ def _assign_slots(tracks, root, distance, slots):
                 new, nearest = i, distance[i]
         if new < 0:
             return
-        slot = _free_slot(tracks, root, distance, slots, nearest)
+        slot = _free_slot(tracks, root, distance, slots, nearest + hysteresis)
         if slot < 0:
             return
         tracks[new]["slot"] = slot
 
 
 @kernel
-def _free_slot(tracks, root, distance, slots, nearest):
-    """Return a free slot, or that of the farthest obstacle if it is farther than `nearest` [m], or -1."""
+def _free_slot(tracks, root, distance, slots, most):
+    """Return a free slot, or that of the farthest obstacle if it is farther than `most` [m], or -1."""
     used = np.zeros(slots, np.bool_)
-    farthest, most = -1, nearest + SLOT_HYSTERESIS
+    farthest = -1
     for i in range(len(tracks)):
         if root[i] and tracks[i]["slot"] >= 0:
             used[tracks[i]["slot"]] = True

@@ -12,7 +12,6 @@ from pbrg_mj.perception.points.beams import next_beam
 from pbrg_mj.perception.points.confirm import confirm_echo, earlier_echoes
 from pbrg_mj.perception.points.corner_bound import MOST_LOST, corner_bound, share_corner_bounds
 from pbrg_mj.perception.points.memory import free_slot
-from pbrg_mj.perception.points.parameters import LEAST_JOINING
 from pbrg_mj.perception.points.replaced import delete_replaced
 from pbrg_mj.perception.points.unexpected import EXPECTED, UNEXPECTED, unexpected_echoes
 from pbrg_mj.perception.scan.team_mates import is_team_mate, reach_of_team_mate
@@ -45,7 +44,7 @@ def add_scan(points, scan, beams, pose, team, before, parameters):
 
     `before` are the past and past_poses of `unexpected_echoes`.
 
-    Echoes in a row, neighbours nearer than `JOINING` gaps between beams or `LEAST_JOINING`, bind at once: two where one
+    Echoes in a row, neighbours nearer than `JOINING` gaps between beams or `least_joining`, bind at once: two where one
     earlier echo at its place confirms a lone one, three where outliers are so frequent that it needs more. What is less
     binds when earlier echoes at its place make up for it. An echo where the scan before saw nothing is a lone one if
     its neighbours are not.
@@ -135,7 +134,7 @@ def _neighbour(echoes, ranges, k, step, parameters):
         if other != k and echoes.external[other]:
             x, y = echoes.x[k] - echoes.x[other], echoes.y[k] - echoes.y[other]
             squared = x * x + y * y
-            limit = max(min(ranges[k], ranges[other]) * parameters.joining[lost - 1], LEAST_JOINING)
+            limit = max(min(ranges[k], ranges[other]) * parameters.joining[lost - 1], parameters.least_joining)
             if squared > limit * limit:
                 limit += 3.0 * math.sqrt(echoes.variance[k] + echoes.variance[other])
             return other if squared <= limit * limit else -1
@@ -170,7 +169,7 @@ def _run(echoes, ranges, k, joins, parameters):
 def _stands_alone(echoes, ranges, k, joins, parameters):
     """Tell whether echo k is ahead of all that it joins by more than a face at 60 deg explains.
 
-    `joins` are the beams of its neighbours, -1 for none. Then `LEAST_JOINING` alone joins them: an outlier before a
+    `joins` are the beams of its neighbours, -1 for none. Then `least_joining` alone joins them: an outlier before a
     near wall is as likely as a thin thing there.
     """
     for other in joins:

@@ -22,7 +22,6 @@ from pbrg_mj.perception.points.motion import TRACK, TRACKS
 from pbrg_mj.perception.points.parameters import PointParameters
 from pbrg_mj.perception.points.past_scan import PAST_ECHO, PAST_POSE
 from pbrg_mj.perception.points.separate import separate
-from pbrg_mj.perception.track.confirmation import LONG_EXTENT
 from pbrg_mj.perception.track.pose_history import PoseHistory, no_poses, poses_at_scan, with_poses
 from pbrg_mj.perception.track.world_frame import ANCHOR, pose_at_scan
 from pbrg_mj.sensing.readings import Readings
@@ -177,7 +176,7 @@ def bind_robots_without_beams(half_spaces, team, parameters, binds):
         for k in range(len(h)):
             behind = G[k, 0] * x + G[k, 1] * y > h[k] + parameters.clearance
             line = line_at(lines, k)
-            binds[k, other] = active[k] and line.high - line.low >= LONG_EXTENT and not behind
+            binds[k, other] = active[k] and line.high - line.low >= parameters.long_extent and not behind
 
 
 @kernel

@@ -1,7 +1,7 @@
 """How far the face of what comes nearer reaches to either side: where hand points are in its way.
 
 A half-space has no ends; the face that it keeps off has. Echoes are taken for one thing's as long as each is as near to
-the one before as two of a face at 60 deg are, or `LEAST_JOINING`; up to two beams between them may have lost it. Its
+the one before as two of a face at 60 deg are, or `least_joining`; up to two beams between them may have lost it. Its
 end is somewhere before the next beam. That something nearer may hide the rest of it does not count.
 
 Beams have no echo of what is nearer than their shortest range (blind_zone.py). So echoes on both sides of silent beams
@@ -21,7 +21,6 @@ from pbrg_mj.perception.points.beams import (
     next_beam,
 )
 from pbrg_mj.perception.points.corner_bound import MOST_LOST
-from pbrg_mj.perception.points.parameters import LEAST_JOINING
 
 MOST_SKIPPED = 2  # beams in a row: outliers, and echoes lost
 
@@ -53,14 +52,14 @@ def face_span(seen, normal, place, pose, parameters):
 @kernel
 def _next_of_face(seen, beam, step, pose, parameters):
     """Return the beam of the next echo of the same thing in a direction of beams, -1: none."""
-    echoes, (ranges, _) = seen
+    (echoes, (ranges, _)), least = seen, parameters.least_joining
     for lost in range(MOST_SKIPPED + 1):
         other = next_beam(beam, step * (lost + 1), parameters)
         if other < 0:
             break
         if echoes.binds[other]:
             x, y = echoes.x[other] - echoes.x[beam], echoes.y[other] - echoes.y[beam]
-            limit = max(min(ranges[beam], ranges[other]) * parameters.joining[min(lost, MOST_LOST)], LEAST_JOINING)
+            limit = max(min(ranges[beam], ranges[other]) * parameters.joining[min(lost, MOST_LOST)], least)
             if x * x + y * y <= limit * limit:
                 return other
     return echo_across_blind_zone(echoes, ranges, (beam, step), pose, parameters)

@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.points.parameters import LEAST_JOINING
 
 LEAST_PLACES = 12  # that make a line
 OFF_LINE = 25.0  # squared standard deviations: of 72 new places of a scan one is off so far by chance in 10^4 scans
@@ -51,7 +50,7 @@ def fitted_line(window, size, normal, parameters):
             return none
         if _leave_out_behind(weighted, fit) > 0:
             fit = _fit(weighted)
-        if parameters.outliers and _leave_out_outliers(window, (gx, gy), weighted, fit) > 0:
+        if parameters.outliers and _leave_out_outliers(window, (gx, gy), weighted, fit, parameters.least_joining) > 0:
             fit = _fit(weighted)
         if _places_left(weighted) < LEAST_PLACES:
             return none
@@ -131,8 +130,11 @@ def _leave_out_behind(weighted, fit):
 
 
 @kernel
-def _leave_out_outliers(window, normal, weighted, fit):
-    """Take the weight of lone places ahead of the line of all; return how many there are."""
+def _leave_out_outliers(window, normal, weighted, fit, joining):
+    """Take the weight of lone places ahead of the line of all; return how many there are.
+
+    Neighbours nearer than `joining` [m] may be of one thing.
+    """
     ahead, count = 0, 0
     for i in range(weighted.shape[1]):
         off, deviations = _off_line(weighted, fit, i)
@@ -141,7 +143,7 @@ def _leave_out_outliers(window, normal, weighted, fit):
         return 0
     for i in range(weighted.shape[1]):
         off, deviations = _off_line(weighted, fit, i)
-        if off < 0.0 and deviations > OFF_LINE and not has_support(window, normal, i, -off):
+        if off < 0.0 and deviations > OFF_LINE and not has_support(window, normal, i, -off, joining):
             weighted[2, i], count = 0.0, count + 1
     return count
 
@@ -156,11 +158,11 @@ def _places_left(weighted):
 
 
 @kernel
-def has_support(window, normal, i, ahead):
+def has_support(window, normal, i, ahead, joining):
     """Tell whether an echo beside echo i is half as far ahead [m] or more, whether it binds or not.
 
-    Beside it is in the same scan what may be of the same thing, and in another what is at the same place, or was when
-    it confirmed the echo: that may have been replaced since.
+    Beside it is in the same scan what is nearer than `joining` [m], and in another what is at the same place, or was
+    when it confirmed the echo: that may have been replaced since.
     """
     own, (gx, gy) = window.memory[window.point[i]], normal
     if own["confirmed_within"] <= 0.5 * ahead:
@@ -169,7 +171,7 @@ def has_support(window, normal, i, ahead):
         point = window.memory[k]
         if point["live"] and k != window.point[i]:
             x, y, reach = point["x"] - own["x"], point["y"] - own["y"], 3.0 * (point["std"] + own["std"]) + SAME_PLACE
-            reach = max(reach, LEAST_JOINING) if point["scan"] == own["scan"] else reach
+            reach = max(reach, joining) if point["scan"] == own["scan"] else reach
             if x * x + y * y <= reach * reach and gx * x + gy * y <= 0.5 * ahead:
                 return True
     return False

@@ -4,7 +4,7 @@ A beam shows its way to be free up to its echo, and without one up to the range 
 lies between two beams is taken to be free up to the chord between their ends; so is what a team-mate hides, a lone echo
 that nobody has confirmed yet, and under `strict` the silent beams between two echoes. Where no beam within `WIDEST`
 tells anything, on blind sides, a robot knows of no more than the disc that it needs to turn on the spot. The edge is
-told by places, no two neighbours farther apart than `LEAST_JOINING`, so that no robot passes between them; at echoes
+told by places, no two neighbours farther apart than `least_joining`, so that no robot passes between them; at echoes
 there are points already.
 
 Silent beams between two echoes at the shortest range end at the chord between these, under `free` as well: what is
@@ -20,7 +20,6 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.beams import echo_across_blind_zone, next_beam
-from pbrg_mj.perception.points.parameters import LEAST_JOINING
 from pbrg_mj.perception.scan.line_fit import wrapped
 
 WIDEST = math.radians(120.0)  # between two beams whose ends a chord may join: it passes at half their range or more
@@ -54,10 +53,10 @@ def edge_of_free(echoes, beams, pose, parameters):
     outline, corners = _outline(reach, echoes.binds, (pose.heading, angles), parameters)
     places = 0
     for i in range(corners - 1):
-        places += _parts(outline, i)
+        places += _parts(outline, i, parameters.least_joining)
     edge, count = _empty_edge(places), 0
     for i in range(corners - 1):
-        parts = _parts(outline, i)
+        parts = _parts(outline, i, parameters.least_joining)
         for part in range(1 if outline.echo[i] else 0, parts):
             share = part / parts
             x = outline.x[i] + share * (outline.x[i + 1] - outline.x[i])
@@ -204,7 +203,7 @@ def _close(outline, count):
 
 
 @kernel
-def _parts(outline, i):
-    """Return into how many parts the side from corner i on is cut."""
+def _parts(outline, i, longest):
+    """Return into how many parts the side from corner i on is cut, none longer than `longest` [m]."""
     x, y = outline.x[i + 1] - outline.x[i], outline.y[i + 1] - outline.y[i]
-    return max(math.ceil(math.sqrt(x * x + y * y) / LEAST_JOINING), 1)
+    return max(math.ceil(math.sqrt(x * x + y * y) / longest), 1)

@@ -6,7 +6,7 @@ import math
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.beams import next_beam
-from pbrg_mj.perception.points.parameters import JOINING, LEAST_JOINING
+from pbrg_mj.perception.points.parameters import JOINING
 
 STEADY = 4.0  # deviations of its ends that a line is long: their noise turns it by 14 deg, one deviation
 WIDENINGS = 12  # beams to either side of a line, at most
@@ -23,7 +23,8 @@ def may_share_face(past, a, b, parameters):
         return False
     x, y, far = past[b]["x"] - past[a]["x"], past[b]["y"] - past[a]["y"], max(past[a]["range"], past[b]["range"])
     noise = past[a]["variance"] + past[b]["variance"]
-    return math.sqrt(x * x + y * y) <= max(JOINING * parameters.gap * far, LEAST_JOINING) + 3.0 * math.sqrt(noise)
+    near = max(JOINING * parameters.gap * far, parameters.least_joining)
+    return math.sqrt(x * x + y * y) <= near + 3.0 * math.sqrt(noise)
 
 
 @kernel

@@ -10,6 +10,7 @@ from scipy.special import ndtr, ndtri, pdtrc  # scipy.stats has the same, but ta
 
 from pbrg_mj.perception.points.confirm import APART
 from pbrg_mj.perception.points.corner_bound import MOST_LOST
+from pbrg_mj.perception.scan.parameters import in_metres
 from pbrg_mj.perception.scan.self_occlusion import blocked_beams
 from pbrg_mj.perception.track.world_frame import PoseModel, pose_model
 from pbrg_mj.scenario.schema import Beams, Scenario, beam_angles
@@ -23,7 +24,6 @@ FALSELY_CONFIRMED = 1e-6  # and that all earlier ones do: in the open they stay 
 SPAN = 0.3  # [s] between the scans whose difference is a speed: a thing at 0.1 m/s moves by more than ranges are wrong
 LEAST_LAG = 2  # scans between them: the one in between confirms flows
 LEAST_FREE = 0.8  # of the distance to the nearest place of a face, that its hull must leave to the path
-LEAST_JOINING = 0.2  # [m] robots are 0.2 m wide: they pass between no two echoes that are nearer than that
 
 
 class PointParameters(NamedTuple):
@@ -58,6 +58,10 @@ class PointParameters(NamedTuple):
     closed_beyond: bool  # what no beam has shown to be free binds
     silence_is_free: bool  # a beam without an echo shows its way to be free
     blind_radius: float  # of what is taken to be free on blind sides, from the body's centre [m]
+    least_joining: float  # echoes nearer to each other are of one thing: robots pass between none of them [m]
+    straight_length: float  # of a face that is straight, at least [m]
+    rest_speed: float  # what may come faster is not at rest [m/s]
+    long_extent: float  # faces so long bind robots that see nothing themselves [m]
 
 
 def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
@@ -100,6 +104,10 @@ def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
         closed_beyond=scenario.estimator.unknown != "free",
         silence_is_free=scenario.estimator.unknown != "strict",
         blind_radius=blind_radius(robot, scenario.estimator.sigmas * math.sqrt(pose.position_var)),
+        least_joining=in_metres(scenario.estimator.thresholds.joining, robot.clearance),
+        straight_length=in_metres(scenario.estimator.thresholds.straight_length, robot.clearance),
+        rest_speed=scenario.estimator.thresholds.rest_speed,
+        long_extent=scenario.estimator.thresholds.long_extent,
     )
 
 

@@ -6,7 +6,7 @@ independent from scan to scan. A face may be a little bent, c q(s) with q the qu
 
 No line is what is off it by more than `OFF_LINE` deviations, one place or the mean of those in a part of it, and by
 more than `LONE_OFF_LINE` a place ahead that has no other beside it: things that lie against a wall are kept off echo by
-echo. Nor is what may come nearer at `MAX_REST_SPEED`, as the means of the scans tell: places of several scans are where
+echo. Nor is what may come nearer at `rest_speed`, as the means of the scans tell: places of several scans are where
 it was, not where it is.
 """
 
@@ -21,9 +21,7 @@ from pbrg_mj.perception.points.face import clearance_along
 from pbrg_mj.perception.points.fitted_line import LONE_OFF_LINE, OFF_LINE, fitted_line, has_support, pose_variance
 from pbrg_mj.perception.points.lines import Line
 from pbrg_mj.perception.points.motion import MOVES
-from pbrg_mj.perception.track.confirmation import MAX_REST_SPEED
 
-LEAST_LENGTH = 0.25  # [m] as the line estimator's
 BESIDE = 0.01  # [m] by which the path keeps farther from a face than from its line where it passes by the end
 PARTS = 16  # of a face's length
 SCANS = 16  # that are told apart, by their number modulo this
@@ -44,14 +42,14 @@ def straight_face(face, about, parameters):
     if not found or _passes_beside(face, normal, about, fit):
         return nothing
     low, high = _ends(weighted)
-    if high - low < LEAST_LENGTH:
+    if high - low < parameters.straight_length:
         return nothing
     pose_var = _pose_variance(window, normal, weighted, fit)
-    approach, speed = _approach(window, weighted, fit, pose_var)
+    approach, speed = _approach(window, weighted, fit, pose_var, parameters.rest_speed)
     if approach < 0.0:
         return nothing
     shares = _shares(window, weighted, (low, high))
-    if not _is_straight((window, normal, weighted), fit, (low, high), (shares, pose_var)):
+    if not _is_straight((window, normal, weighted), fit, (low, high), (shares, pose_var), parameters):
         return nothing
     for i in range(size):
         if weighted[2, i] == 0.0 and weighted[1, i] < fit.mean:
@@ -117,10 +115,10 @@ def _shares(window, weighted, ends):
 
 
 @kernel
-def _approach(window, weighted, fit, pose_var):
+def _approach(window, weighted, fit, pose_var, rest_speed):
     """Return how much nearer a face surely is now than in the mean of its scans [m], and the speed of a `Line`.
 
-    -1 and 0 if it may come faster than `MAX_REST_SPEED`.
+    -1 and 0 if it may come faster than `rest_speed` [m/s].
     """
     newest = 0
     for i in range(weighted.shape[1]):
@@ -147,7 +145,7 @@ def _approach(window, weighted, fit, pose_var):
     if not spread > 0.0:
         return -1.0, 0.0
     speed, std = drift / spread, math.sqrt(1.0 / spread)  # towards the robot
-    if abs(speed) + 3.0 * std > MAX_REST_SPEED:
+    if abs(speed) + 3.0 * std > rest_speed:
         return -1.0, 0.0
     if speed > 0.0 and speed * speed > MOVES * std * std:
         return speed * middle, speed + std
@@ -155,18 +153,20 @@ def _approach(window, weighted, fit, pose_var):
 
 
 @kernel
-def _is_straight(places, fit, ends, noise):
+def _is_straight(places, fit, ends, noise, parameters):
     """Tell whether no place and no part of a face is off its line.
 
     `places` are (window, normal, weighted), `noise` the shares (PARTS, SCANS) and pose_var of `_shares` and
     `_pose_variance`: places of one scan are off by the error of the same pose.
     """
-    (window, normal, weighted), (shares, pose_var) = places, noise
+    (window, normal, weighted), (shares, pose_var), joining = places, noise, parameters.least_joining
     off, ratio = np.zeros(PARTS), PARTS / (ends[1] - ends[0])
     for i in range(weighted.shape[1]):
         y = weighted[1, i] - fit.mean
         deviations = y * y * weighted[2, i]
-        if deviations > OFF_LINE and (deviations > LONE_OFF_LINE or y > 0.0 or has_support(window, normal, i, -y)):
+        if deviations > OFF_LINE and (
+            deviations > LONE_OFF_LINE or y > 0.0 or has_support(window, normal, i, -y, joining)
+        ):
             return False
         if weighted[2, i] > 0.0:
             off[min(int((weighted[0, i] - ends[0]) * ratio), PARTS - 1)] += weighted[2, i] * y

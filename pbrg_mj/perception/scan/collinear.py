@@ -10,7 +10,6 @@ from pbrg_mj.perception.scan.line_fit import extent, fit_line, weight_of
 from pbrg_mj.perception.scan.points import DX, DY, X, Y
 from pbrg_mj.perception.scan.robust_fit import write_fit
 
-MOST_TURN = math.radians(10.0)  # segments that differ more in direction, noise apart, are never tried as one line
 NOISE_MARGIN = 4.0  # standard deviations of a point from its line, or of an angle
 
 
@@ -57,7 +56,7 @@ def _merge_pair(points, params, order, pair, work):
     a, b = pair
     fits, ends, joint = work.fits, work.ends, work.joint
     turn = abs(fits[b, 0] - fits[a, 0])
-    if min(turn, 2.0 * math.pi - turn) > MOST_TURN + NOISE_MARGIN * math.sqrt(fits[a, 2] + fits[b, 2]):
+    if min(turn, 2.0 * math.pi - turn) > params.collinear + NOISE_MARGIN * math.sqrt(fits[a, 2] + fits[b, 2]):
         return False
     members = work.members[: gather(order, work.owner, a, b, work.members)]
     line = fit_line(points, params, members, (fits[a, 0], fits[a, 1]))

@@ -18,7 +18,6 @@ from pbrg_mj.perception.scan.robust_fit import OUTLIER, write_fit
 
 AMBIGUOUS = 1.0  # standard deviations of a corner's direction within which a beam is nobody's
 LEAST_AMBIGUOUS = 1e-9  # of it: nothing is divided by 0
-LEAST_SINE = math.sin(math.radians(5.0))  # of the angle between two lines that have a corner
 MOST_BETWEEN = 3  # points of no line between those of two that meet
 
 
@@ -65,7 +64,7 @@ def _settle(points, params, order, places, work):
     a, b = work.owner[order[k]], work.owner[order[z]]
     if apart(points, params, order[k], order[z], (order[z] - order[k]) % len(points) - 1):
         return
-    x, y, across = _corner(work.fits[a], work.fits[b])
+    x, y, across = _corner(work.fits[a], work.fits[b], params.least_corner)
     distance = math.hypot(x, y)
     if distance <= 0.0 or not _between(points, order, places, work.owner, x, y):
         return
@@ -156,14 +155,14 @@ def _left(work, line, lost, params):
 
 
 @kernel
-def _corner(one, other):
+def _corner(one, other, least_sine):
     """Return where two lines meet, x, y [m], and its standard deviation across its direction [m]; 0s: nowhere.
 
-    `one` (7,) and `other` (7,) are their fits.
+    `one` (7,) and `other` (7,) are their fits; the sine of the angle between them is at least `least_sine` [-].
     """
     nx, ny, mx, my = math.cos(one[0]), math.sin(one[0]), math.cos(other[0]), math.sin(other[0])
     sine = nx * my - ny * mx
-    if abs(sine) < LEAST_SINE:
+    if abs(sine) < least_sine:
         return 0.0, 0.0, 0.0
     x, y = (one[1] * my - other[1] * ny) / sine, (other[1] * nx - one[1] * mx) / sine
     distance = math.hypot(x, y)

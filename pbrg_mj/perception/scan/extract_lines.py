@@ -155,7 +155,7 @@ def _fit_segments(params, order, found, work):
         work.owner[b] = -1
     lines = 0
     for i in range(segments):
-        if is_curved(points, order, work.segments, segments, ring, i):
+        if is_curved(points, params, order, work.segments, segments, ring, i):
             continue
         start, stop = trim_stub(points, params, order, work.segments[i])
         members = work.members[: stop - start]

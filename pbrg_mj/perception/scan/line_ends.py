@@ -10,7 +10,6 @@ from pbrg_mj.perception.scan.points import BLOCKED, DX, DY, R
 
 CLEARLY_FARTHER = 4.0  # standard deviations beyond which a beam is clearly farther than the line
 RANGE_SHARE = 0.9  # of the range limit: a line nearer than that would have been seen
-LEAST_GAP = 0.1  # [m] along the line that beams must pass: nothing gets through less
 
 
 @kernel
@@ -41,7 +40,7 @@ def is_free(points, params, fit, b, side):
     for k in range(1, len(points) // 2):
         if not beam_passes(points, params, fit, b + side * k):
             return False
-        if k >= params.agree and abs(_along(points, fit, b + side * k) - start) >= LEAST_GAP:
+        if k >= params.agree and abs(_along(points, fit, b + side * k) - start) >= params.least_gap:
             return True
     return False
 
@@ -58,7 +57,7 @@ def has_gap(points, params, fit, low, high):
             agreed, start = 0, b
             continue
         agreed += 1
-        if agreed >= params.agree and _along(points, fit, b) - _along(points, fit, start) >= LEAST_GAP:
+        if agreed >= params.agree and _along(points, fit, b) - _along(points, fit, start) >= params.least_gap:
             return True
     return False
 

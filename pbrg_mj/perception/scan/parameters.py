@@ -25,11 +25,20 @@ class LineParameters(NamedTuple):
     outlier_density: float = 0.0  # density of outliers over range, against inliers [1/m]
     closed: bool = True  # the beams go all the way round: the last one is next to the first
     noise_share: float = 1.0  # of a line's variance that is of the ranges' noise and not of its floor
+    grazing: float = math.sin(math.radians(10.0))  # sine of the flattest angle at which a beam is taken to meet a wall
+    least_curve: float = math.radians(5.0)  # turn between the segments of one curved surface, [rad]
+    most_curve: float = math.radians(40.0)
+    direction_std: float = math.radians(3.5)  # a direction less sure than this is none [rad]
+    oblique: float = math.tan(math.radians(35.0))  # tangent of the incidence from which on gaps are hidden
+    collinear: float = math.radians(10.0)  # segments that differ more, noise apart, are never tried as one line [rad]
+    least_corner: float = math.sin(math.radians(5.0))  # sine of the angle between two lines that have a corner
+    least_gap: float = 0.1  # along the line that beams must pass [m]
 
 
-def line_parameters(scenario: Scenario) -> LineParameters:
-    """Return the parameters for a scenario; the ideal plant is seen exactly."""
+def line_parameters(scenario: Scenario, clearance: float) -> LineParameters:
+    """Return the parameters for a scenario and its robot's clearance [m]; the ideal plant is seen exactly."""
     beams, estimator = scenario.assumed_sensors.beams, scenario.estimator
+    given = estimator.thresholds
     exact = scenario.plant == "ideal"
     range_std = 0.0 if exact else math.hypot(beams.noise_std, beams.quantum / math.sqrt(12.0))
     return LineParameters(
@@ -43,7 +52,20 @@ def line_parameters(scenario: Scenario) -> LineParameters:
         outlier_density=0.0 if exact else _outlier_density(beams),
         closed=beams.sweep_deg == 360.0,
         noise_share=min(max(range_std, EXACT) / NOISE_FLOOR, 1.0) ** 2 if exact or beams.noise_ratio == 0.0 else 1.0,
+        grazing=math.sin(math.radians(given.grazing_deg)),
+        least_curve=math.radians(given.curve_least_deg),
+        most_curve=math.radians(given.curve_most_deg),
+        direction_std=math.radians(given.direction_std_deg),
+        oblique=math.tan(math.radians(given.oblique_deg)),
+        collinear=math.radians(given.collinear_deg),
+        least_corner=math.sin(math.radians(given.corner_deg)),
+        least_gap=in_metres(given.least_gap, clearance),
     )
+
+
+def in_metres(clearances: float, clearance: float) -> float:
+    """Return a length in clearances of the robot in metres, rounded to 1e-12: 1.5 times 0.1 is 0.15."""
+    return round(clearances * clearance, 12)
 
 
 def _outlier_density(beams: Beams) -> float:

@@ -15,7 +15,6 @@ X, Y, R, DX, DY, VARIANCE = range(6)  # columns of `points`
 BLOCKED = -math.inf  # range of a beam that ends at its own robot: nearer than any wall, it says nothing of walls
 
 MAX_LOST = 1  # beams between two points of one surface that did not meet it
-GRAZING = math.sin(math.radians(10.0))  # sine of the flattest angle at which a beam is taken to meet a wall
 BREAK_MARGIN = 3.0  # standard deviations of the difference of two ranges
 CHORD_MARGIN = 3.5  # standard deviations of a point's distance from a chord
 
@@ -46,7 +45,7 @@ def apart(points, params, b, after, skipped):
     """Tell whether two points belong to different things, by an adaptive breakpoint.
 
     `after` follows b counter-clockwise; `skipped` beams between them do not count. A wall whose far point is met at
-    the angle GRAZING spreads its points r sin(dphi) / sin(GRAZING) apart, r the shorter range and dphi the angle
+    a grazing angle spreads its points r sin(dphi) / sin(angle) apart, r the shorter range and dphi the angle
     between the beams (after Borges and Aldon, "Line extraction in 2D range images for mobile robotics", 2004).
     """
     if after <= b and not params.closed:
@@ -56,7 +55,7 @@ def apart(points, params, b, after, skipped):
     if lost < 0 or lost > MAX_LOST or sine <= 0.0:
         return True
     noise = math.sqrt(points[b, VARIANCE] + points[after, VARIANCE])
-    limit = min(points[b, R], points[after, R]) * sine / GRAZING + BREAK_MARGIN * noise
+    limit = min(points[b, R], points[after, R]) * sine / params.grazing + BREAK_MARGIN * noise
     x, y = points[after, X] - points[b, X], points[after, Y] - points[b, Y]
     return x * x + y * y > limit * limit
 

@@ -35,9 +35,7 @@ MAX_OUTLIERS = 2  # a segment with more of them is no line, unless
 OUTLIER_SHARE = 0.05  # they are no more than this of its points
 FALSE_ALARM = 3.09  # score of a normal variable: a share of 1e-3 of straight walls fails the residuals' test, per scan
 MAX_BEND, MAX_BEND_SHORT = 3.0, 2.0  # standard deviations of the curvature
-MAX_ANGLE_STD = math.radians(3.5)  # a direction less sure than this is none
 SHORT = 2.0  # least lengths up to which a segment may be a row of robots
-OBLIQUE = math.tan(math.radians(35.0))  # tangent of the incidence in its middle from which on gaps are hidden
 LIMIT_MARGIN = 3.0  # standard deviations of a range from the range limit
 
 
@@ -92,11 +90,11 @@ def _is_straight(params, fit, misfit, bend):
 
     A short segment may be a row of robots. It must be straighter, and not seen so obliquely that the gaps are hidden.
     """
-    if fit[2] > MAX_ANGLE_STD**2 or misfit > 1.0 or bend > MAX_BEND:
+    if fit[2] > params.direction_std**2 or misfit > 1.0 or bend > MAX_BEND:
         return False
     if fit[6] - fit[5] >= SHORT * params.min_length:
         return True
-    return bend <= MAX_BEND_SHORT and abs(fit[5] + fit[6]) <= 2.0 * OBLIQUE * fit[1]
+    return bend <= MAX_BEND_SHORT and abs(fit[5] + fit[6]) <= 2.0 * params.oblique * fit[1]
 
 
 @kernel

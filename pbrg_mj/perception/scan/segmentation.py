@@ -10,8 +10,6 @@ import math
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.scan.points import BLOCKED, R, X, Y, apart, chord_error, chord_normal
 
-MIN_TURN, MAX_TURN = math.radians(5.0), math.radians(40.0)  # between the segments of one curved surface
-
 
 @kernel
 def write_clusters(points, params, order, count, turned, stops, breaks):
@@ -154,20 +152,20 @@ def _length(points, b, after):
 
 
 @kernel
-def is_curved(points, order, segments, count, ring, i):
+def is_curved(points, params, order, segments, count, ring, i):
     """Tell whether segment i turns gently the same way into both its neighbours: then it is part of a curve.
 
     Five points of a circle can pass for a straight line by themselves.
     """
     if count < 3:
         return False
-    turn_in = _turn(points, order, segments, (i - 1) % count, i, ring)
-    turn_out = _turn(points, order, segments, i, (i + 1) % count, ring)
+    turn_in = _turn(points, params, order, segments, (i - 1) % count, i, ring)
+    turn_out = _turn(points, params, order, segments, i, (i + 1) % count, ring)
     return turn_in * turn_out > 0.0
 
 
 @kernel
-def _turn(points, order, segments, i, after, ring):
+def _turn(points, params, order, segments, i, after, ring):
     """Return the turn [rad] from one segment to the next if it is gentle, else 0.
 
     Neighbours of fewer than three points have no direction of their own, those of another cluster do not count.
@@ -178,7 +176,7 @@ def _turn(points, order, segments, i, after, ring):
         return 0.0
     (x0, y0), (x1, y1) = _chord(points, order, segments[i]), _chord(points, order, segments[after])
     turn = math.atan2(x0 * y1 - y0 * x1, x0 * x1 + y0 * y1)
-    return turn if MIN_TURN < abs(turn) < MAX_TURN else 0.0
+    return turn if params.least_curve < abs(turn) < params.most_curve else 0.0
 
 
 @kernel

@@ -10,18 +10,11 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.scan.line_fit import wrapped
 
 GATE = 13.8  # chi-squared with 2 degrees: 1 true sighting in 1000 is beyond
-NEAR_ANGLE, NEAR_OFFSET = (
-    math.radians(10.0),
-    0.15,
-)  # a line this near a track, but outside its gate, is a CONFLICT
-FREE_GAP, HIDDEN_GAP = 0.15, 0.6  # [m] between two extents of one line, with a true end between or not
-SAME_ANGLE, SAME_OFFSET = math.radians(1.0), 0.01  # tracks this close are one line, however sure they are
-MIN_OVERLAP = 0.1  # [m] of a track must lie on the line that shows it to be part of a longer line
 NEW, UPDATE, EXTEND, CONFLICT = 0, 1, 2, 3
 
 
 @kernel
-def associate(tracks, lines):
+def associate(tracks, lines, params):
     """Write the role of every line (L,) of a scan, and the track it belongs to (-1 for NEW).
 
     Nearest pairs first (Mahalanobis), one line a track: it UPDATEs it. A further line of the same track EXTENDs it.
@@ -31,9 +24,9 @@ def associate(tracks, lines):
     for k in range(len(lines)):
         line = lines[k]
         for i in range(len(tracks)):
-            if tracks[i]["live"] and _overlaps(tracks[i], line):
+            if tracks[i]["live"] and _overlaps(tracks[i], line, params):
                 cost[k, i] = distance(tracks[i], line)
-                if cost[k, i] > GATE and line["role"] == NEW and _is_near(tracks[i], line):
+                if cost[k, i] > GATE and line["role"] == NEW and _is_near(tracks[i], line, params):
                     line["role"], line["track"] = CONFLICT, i
     for _ in range(len(lines)):
         k, i = _cheapest(cost)
@@ -75,30 +68,30 @@ def distance(track, line):
 
 
 @kernel
-def _is_near(track, line):
+def _is_near(track, line, params):
     turn = wrapped(line["angle"] - track["angle"])
     middle = 0.5 * (line["low"] + line["high"])
-    return abs(turn) < NEAR_ANGLE and abs(line["offset"] - track["offset"] + turn * middle) < NEAR_OFFSET
+    return abs(turn) < params.near_angle and abs(line["offset"] - track["offset"] + turn * middle) < params.near_offset
 
 
 @kernel
-def _overlaps(track, line):
+def _overlaps(track, line, params):
     """Return whether the extents of track and line touch, but for a gap that may be hidden."""
     if line["low"] > track["high"]:
         ended = track["high_bound"] < math.inf or line["free_low"]
-        return line["low"] - track["high"] < (FREE_GAP if ended else HIDDEN_GAP)
+        return line["low"] - track["high"] < (params.free_gap if ended else params.hidden_gap)
     ended = track["low_bound"] > -math.inf or line["free_high"]
-    return track["low"] - line["high"] < (FREE_GAP if ended else HIDDEN_GAP)
+    return track["low"] - line["high"] < (params.free_gap if ended else params.hidden_gap)
 
 
 @kernel
-def same_line(a, b):
+def same_line(a, b, params):
     """Return whether two tracks are one line: the same within their errors, and no true end between them."""
     turn = wrapped(b["angle"] - a["angle"])
     if abs(turn) > 0.2:
         return False
-    saa, sac = a["p_aa"] + b["p_aa"] + SAME_ANGLE**2, a["p_ac"] + b["p_ac"]
-    scc = a["p_cc"] + b["p_cc"] + SAME_OFFSET**2
+    saa, sac = a["p_aa"] + b["p_aa"] + params.same_angle**2, a["p_ac"] + b["p_ac"]
+    scc = a["p_cc"] + b["p_cc"] + params.same_offset**2
     c = b["offset"] - a["offset"]
     if scc * turn * turn - 2 * sac * turn * c + saa * c * c > GATE * (saa * scc - sac * sac):
         return False
@@ -110,27 +103,27 @@ def same_line(a, b):
 
 
 @kernel
-def merge(tracks):
+def merge(tracks, params):
     """Merge tracks that have come to be the same line."""
     for i in range(len(tracks)):
         for j in range(i if tracks[i]["live"] else 0):
-            if tracks[i]["live"] and tracks[j]["live"] and same_line(tracks[i], tracks[j]):
+            if tracks[i]["live"] and tracks[j]["live"] and same_line(tracks[i], tracks[j], params):
                 _absorb(tracks, i, j)
 
 
 @kernel
-def merge_tracks_on_line(tracks, line, track):
+def merge_tracks_on_line(tracks, line, track, params):
     """Merge all tracks that a single line runs through, whatever ends they have seemed to have; return which."""
     for i in range(len(tracks)):
-        if i != track and tracks[i]["live"] and _runs_through(tracks[i], line):
+        if i != track and tracks[i]["live"] and _runs_through(tracks[i], line, params):
             track = _absorb(tracks, track, i)
     return track
 
 
 @kernel
-def _runs_through(track, line):
+def _runs_through(track, line, params):
     common = min(track["high"], line["high"]) - max(track["low"], line["low"])
-    return common > MIN_OVERLAP and distance(track, line) <= GATE
+    return common > params.least_overlap and distance(track, line) <= GATE
 
 
 @kernel

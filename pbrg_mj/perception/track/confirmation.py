@@ -2,7 +2,7 @@
 
 A short extent may be the face of something that moves. Its speed along the normal is estimated by weighted least
 squares from its sightings. A slide along itself shows at an end once it is longer than about twice the gap between
-the last beam on the thing and the first past it. It is confirmed when MAX_REST_SPEED is ruled out both ways.
+the last beam on the thing and the first past it. It is confirmed when `rest_speed` is ruled out both ways.
 """
 
 from __future__ import annotations
@@ -11,11 +11,9 @@ import math
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.scan.line_fit import wrapped
-from pbrg_mj.perception.track.extent import SIGMAS, TOLERANCE
+from pbrg_mj.perception.track.extent import SIGMAS
 
-LONG_EXTENT = 1.0  # [m] extents this long are confirmed when seen twice, and twice as long in the first scan
 WIDE_RATIO = 6.0  # of extent without an end in sight and distance: a near wall shows only a short extent
-MAX_REST_SPEED = 0.1  # [m/s] things that move at least so fast are not confirmed
 MIN_SIGHTINGS = 3  # sightings of a short track
 
 
@@ -44,29 +42,27 @@ def confirm(track, line, now, params):
         return
     length = line["high"] - line["low"]
     ended = line["free_low"] or line["free_high"]
-    wide = not ended and length >= WIDE_RATIO * line["offset"]
-    large = (
-        length >= LONG_EXTENT or wide if track["hits"] > 1 else now.elapsed == 0 and (length >= 2 * LONG_EXTENT or wide)
-    )
-    track["confirmed"] = 1 if large or (is_at_rest_across(track) and _is_at_rest_along(track, params)) else 0
+    wide, long = not ended and length >= WIDE_RATIO * line["offset"], params.long_extent
+    large = length >= long or wide if track["hits"] > 1 else now.elapsed == 0 and (length >= 2 * long or wide)
+    track["confirmed"] = 1 if large or (is_at_rest_across(track, params) and _is_at_rest_along(track, params)) else 0
 
 
 @kernel
-def is_at_rest_across(track):
-    """Return whether a speed of MAX_REST_SPEED along the normal is ruled out."""
+def is_at_rest_across(track, params):
+    """Return whether a speed of `rest_speed` along the normal is ruled out."""
     w0, w1, w2 = track["w0"], track["w1"], track["w2"]
     det = w0 * w2 - w1 * w1
     if track["hits"] < MIN_SIGHTINGS or det <= 0:
         return False
     speed = (w0 * track["e1"] - w1 * track["e0"]) / det
-    return abs(speed) + SIGMAS * math.sqrt(w0 / det) < MAX_REST_SPEED
+    return abs(speed) + SIGMAS * math.sqrt(w0 / det) < params.rest_speed
 
 
 @kernel
 def _is_at_rest_along(track, params):
-    """Return whether a slide at MAX_REST_SPEED since the first sighting would have shown at an end.
+    """Return whether a slide at `rest_speed` since the first sighting would have shown at an end.
 
     It shows when the first beam past the thing meets it, or the last on it does not, and by one beam late.
     """
-    shows = (1 + 1 / params.silent) * track["end_blur"] + 4 * TOLERANCE
-    return (track["seen"] - track["first"]) * MAX_REST_SPEED > shows
+    shows = (1 + 1 / params.silent) * track["end_blur"] + 4 * params.end_tolerance
+    return (track["seen"] - track["first"]) * params.rest_speed > shows

@@ -11,14 +11,11 @@ from pbrg_mj.kernel import kernel
 
 FAR = 100.0  # [m] a track whose end has not been seen goes on so far
 
-WIDEST = 0.15  # [m] how far an end may be uncertain, and ends that are hidden are
 SIGMAS = 3.0
-TOLERANCE = 0.01  # [m] by which an end may move before it counts, beside the noise of the pose
 MOST_END_MOVES = 6  # a moved end counts 2, a scan without one -1: lost beams may feign one now and then
 
 LEAST_COSINE = 0.15  # beams that meet the line at a more grazing angle say nothing
 IN_RANGE = 0.95  # of range_max: no echo is expected from farther
-PASSED_DISTANCE = 0.1  # [m] an echo this far behind a line passed it by; so much before it, something hid it
 
 
 @kernel
@@ -68,11 +65,11 @@ def end_bound(line, scan, end, params):
         r = ranges[k]
         if math.isnan(r):
             silent += 1
-        elif r < distance - PASSED_DISTANCE:
+        elif r < distance - params.passed_by:
             break  # something hides the rest
         else:
             silent = 0
-        if silent >= params.silent or r > distance + PASSED_DISTANCE:
+        if silent >= params.silent or r > distance + params.passed_by:
             best = end * s
             break
         k = (k + end) % beams
@@ -90,14 +87,14 @@ def restart_extent(track, line, scan, now, params):
     track["ref_y"] = now.y + line["offset"] * math.sin(angle) + middle * math.cos(angle)
     track["w0"] = track["w1"] = track["w2"] = track["e0"] = track["e1"] = track["end_blur"] = 0.0
     track["first"] = now.time
-    _note_blur(track, line, (track["low_bound"], track["high_bound"]))
+    _note_blur(track, line, (track["low_bound"], track["high_bound"]), params)
 
 
 @kernel
 def update_extent(track, line, scan, now, params):
     """Update the track's extent with a line's ends, or restart it when an end has moved."""
     low_bound, high_bound = end_bounds(line, scan, params)
-    slack = TOLERANCE + SIGMAS * math.sqrt(now.position_var)
+    slack = params.end_tolerance + SIGMAS * math.sqrt(now.position_var)
     far = SIGMAS * math.sqrt(now.heading_var) * line["offset"]
     over = max(line["high"] - track["high_bound"], track["low_bound"] - line["low"])
     short = max(track["high"] - high_bound, low_bound - track["low"])
@@ -109,7 +106,7 @@ def update_extent(track, line, scan, now, params):
             track["hits"] = 1
         return
     track["end_moves"] = max(track["end_moves"] - 1, 0)
-    _note_blur(track, line, (low_bound, high_bound))
+    _note_blur(track, line, (low_bound, high_bound), params)
     track["low_bound"] = max(track["low_bound"], low_bound)
     track["high_bound"] = min(track["high_bound"], high_bound)
     widen_extent(track, line)
@@ -123,13 +120,13 @@ def widen_extent(track, line):
 
 
 @kernel
-def _note_blur(track, line, bounds):
+def _note_blur(track, line, bounds, params):
     """Keep the widest gap so far between the last beam on the thing and the first past it, at the better end.
 
     bounds (low, high) are those of `end_bounds` [m].
     """
     here = min(line["low"] - bounds[0], bounds[1] - line["high"])
-    track["end_blur"] = max(track["end_blur"], min(here, WIDEST))
+    track["end_blur"] = max(track["end_blur"], min(here, params.end_uncertainty))
 
 
 @kernel

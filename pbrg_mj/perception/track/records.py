@@ -8,11 +8,13 @@ t = (-sin angle, cos angle).
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.scan.parameters import in_metres
 from pbrg_mj.scenario.schema import Scenario
 
 _REAL = ["angle", "offset", "p_aa", "p_ac", "p_cc", "e_aa", "e_ac", "e_cc", "away"]
@@ -51,6 +53,26 @@ class TrackParameters(NamedTuple):
     clearance: float  # of hand points from faces [m]
     sigmas: float  # half-spaces move inward by this many standard deviations
     min_points: int  # of a line
+    near_angle: float  # a line this near a track, but outside its gate, is a CONFLICT [rad]
+    near_offset: float  # [m]
+    same_angle: float  # tracks this close are one line, however sure they are [rad]
+    same_offset: float  # [m]
+    free_gap: float  # between two extents of one line, with a true end between [m]
+    hidden_gap: float  # and without [m]
+    least_overlap: float  # of a track on the line that shows it to be part of a longer line [m]
+    extent_margin: float  # from the ends of the extent seen [m]
+    passed_by: float  # an echo this far behind a line passed it by; so much before it, something hid it [m]
+    end_tolerance: float  # by which an end may move before it counts, beside the noise of the pose [m]
+    end_uncertainty: float  # how far an end may be uncertain, and ends that are hidden are [m]
+    long_extent: float  # extents this long are confirmed when seen twice, and twice as long in the first scan [m]
+    rest_speed: float  # things that move at least so fast are not confirmed [m/s]
+    least_turn: float  # between two faces at a corner [rad]
+    most_turn: float  # [rad]
+    corner_reach: float  # a corner may lie so far inside the extent seen, and twice that beyond [m]
+    corner_tolerance: float  # a face lies so far behind the other's line, at a convex corner [m]
+    face_depth: float  # what is behind a single face is taken for solid so deep [m]
+    team_gap: float  # gap from which on an obstacle is kept off the whole team again [m]
+    slot_hysteresis: float  # an obstacle displaces another only if it is nearer by this much [m]
 
 
 @kernel
@@ -62,7 +84,7 @@ def error_covariance(track, params):
 
 def track_parameters(scenario: Scenario, agree: int, clearance: float) -> TrackParameters:
     """Return the parameters for a scenario; `agree` neighbouring beams are not lost together."""
-    estimator = scenario.estimator
+    estimator, given = scenario.estimator, scenario.estimator.thresholds
     return TrackParameters(
         range_max=scenario.sensors.beams.range_max,
         silent=agree if scenario.assumed_sensors.beams.dropout > 0 else 1,
@@ -72,6 +94,26 @@ def track_parameters(scenario: Scenario, agree: int, clearance: float) -> TrackP
         clearance=clearance,
         sigmas=estimator.sigmas,
         min_points=estimator.min_points,
+        near_angle=math.radians(given.near_deg),
+        near_offset=in_metres(given.near_offset, clearance),
+        same_angle=math.radians(given.same_deg),
+        same_offset=given.same_offset,
+        free_gap=in_metres(given.free_gap, clearance),
+        hidden_gap=in_metres(given.hidden_gap, clearance),
+        least_overlap=in_metres(given.least_overlap, clearance),
+        extent_margin=in_metres(given.extent_margin, clearance),
+        passed_by=in_metres(given.passed_by, clearance),
+        end_tolerance=given.end_tolerance,
+        end_uncertainty=in_metres(given.end_uncertainty, clearance),
+        long_extent=given.long_extent,
+        rest_speed=given.rest_speed,
+        least_turn=math.radians(given.outline_least_deg),
+        most_turn=math.radians(given.outline_most_deg),
+        corner_reach=in_metres(given.corner_reach, clearance),
+        corner_tolerance=given.corner_tolerance,
+        face_depth=in_metres(given.face_depth, clearance),
+        team_gap=in_metres(given.team_gap, clearance),
+        slot_hysteresis=in_metres(given.slot_hysteresis, clearance),
     )
 
 

@@ -10,14 +10,12 @@ from pbrg_mj.perception.track.association import CONFLICT, EXTEND, NEW, UPDATE, 
 from pbrg_mj.perception.track.confirmation import confirm, note_motion
 from pbrg_mj.perception.track.extent import (
     IN_RANGE,
-    PASSED_DISTANCE,
     beam_on_line,
     restart_extent,
     update_extent,
     widen_extent,
 )
 
-MARGIN = 0.05  # [m] from the ends of the extent seen
 LEAST_BEAMS = 3  # beams on a track that may contradict it
 PASSED_SHARE = 0.6  # of them must
 
@@ -36,11 +34,11 @@ def update_tracks(tracks, lines, scan, now, params):
     for i in range(len(tracks)):
         if tracks[i]["live"]:
             _predict(tracks[i], now, params)
-    associate(tracks, lines)
+    associate(tracks, lines, params)
     for k in range(len(lines)):
         line = lines[k]
         if line["role"] == UPDATE:
-            line["track"] = merge_tracks_on_line(tracks, line, line["track"])
+            line["track"] = merge_tracks_on_line(tracks, line, line["track"], params)
             _fuse(tracks[line["track"]], line, scan, now, params)
         elif line["role"] == EXTEND:
             widen_extent(tracks[line["track"]], line)
@@ -52,7 +50,7 @@ def update_tracks(tracks, lines, scan, now, params):
         if lines[k]["role"] == NEW:
             _initiate(tracks, lines[k], scan, now, params)
     _delete_contradicted(tracks, scan, params)
-    merge(tracks)
+    merge(tracks, params)
 
 
 @kernel
@@ -216,17 +214,17 @@ def _beams_on(track, scan, params):
     """
     ranges, beams = scan
     cos, sin, offset = math.cos(track["angle"]), math.sin(track["angle"]), track["offset"]
-    low, high = track["low"] + MARGIN, track["high"] - MARGIN
+    low, high = track["low"] + params.extent_margin, track["high"] - params.extent_margin
     met, past, echoes = 0, 0, 0
     for k in range(len(ranges)):
         r = ranges[k]
         if math.isfinite(r):
             echoes += 1
         s, distance = beam_on_line(cos, sin, offset, beams, k)
-        if distance > IN_RANGE * params.range_max - PASSED_DISTANCE or s < low or s > high:
+        if distance > IN_RANGE * params.range_max - params.passed_by or s < low or s > high:
             continue
-        if math.isnan(r) or r > distance + PASSED_DISTANCE:
+        if math.isnan(r) or r > distance + params.passed_by:
             past += 1
-        elif r > distance - PASSED_DISTANCE:
+        elif r > distance - params.passed_by:
             met += 1
     return met, past, echoes

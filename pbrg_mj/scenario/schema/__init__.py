@@ -5,6 +5,7 @@ timing, team, graph, operator
 world, sensors, estimator
 beam_presets, camera, localization   parts of `sensors`
 assumed           what the estimator takes the sensors' errors for
+thresholds        when the estimator takes what it sees for one thing
 actuation         `drive` and `radio`
 disturbances, network
 governor          `control`, `governor` and `reference`

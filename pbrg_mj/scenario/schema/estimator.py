@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from pbrg_mj.scenario.schema.assumed import Assumed
 from pbrg_mj.scenario.schema.base import MOST_EVENTS, NonNegative, Number, Positive, RobotNumber, Section, Vector
+from pbrg_mj.scenario.schema.thresholds import Thresholds
 
 POINTS = {"scope": "own", "half_spaces_per_robot": 8}
 """What `source: points` sets. Keys given beside it win."""
@@ -65,6 +66,7 @@ class Estimator(Section):
         default=0.2, description="growth of an unseen wall's angle uncertainty [deg], per square root of a second"
     )
     assumed: Assumed = Assumed()
+    thresholds: Thresholds = Thresholds()
 
     @model_validator(mode="before")
     @classmethod

@@ -22,17 +22,17 @@ class LineParameters(NamedTuple):
     min_points: int
     min_length: float  # [m]
     agree: int  # neighbouring beams that must pass by before a line ends or has a gap
+    grazing: float  # sine of the flattest angle at which a beam is taken to meet a wall
+    least_curve: float  # turn between the segments of one curved surface [rad]
+    most_curve: float  # [rad]
+    direction_std: float  # a direction less sure than this is none [rad]
+    oblique: float  # tangent of the incidence from which on gaps are hidden
+    collinear: float  # segments that differ more, noise apart, are never tried as one line [rad]
+    least_corner: float  # sine of the angle between two lines that have a corner
+    least_gap: float  # along the line that beams must pass [m]
     outlier_density: float = 0.0  # density of outliers over range, against inliers [1/m]
     closed: bool = True  # the beams go all the way round: the last one is next to the first
     noise_share: float = 1.0  # of a line's variance that is of the ranges' noise and not of its floor
-    grazing: float = math.sin(math.radians(10.0))  # sine of the flattest angle at which a beam is taken to meet a wall
-    least_curve: float = math.radians(5.0)  # turn between the segments of one curved surface, [rad]
-    most_curve: float = math.radians(40.0)
-    direction_std: float = math.radians(3.5)  # a direction less sure than this is none [rad]
-    oblique: float = math.tan(math.radians(35.0))  # tangent of the incidence from which on gaps are hidden
-    collinear: float = math.radians(10.0)  # segments that differ more, noise apart, are never tried as one line [rad]
-    least_corner: float = math.sin(math.radians(5.0))  # sine of the angle between two lines that have a corner
-    least_gap: float = 0.1  # along the line that beams must pass [m]
 
 
 def line_parameters(scenario: Scenario, clearance: float) -> LineParameters:

@@ -48,10 +48,11 @@ class Thresholds(Section):
         default=10.0, description="a line that differs from a track by less, and is outside its gate, denies it [deg]"
     )
     near_offset: Positive = Field(
-        default=1.5, description="if it is nearer to it than this: no other wall is, or robots fit in [clearances]"
+        default=1.5, description="and is nearer to it than this: no robot fits between two walls so near [clearances]"
     )
     same_deg: NonNegative = Field(
-        default=1.0, description="deviation of two tracks of one wall, however sure they are: walls are bent so [deg]"
+        default=1.0,
+        description="deviation of two tracks of one wall, however sure they are: no wall is straighter [deg]",
     )
     same_offset: NonNegative = Field(default=0.01, description="and of their distance [m]")
     free_gap: Positive = Field(

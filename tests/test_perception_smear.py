@@ -40,6 +40,20 @@ def ring(seed: int, speed: float, turn: float) -> Way:
     return poses
 
 
+def row(seed: int, speed: float, turn: float) -> Way:
+    """Robot 1 turns at `turn` [rad/s] before four abreast that go to and fro at `speed` [m/s]; the sixth is far."""
+    rng = np.random.default_rng([91, seed])
+    reach, gap = rng.uniform(0.5, 1.5), rng.uniform(0.14, 0.5)
+    places = np.array([[reach, (k - 1.5) * gap, 0.0] for k in range(4)] + [[3.9, 3.9, 0.0]])
+
+    def poses(time: float) -> np.ndarray:
+        others = places.copy()
+        others[:4, 0] += 0.5 * speed * (abs((time % 4.0) - 2.0) - 1.0)
+        return np.concatenate([[[0.0, 0.0, turn * time]], others])
+
+    return poses
+
+
 def look(given: Scenario, way: Way, walls: Walls, time: float, frame: int) -> np.ndarray:
     """What robot 1 reads in the scan that ends at `time`, of cones as of a turn, before noise (1, beams)."""
     beams = given.sensors.beams
@@ -83,11 +97,14 @@ def scans(preset: str, way: Way, walls: Walls, seed: int, count: int):
 
 
 @pytest.mark.parametrize(("preset", "count"), [("tof_cones", 60), ("lds_02", 12)])
-@pytest.mark.parametrize("speed", [0.0, 0.3], ids=["rest", "drive"])
-def test_team_mates_all_around_bind_nobody(preset: str, count: int, speed: float) -> None:
+@pytest.mark.parametrize("speed", [0.0, 0.01, 0.3], ids=["rest", "creep", "drive"])
+@pytest.mark.parametrize("stand", [ring, row], ids=["around", "abreast"])
+def test_team_mates_bind_nobody(
+    preset: str, count: int, speed: float, stand: Callable[[int, float, float], Way]
+) -> None:
     turn = 1.0 if preset == "lds_02" else 0.3
     for seed in range(3):
-        seen = list(scans(preset, ring(seed, speed, turn), Scene(), seed, count))
+        seen = list(scans(preset, stand(seed, speed, turn), Scene(), seed, count))
         assert [time for time, known, _ in seen if known.active[0].any()] == []
         assert seen[-1][2].scans == count and len(seen) == count
 

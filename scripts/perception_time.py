@@ -13,7 +13,6 @@ from statistics import median
 from time import perf_counter
 
 from pbrg_mj.loop.simulation import Simulation
-from pbrg_mj.perception.estimator import GoalDirectedEstimator
 from pbrg_mj.scenario.load import load_scenario
 
 DEFAULT = ("sensing/ideal_sensor", "obstacles/corner", "obstacles/corridor", "obstacles/box")
@@ -25,7 +24,7 @@ def time_scans(name: str, overrides: Sequence[str] = ()) -> tuple[int, int, floa
     """Return robots with beams, beams of each, and the median time of one set of scans [s]."""
     plan = load_scenario(name, [f"timing.duration={SECONDS}", "reference.solver=none", *overrides]).scenario
     simulation, m = Simulation.build(plan), None
-    estimator, scans = simulation.loop.estimator, []
+    estimator, goal_directed, scans = simulation.loop.estimator, simulation.loop.goal_directed, []
     for tick in simulation.control_ticks():
         if tick.readings.new_scan:
             scans.append((tick.readings, tick.time, m))
@@ -35,10 +34,10 @@ def time_scans(name: str, overrides: Sequence[str] = ()) -> tuple[int, int, floa
         memory = estimator.init()
         for readings, time, held in scans:
             began = perf_counter()
-            if isinstance(estimator, GoalDirectedEstimator):
-                _, memory = estimator.step_towards(readings, time, memory, held)
-            else:
+            if goal_directed is None:
                 _, memory = estimator.step(readings, time, memory)
+            else:
+                _, memory = goal_directed.step_towards(readings, time, memory, held)
             spent.append(perf_counter() - began)
     return *scans[0][0].ranges.shape, median(spent)
 

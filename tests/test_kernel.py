@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import importlib
+import math
 import os
 import pkgutil
 import shutil
@@ -14,7 +15,7 @@ from pathlib import Path
 import numba
 import numpy as np
 import pytest
-from llvmlite.binding import ffi
+from llvmlite.binding import Linkage, ffi
 from numba.core import errors, event, ir
 from numba.core.postproc import PostProcessor
 from numba.core.runtime import _nrt_python, rtsys
@@ -181,6 +182,28 @@ def test_what_a_kernel_calls_is_neither_optimised_nor_made_code_of_by_itself():
     assert seen == ["outer"]
     assert inner(1.0) == 2.0  # and Python may call it all the same
     assert not inner._twin.overloads[(numba.float64,)].library._compiled
+
+
+@compiled
+@pytest.mark.skipif(not IS_TESTED, reason="numba compiles as it does")
+def test_only_its_entries_are_seen_outside_a_kernel_s_code():
+    @kernel
+    def winding(x, parameters):  # too long for its callers
+        a, b = parameters
+        for _ in range(3):
+            x = math.sin(a * x) + math.cos(b * x) + math.tan(a * x) + math.exp(-x * x) + math.log(2.0 + x * x)
+            x = math.atan(a * x) + math.sinh(b * x) + math.tanh(a * x) + math.cosh(x) + math.asinh(x + a)
+        return x
+
+    @kernel
+    def twice(x):
+        return winding(winding(x, (0.5, 0.25)), (0.25, 0.5))
+
+    assert twice(1.0) == pytest.approx(twice.py_func(1.0), rel=1e-12)
+    (compiled_kernel,) = twice.overloads.values()
+    defined = [one for one in compiled_kernel.library._final_module.functions if not one.is_declaration]
+    assert any("winding" in one.name for one in defined)
+    assert all("twice" in one.name for one in defined if one.linkage != Linkage.internal)
 
 
 @compiled

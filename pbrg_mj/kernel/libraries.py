@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from llvmlite.binding import Linkage
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import lookup_environment
 
@@ -67,6 +68,13 @@ class EntryLibrary(JITCodeLibrary):
         """Optimise it and turn it into machine code."""
         self._linking_libraries = _linked_into(self)
         super().finalize()
+
+    def _optimize_final_module(self) -> None:
+        """Optimise it, knowing that nobody else calls what it calls: arguments in no use are not handed over at all."""
+        for function in self._final_module.functions:
+            if not function.is_declaration and function.linkage == Linkage.linkonce_odr:
+                function.linkage = Linkage.internal
+        super()._optimize_final_module()
 
     def _finalize_final_module(self) -> None:
         super()._finalize_final_module()

@@ -6,14 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.optimize import linprog
 
 import pbrg_mj as pbrg
 from pbrg_mj.governor.certificate.speed import disc_facets, wheel_facets
 from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.problem.interface import FORBIDDEN, Problem, Status
 from pbrg_mj.governor.problem.rows import Rows
-from pbrg_mj.governor.velocity_filter.nearest_velocity import velocity_of_share
 from pbrg_mj.governor.velocity_filter.separation import SeparationFilter, separation
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.loop.tick_data import ControlTick
@@ -464,30 +462,6 @@ def test_a_robot_between_two_that_come_does_not_race_along_both() -> None:
     offsets = np.zeros(2)
     assert approach(driven, keeper.turning * driven[1], both.G[0], offsets) <= keeper.min_speed + 1e-9
     assert 0.02 < np.linalg.norm(driven) < 1.0
-
-
-def test_of_retreats_it_has_the_largest_share_that_rows_leave_and_wheels_can_do() -> None:
-    """By the linear program of an independent solver: the largest share s with n.w <= offset - s retreat."""
-    rng, counted = np.random.default_rng(321), {"by wheels": 0, "by rows": 0}
-    facets = wheel_facets(load_robot_model("generic"))
-    for _ in range(300):
-        angle, heading = rng.uniform(0, 2 * np.pi, 4), rng.uniform(-np.pi, np.pi)
-        angle[1] = angle[0] + np.pi + rng.normal(0.0, 0.05)  # two that nearly face each other
-        normals = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-        retreats = rng.uniform(0.0, 1.0, 4) * (rng.random(4) < 0.6)
-        offsets = np.where(retreats > 0.0, 0.0, rng.uniform(0.0, 0.5, 4))
-        retreats[0], offsets[0], wanted = 0.3, 0.0, rng.normal(size=2)
-        x, y, _ = velocity_of_share(1.0, (wanted[0], wanted[1]), (normals, offsets, retreats), (heading, facets, 0.0))
-        back = np.array([[np.cos(heading), np.sin(heading)], [-np.sin(heading), np.cos(heading)]])
-        wheels = np.c_[facets @ back, np.zeros(len(facets))]
-        rows = np.r_[np.c_[normals, retreats], wheels]
-        limits = np.r_[offsets, np.ones(len(facets))]
-        largest = linprog([0, 0, -1], rows, limits, bounds=[(None, None), (None, None), (0, 1)]).x[2]
-        assert np.all(rows @ [x, y, largest - 2.0**-11] <= limits + 1e-9)
-        if largest < 0.999:
-            without = linprog([0, 0, -1], rows[:4], offsets, bounds=[(-9, 9), (-9, 9), (0, 1)]).x[2]
-            counted["by wheels" if without > largest + 1e-3 else "by rows"] += 1
-    assert min(counted.values()) > 30
 
 
 def test_a_retreat_takes_what_another_robot_leaves_of_it() -> None:

@@ -67,54 +67,37 @@ def _velocity_with(of_wanted, share, wanted, needed, body):
 def velocity_of_share(share, wanted, needed, body):
     """Return (x, y) [m/s], nearest to a share of what is wanted (2,), and by what it turns the robot [rad].
 
-    Where wheels cannot do it, or no velocity meets all rows, it is of those that have the largest share of the required
-    retreats; without any retreat it is as much of it as wheels can do. `needed` are the rows' normals (R, 2), offsets
-    (R,) and retreats (R,) [m/s]; `body` its heading [rad], facets (F, 2) [s/m] and turning [rad s/m].
+    `needed` are the rows' normals (R, 2), offsets (R,) and retreats (R,) [m/s]; `body` its heading [rad], facets (F, 2)
+    [s/m] and turning [rad s/m].
     """
     (normals, offsets, retreats), (heading, facets, turning) = needed, body
-    target_x, target_y = share * wanted[0], share * wanted[1]
-    found, x, y = nearest_allowed(target_x, target_y, normals, offsets - retreats, 0.0)
-    scale = scale_for_wheels(x, y, heading, facets) if found else 0.0  # without any retreat 0 meets all rows
-    if scale < 1.0 and retreats.any():
-        x, y = _nearest_of_largest_retreat(target_x, target_y, *_rows_and_wheels(needed, heading, facets))
-        scale = scale_for_wheels(x, y, heading, facets)  # rounding
+    found, x, y = _nearest_velocity(share * wanted[0], share * wanted[1], normals, offsets, retreats)
+    scale = scale_for_wheels(x, y, heading, facets) if found else 0.0  # but for rounding, 0 is allowed
     x, y = scale * x, scale * y
     return x, y, turning * (math.cos(heading) * y - math.sin(heading) * x)
 
 
 @kernel
-def _nearest_of_largest_retreat(x, y, normals, offsets, retreats):
-    """Return the velocity (2,) nearest to (x, y) of those with the largest share of the retreats that the rows leave.
+def _nearest_velocity(x, y, normals, offsets, retreats):
+    """Return (found, x, y): the nearest velocity whose rows are met, with the largest share of the required retreats.
 
-    Wheels are among the rows: two half-spaces that nearly face each other meet far away, and whoever goes there as fast
-    as wheels can has next to nothing of either retreat. Without any retreat 0 meets all rows.
+    Without any retreat 0 meets all rows.
     """
+    required = offsets - retreats
+    found, best_x, best_y = nearest_allowed(x, y, normals, required, 0.0)
+    if found or not retreats.any():
+        return found, best_x, best_y
     found, best_x, best_y = nearest_allowed(x, y, normals, offsets, 0.0)
-    if not found:  # by rounding
-        best_x, best_y = 0.0, 0.0
     low, high = 0.0, 1.0
     for _ in range(BISECTIONS):
         share = 0.5 * (low + high)
-        met, met_x, met_y = nearest_allowed(x, y, normals, offsets - share * retreats, 0.0)
+        required = offsets - share * retreats
+        met, met_x, met_y = nearest_allowed(x, y, normals, required, 0.0)
         if met:
-            low, best_x, best_y = share, met_x, met_y
+            low, found, best_x, best_y = share, True, met_x, met_y
         else:
             high = share
-    return best_x, best_y
-
-
-@kernel
-def _rows_and_wheels(needed, heading, facets):
-    """Return the rows `needed`, and after them those of the wheels, which ask for no retreat."""
-    rows, c, s = len(needed[1]), math.cos(heading), math.sin(heading)
-    normals, offsets, retreats = np.empty((rows + len(facets), 2)), np.empty(rows + len(facets)), needed[2]
-    normals[:rows], offsets[:rows] = needed[0], needed[1]
-    for f in range(len(facets)):
-        fastest = 1.0 / math.sqrt(facets[f, 0] ** 2 + facets[f, 1] ** 2)
-        normals[rows + f, 0] = fastest * (c * facets[f, 0] - s * facets[f, 1])
-        normals[rows + f, 1] = fastest * (s * facets[f, 0] + c * facets[f, 1])
-        offsets[rows + f] = fastest
-    return normals, offsets, np.append(retreats, np.zeros(len(facets)))
+    return found, best_x, best_y
 
 
 @kernel

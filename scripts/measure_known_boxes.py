@@ -1,11 +1,20 @@
-"""How often robots touch moving boxes that they know perfectly, in worlds of `measure_other_worlds.py`.
+"""How often robots touch moving boxes of which they know more, or less, than they perceive.
 
-python scripts/measure_known_boxes.py 6226-8900 [within=0.03] [processes=2]   # docs/worlds.md
+python scripts/measure_known_boxes.py 6226-8900 within=0.03 processes=2   # docs/worlds.md
+python scripts/measure_known_boxes.py 9729,21084 noise=5-10 know=nothing,speeds,boxes
 
-In place of the half-spaces that a robot has made of a moving box it gets, in every tick, that of the box's nearest
-point, with the speed at which it comes and the span of the box, whatever stands between. All else is perceived. What is
-left of contacts is what the control of velocities, wheels and the worlds leave no other way. Worlds that are within so
-many metres of touching a line in docs/data/other_worlds.json run, those that are there.
+Worlds are those of `measure_other_worlds.py`; with `within` those that are within so many metres of touching a line in
+docs/data/other_worlds.json. `noise` are other seeds of the noise, each a run of its own of the same world: a world in
+which a contact was seen need not have one with them. `know` is what robots know besides, one or several of:
+
+- nothing: all is perceived
+- boxes: in place of the half-spaces that a robot has made of a moving box it gets, in every tick, that of the box's
+  nearest point, with the speed at which it comes and the span of the box, whatever stands between
+- boxes_kept_in_sight: the same, as far off as what comes is kept so that beams tell of it (blind_zone_points.py)
+- boxes_late: the same as boxes, where they were and what they did `LATE` ago
+- unseen: half-spaces are perceived, and every box of which a robot has none gets that of `boxes`
+- speeds: half-spaces are perceived, and those of a box come as fast as it does, with its span
+- rest: half-spaces are perceived, and where there is no box they rest
 """
 
 from __future__ import annotations
@@ -21,6 +30,7 @@ from measure_other_worlds import COLUMNS, loaded, read
 from pbrg_mj.api.seeds import seeds_of
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.perception.half_spaces import HalfSpaces
+from pbrg_mj.perception.points.blind_zone_points import blind_zone_margin
 from pbrg_mj.perception.points.estimator import PointEstimator, PointMemory
 from pbrg_mj.scenario.schema import MovingBox
 from pbrg_mj.sensing.readings import Readings
@@ -30,15 +40,18 @@ from pbrg_mj.world.scene.obstacles import moving_footprints
 
 RANGE, NEAR = 1.5, 0.15  # [m] of what is known, and from a box within which the face of a half-space is the box's
 STEP, INSTANT = 1e-4, 0.02  # [m], [s] of differences
+LATE = 0.3  # [s]
+KNOWN = ("nothing", "boxes", "boxes_kept_in_sight", "boxes_late", "unseen", "speeds", "rest")
 
 
 @dataclass(frozen=True)
 class KnownBoxes:
-    """The point estimator, but what it makes of moving boxes is replaced by what they are."""
+    """The point estimator, but what it makes of moving boxes is replaced by what `know` says."""
 
     points: PointEstimator
     world: Plant
     boxes: tuple[MovingBox, ...]
+    know: str = "boxes"
 
     def init(self) -> PointMemory:
         """Return a memory of nothing."""
@@ -52,47 +65,94 @@ class KnownBoxes:
         self, readings: Readings, time: float, memory: PointMemory, m: np.ndarray | None
     ) -> tuple[HalfSpaces, PointMemory]:
         """Return the half-spaces every robot knows at `time` [s], and the estimator's own memory."""
-        known, memory = self.points.step_towards(readings, time, memory, m)
-        G, h, active, binds, closing, spans = (np.array(one) for one in known.arrays)
+        perceived, memory = self.points.step_towards(readings, time, memory, m)
+        if self.know == "nothing":
+            return perceived, memory
+        known = HalfSpaces(*(np.array(one) for one in perceived.arrays))
         for j, q in enumerate(self.world.truth().hand_world):
-            boxes = [(box, moving_footprints([box], time)) for box in self.boxes]
-            near = [pair for pair in boxes if signed_distance(q[None], pair[1]).min() < RANGE]
-            for k in np.flatnonzero(active[j]):
-                face = q + G[j, k] * (h[j, k] + self.points.parameters.clearance - G[j, k] @ q)
-                if closing[j, k] > 0.0 or any(signed_distance(face[None], one).min() < NEAR for _, one in near):
-                    active[j, k], binds[j, k], closing[j, k] = False, False, 0.0
-            free = np.flatnonzero(~active[j])
-            for k, (box, now) in zip(free, near, strict=False):  # as many as there are slots
-                G[j, k], h[j, k], closing[j, k], spans[j, k] = self._half_space(box, now, q, time)
-                active[j, k] = binds[j, k, j] = True
-        return HalfSpaces(G, h, active, binds, closing, spans), memory
+            near = [box for box in self.boxes if _distance(box, q, time) < RANGE]
+            owners = {int(k): self._box_of(known, j, int(k), near, q, time) for k in np.flatnonzero(known.active[j])}
+            if self.know == "unseen":
+                self._add(known, j, [box for box in near if box not in owners.values()], q, time)
+            elif self.know == "speeds":
+                self._correct_speeds(known, j, owners, q, time)
+            elif self.know == "rest":
+                for k in (k for k, box in owners.items() if box is None):
+                    self._set_speed(known, j, k, 0.0, (0.0, 0.0))
+            else:
+                for k in (k for k, box in owners.items() if box is not None or known.closing[j, k] > 0.0):
+                    known.active[j, k], known.binds[j, k, j], known.closing[j, k] = False, False, 0.0
+                self._add(known, j, near, q, time)
+        return known, memory
 
-    def _half_space(self, box: MovingBox, now: Footprints, q: np.ndarray, time: float) -> tuple[Any, ...]:
+    def _box_of(
+        self, known: HalfSpaces, j: int, k: int, near: list[MovingBox], q: np.ndarray, time: float
+    ) -> MovingBox | None:
+        """Return the box whose face half-space k of robot j is, None if there is none so near."""
+        G, parameters = known.G[j, k], self.points.parameters
+        ahead = known.h[j, k] + parameters.clearance + parameters.reaction * known.closing[j, k] - G @ q
+        distances = [_distance(box, q + ahead * G, time) for box in near]
+        return near[int(np.argmin(distances))] if min(distances, default=np.inf) < NEAR else None
+
+    def _correct_speeds(
+        self, known: HalfSpaces, j: int, owners: dict[int, MovingBox | None], q: np.ndarray, time: float
+    ) -> None:
+        for k, box in owners.items():
+            if box is not None:
+                _, _, closing, span = self._half_space(box, q, time)
+                self._set_speed(known, j, k, closing, span)
+
+    def _set_speed(self, known: HalfSpaces, j: int, k: int, closing: float, span: tuple[float, float]) -> None:
+        """Let half-space k of robot j come at `closing` [m/s]."""
+        known.h[j, k] += self.points.parameters.reaction * (known.closing[j, k] - closing)
+        known.closing[j, k], known.spans[j, k] = closing, span
+
+    def _add(self, known: HalfSpaces, j: int, boxes: list[MovingBox], q: np.ndarray, time: float) -> None:
+        """Add the half-spaces of boxes, as many as there are slots."""
+        then = max(time - LATE, 0.0) if self.know == "boxes_late" else time
+        for k, box in zip(np.flatnonzero(~known.active[j]), boxes, strict=False):
+            known.G[j, k], known.h[j, k], known.closing[j, k], known.spans[j, k] = self._half_space(box, q, then)
+            known.active[j, k] = known.binds[j, k, j] = True
+            if self.know == "boxes_kept_in_sight" and known.closing[j, k] > 0.0:
+                known.h[j, k] -= blind_zone_margin(self.points.parameters)
+
+    def _half_space(self, box: MovingBox, q: np.ndarray, time: float) -> tuple[Any, ...]:
         """Return G (2,), h [m], closing [m/s] and span (2,) [m] of a box for a hand point q (2,) [m]."""
         clearance, reaction = self.points.parameters.clearance, self.points.parameters.reaction
+        now = moving_footprints([box], time)
         around = q + STEP * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
         here, right, left, up, down = signed_distance(around, now).min(axis=1)
         G = np.array([left - right, down - up])
         G /= np.linalg.norm(G)
-        before = signed_distance(q[None], moving_footprints([box], max(time - INSTANT, 0.0))).min()
-        closing = max(before - here, 0.0) / INSTANT
-        aside = np.array([-G[1], G[0]])
-        half = now.half_size[0] * np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]])
-        corners = now.centre[0] + half[:, :1] * now.axis[0] + half[:, 1:] * [-now.axis[0, 1], now.axis[0, 0]]
-        along = corners @ aside
-        span = (along.min() - clearance, along.max() + clearance) if closing > 0.0 else (0.0, 0.0)
+        closing = max(_distance(box, q, max(time - INSTANT, 0.0)) - here, 0.0) / INSTANT
+        span = _span(now, G, clearance) if closing > 0.0 else (0.0, 0.0)
         return G, G @ q + here - clearance - reaction * closing, closing, span
 
 
-def run(seed: int) -> tuple[int, bool, bool]:
-    """Return the seed, whether some robot touches a moving box and whether one passes the line of one."""
+def _distance(box: MovingBox, place: np.ndarray, time: float) -> float:
+    """Return how far a place (2,) [m] is from a box [m]."""
+    return float(signed_distance(place[None], moving_footprints([box], time)).min())
+
+
+def _span(now: Footprints, G: np.ndarray, clearance: float) -> tuple[float, float]:
+    """Return from where to where a box reaches across G, and the clearance beyond that [m]."""
+    half = now.half_size[0] * np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]])
+    corners = now.centre[0] + half[:, :1] * now.axis[0] + half[:, 1:] * [-now.axis[0, 1], now.axis[0, 0]]
+    along = corners @ np.array([-G[1], G[0]])
+    return along.min() - clearance, along.max() + clearance
+
+
+def run(job: tuple[int, int, str]) -> tuple[int, bool, bool]:
+    """Return a world's seed, whether some robot touches a moving box and whether one passes the line of one."""
+    seed, noise, know = job
     scenario = loaded("moving", seed).settings
     none = scenario.reference.model_copy(update={"solver": "none"})
-    simulation = Simulation.build(scenario.model_copy(update={"reference": none}))
+    scenario = scenario.model_copy(update={"reference": none, "seed": scenario.seed + 1000 * noise})
+    simulation = Simulation.build(scenario)
     points = simulation.loop.estimator
     if not isinstance(points, PointEstimator):
         raise TypeError("the recommended set-up of these worlds has points")
-    estimator = KnownBoxes(points, simulation.loop.world, tuple(scenario.world.moving_boxes))
+    estimator = KnownBoxes(points, simulation.loop.world, tuple(scenario.world.moving_boxes), know)
     simulation, touched, margin = replace(simulation, loop=replace(simulation.loop, estimator=estimator)), False, np.inf
     for _ in simulation.control_ticks():
         truth = simulation.loop.world.truth()
@@ -100,25 +160,30 @@ def run(seed: int) -> tuple[int, bool, bool]:
     return seed, touched, margin < 0.0
 
 
+def _print(name: str, rows: list[tuple[int, bool, bool]]) -> None:
+    touching = [seed for seed, touches, _ in rows if touches]
+    worlds = ", ".join(f"{seed} ({touching.count(seed)})" for seed in dict.fromkeys(touching)) or "none"
+    past = sum(row[2] for row in rows)
+    print(
+        f"{name}: touches a moving box in {len(touching)}, past its line in {past} of {len(rows)}; touches in {worlds}"
+    )
+
+
 def main(arguments: list[str]) -> None:
     keys = dict(one.split("=", 1) for one in arguments[1:])
-    worlds, within = read()["moving"], float(keys.get("within", "inf"))
+    worlds, within, seeds = read()["moving"], float(keys.get("within", "inf")), seeds_of(arguments[0])
     margin, event = COLUMNS.index("moving_margin_m"), COLUMNS.index("touching_moving")
-    seeds = [seed for seed in seeds_of(arguments[0]) if str(seed) in worlds]
-    seeds = [seed for seed in seeds if (least := worlds[str(seed)][margin]) is not None and least < within]
-    found = []
+    if "within" in keys:
+        rows = {seed: worlds[str(seed)][margin] for seed in seeds if str(seed) in worlds}
+        seeds = tuple(seed for seed, least in rows.items() if least is not None and least < within)
+    noise = seeds_of(keys["noise"], "noise") if "noise" in keys else (0,)
+    measured = [seed for seed in seeds if str(seed) in worlds]
+    _print("measured", [(seed, worlds[str(seed)][event] > 0, worlds[str(seed)][margin] < 0.0) for seed in measured])
     with multiprocessing.get_context("spawn").Pool(int(keys.get("processes", 1))) as pool:
-        for count, one in enumerate(pool.imap_unordered(run, seeds), 1):
-            found.append(one)
-            print(f"\r{count} of {len(seeds)}", end="", file=sys.stderr)
-    perceived = [(seed, worlds[str(seed)][event] > 0, worlds[str(seed)][margin] < 0.0) for seed in seeds]
-    for name, rows in (("perceived", perceived), ("known", sorted(found))):
-        touching = [seed for seed, touches, _ in rows if touches]
-        print(
-            f"\n{name}: touches a moving box in {len(touching)}, past its line in {sum(row[2] for row in rows)}", end=""
-        )
-        print(f" of {len(rows)} worlds; touches in {', '.join(map(str, touching)) or 'none'}", end="")
-    print()
+        for know in keys.get("know", "boxes").split(","):
+            if know not in KNOWN:
+                raise SystemExit(f"know={know}; allowed: {', '.join(KNOWN)}")
+            _print(know, sorted(pool.map(run, [(seed, k, know) for seed in seeds for k in noise], chunksize=1)))
 
 
 if __name__ == "__main__":

@@ -171,18 +171,18 @@ def _print(name: str, rows: list[tuple[int, bool, bool]]) -> None:
 
 def main(arguments: list[str]) -> None:
     keys = dict(one.split("=", 1) for one in arguments[1:])
-    worlds, within, seeds = read()["moving"], float(keys.get("within", "inf")), seeds_of(arguments[0])
+    worlds, seeds, known = read()["moving"], seeds_of(arguments[0]), keys.get("know", "boxes").split(",")
+    if unknown := [know for know in known if know not in KNOWN]:
+        raise SystemExit(f"know={unknown[0]}; allowed: {', '.join(KNOWN)}")
     margin, event = COLUMNS.index("moving_margin_m"), COLUMNS.index("touching_moving")
     if "within" in keys:
         rows = {seed: worlds[str(seed)][margin] for seed in seeds if str(seed) in worlds}
-        seeds = tuple(seed for seed, least in rows.items() if least is not None and least < within)
+        seeds = tuple(seed for seed, least in rows.items() if least is not None and least < float(keys["within"]))
     noise = seeds_of(keys["noise"], "noise") if "noise" in keys else (0,)
     measured = [seed for seed in seeds if str(seed) in worlds]
     _print("measured", [(seed, worlds[str(seed)][event] > 0, worlds[str(seed)][margin] < 0.0) for seed in measured])
     with multiprocessing.get_context("spawn").Pool(int(keys.get("processes", 1))) as pool:
-        for know in keys.get("know", "boxes").split(","):
-            if know not in KNOWN:
-                raise SystemExit(f"know={know}; allowed: {', '.join(KNOWN)}")
+        for know in known:
             _print(know, sorted(pool.map(run, [(seed, k, know) for seed in seeds for k in noise], chunksize=1)))
 
 

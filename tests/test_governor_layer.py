@@ -16,9 +16,9 @@ from pbrg_mj.governor.certificate.team_model import TeamModel
 from pbrg_mj.governor.certified.consensus import Verdict
 from pbrg_mj.governor.certified.flood import COUNT, Flood
 from pbrg_mj.governor.certified.layer import LayerProgram
+from pbrg_mj.governor.certified.reference_update import NO_ROWS, PredictedTeam, reference_update
 from pbrg_mj.governor.certified.robot import OF_VERDICT, CertifiedProgram
 from pbrg_mj.governor.certified.vectorized import LayerGovernor
-from pbrg_mj.governor.certified.verified_step import NO_ROWS, PredictedTeam, verified_step
 from pbrg_mj.governor.messaging.networked import NetworkedGovernor
 from pbrg_mj.governor.optimizers.by_name import OPTIMIZERS
 from pbrg_mj.governor.problem.ball import BallCertificate, ball_rows
@@ -83,11 +83,11 @@ def test_a_candidate_farther_from_r_than_what_is_held_waits() -> None:
     p, reference = np.zeros((5, 2)), np.array([1.0, 0.0])
     for candidate, taken in (([0.4, 0.0], True), ([-0.1, 0.0], False), ([1.0, 1.1], False), ([2.1, 0.0], False)):
         predicted = PredictedTeam(p, p, np.zeros(5), np.zeros(2), np.array(candidate), rows_requested=False)
-        m, status = verified_step(predicted, 0.5, NO_ROWS, (), reference)
+        m, status = reference_update(predicted, 0.5, NO_ROWS, (), reference)
         np.testing.assert_allclose(m, 0.5 * np.array(candidate) if taken else np.zeros(2))
         assert status == "ok"
         np.testing.assert_allclose(
-            verified_step(predicted, 0.5, NO_ROWS, ())[0], 0.5 * np.array(candidate)
+            reference_update(predicted, 0.5, NO_ROWS, ())[0], 0.5 * np.array(candidate)
         )  # among several leaders
 
 

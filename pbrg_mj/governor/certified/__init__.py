@@ -9,7 +9,7 @@
 - `consensus`: the smallest of the robots' steps kappa, and whether all are known
 - `messages`: what robots of the layer send
 - `layer`: the program of one robot behind any optimizer: of its candidate what all owners of half-spaces have verified
-- `verified_step`: from the smallest of those steps to the next m, and its status
+- `reference_update`: from the smallest of those steps to the next m, and its status
 - `vectorized`: the layer within a tick, for all robots at once
 - `advance_limits`: what stops advances in a scenario
 - `from_scenario`: which of these a scenario asks for

@@ -33,14 +33,14 @@ from pbrg_mj.governor.certified.messages import (
     unpacked_parts,
     unpacked_rows,
 )
-from pbrg_mj.governor.certified.robot import first_held
-from pbrg_mj.governor.certified.verified_step import (
+from pbrg_mj.governor.certified.reference_update import (
     NO_ROWS,
     PredictedTeam,
     optimizer_status,
+    reference_update,
     single_leader_reference,
-    verified_step,
 )
+from pbrg_mj.governor.certified.robot import first_held
 from pbrg_mj.governor.messaging.program import OwnData, RobotAnswer, RobotFacts
 from pbrg_mj.governor.optimizers.interface import LocalProblem, no_rows
 from pbrg_mj.governor.optimizers.synchronizer import Iterate, Synchronizer
@@ -196,5 +196,7 @@ class LayerProgram:
             rows if verdict.forbidden else NO_ROWS,
             single_leader_reference(self.network, memory.local.reference),
         )
-        held, status = verified_step(predicted, verdict.kappa, limiting, self.limits, reference, self.reference_range)
+        held, status = reference_update(
+            predicted, verdict.kappa, limiting, self.limits, reference, self.reference_range
+        )
         return replace(memory, held=held, status=status)

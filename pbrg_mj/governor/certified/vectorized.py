@@ -15,7 +15,12 @@ from pbrg_mj.governor.certified.consensus import Verdict
 from pbrg_mj.governor.certified.flood import COUNT, ITEM
 from pbrg_mj.governor.certified.layer import LayerProgram
 from pbrg_mj.governor.certified.messages import CANDIDATE, PARTS, ROW, STATE
-from pbrg_mj.governor.certified.verified_step import NO_ROWS, PredictedTeam, single_leader_reference, verified_step
+from pbrg_mj.governor.certified.reference_update import (
+    NO_ROWS,
+    PredictedTeam,
+    reference_update,
+    single_leader_reference,
+)
 from pbrg_mj.governor.messaging.networked import own_data
 from pbrg_mj.governor.messaging.program import RobotFacts
 from pbrg_mj.governor.optimizers.interface import LocalProblem, no_rows
@@ -95,7 +100,7 @@ class LayerGovernor:
         limiting = NO_ROWS if allowed else rows if memory.forbidden else None
         reference = single_leader_reference(problem.network, before[leader].reference)
         reach = self.layer.reference_range
-        m, status = verified_step(predicted, kappa, limiting, self.layer.limits, reference, reach)
+        m, status = reference_update(predicted, kappa, limiting, self.layer.limits, reference, reach)
         after = self._local(problem, [(_own_rows(rows, i), spread) for i in range(n)])
         solution = Solution(
             m=np.tile(m, (n, 1)),

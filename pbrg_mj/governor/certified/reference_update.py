@@ -1,4 +1,7 @@
-"""From the smallest share that all robots have verified to the next reference, in the last tick of a cycle."""
+"""The update of the reference in the last tick of a cycle: m + kappa (candidate - m), or a retreat, or none.
+
+kappa is the smallest that any robot has verified.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +33,7 @@ class PredictedTeam(NamedTuple):
     diverged: bool = False  # the optimizer's iterates have left all bounds; the candidate is the held m
 
 
-def verified_step(
+def reference_update(
     predicted: PredictedTeam,
     kappa: float,
     rows: Rows | None,

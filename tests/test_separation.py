@@ -526,6 +526,26 @@ def test_a_robot_makes_room_for_nobody_on_the_other_side_of_what_comes_or_farthe
         assert (driven[0, 0] < 0.0) == moves
 
 
+@pytest.mark.parametrize(("ahead", "retreats"), [(0.0, True), (5.0, False)])
+def test_its_own_retreat_comes_before_room_for_others(ahead: float, retreats: bool) -> None:
+    """Something pushes a robot towards a team-mate that something else pushes towards it: neither stands still.
+
+    The two ask for opposite velocities, of which no share is to be had. What is still far away asks for none.
+    """
+    keeper, G = replace(filter_of(np.random.default_rng(320), 2), gain=1.7, distance=0.22), np.array([1.0, 0.0])
+    q = np.array([[0.0, 0.0], [-0.3, 0.0]])
+    both = HalfSpaces(
+        G=np.array([[G, -G]] * 2),
+        h=np.array([[keeper.margin + ahead, keeper.margin + 0.3]] * 2),
+        active=np.ones((2, 2), dtype=bool),
+        binds=np.repeat(np.eye(2, dtype=bool)[:, None], 2, axis=1),
+        closing=np.full((2, 2), 0.3),
+    )
+    problem = replace(coming_at(keeper, q, G, keeper.margin, 0.3), half_spaces=both)
+    driven = driven_by(keeper, problem, q, np.zeros((2, 2)))
+    assert driven[0, 0] < -0.05 if retreats else driven[0, 0] > 0.05
+
+
 @pytest.mark.parametrize(("y", "moves"), [(0.1, True), (0.3, False), (-0.3, False)])
 def test_a_robot_makes_room_for_nobody_beside_what_comes(y: float, moves: bool) -> None:
     """A face 0.4 m long comes at both robots, and the one nearer to it is within its ends or not."""

@@ -99,6 +99,34 @@ def test_robots_behind_and_what_comes_from_there_press_sooner_than_the_wall() ->
         assert evades == leaves == any(found)
 
 
+def test_between_two_faces_that_come_the_end_of_either_is_a_way_out() -> None:
+    """Which of the two is known first is no matter, and the end of the one that is nearer takes the robot out."""
+    rng, counted = np.random.default_rng(503), {"one": 0, "other": 0}
+    for _ in range(200):
+        R, q = turned(rng.uniform(-np.pi, np.pi)), rng.normal(size=2)
+        ahead, behind, ends = rng.uniform(-0.02, 0.1), rng.uniform(-0.02, 0.1), rng.uniform(0.1, 0.8, (2, 2))
+        c = rng.uniform(0.1, 0.3, 2)
+        rows = []
+        for normal, gap, speed, (up, down) in zip(([1.0, 0.0], [-1.0, 0.0]), (ahead, behind), c, ends, strict=True):
+            G = R @ normal
+            at, upwards = np.array([-G[1], G[0]]) @ q, normal[0] > 0.0
+            span = (at - down, at + up) if upwards else (at - up, at + down)
+            rows.append((G, G @ q + MARGIN + gap, speed, span))
+        speeds = np.sqrt(FASTEST**2 - c**2)
+        times = ends / speeds[:, None]
+        one, side = np.unravel_index(times.argmin(), times.shape)
+        out = speeds[one] * (R @ [0.0, 1.0 if side == 0 else -1.0])
+        assert (max(ahead, 0.0) + max(behind, 0.0)) / c.sum() < AHEAD
+        for order in (rows, rows[::-1]):
+            evades, *found = evasive_velocity(
+                known_to_one(order).arrays, q[None], 0, (DISTANCE, MARGIN), WHEELS, (0.0, 0.0)
+            )
+            assert evades
+            np.testing.assert_allclose(found, out, atol=1e-12)
+        counted["one" if one == 0 else "other"] += 1
+    assert min(counted.values()) > 50
+
+
 def test_who_goes_out_of_the_way_has_the_right_of_way() -> None:
     """Towards a robot beside the way out it goes at gamma times what is left of their distance, not at half of that."""
     keeper = SeparationFilter(np.zeros((2, 2)), DISTANCE, MARGIN, 1.7, np.zeros((0, 2)), 0.02)

@@ -3,9 +3,10 @@
 A half-space that falls at c pushes a robot back along -G, until another half-space or a robot stops it there. The face
 behind the half-space has ends, beside which nothing comes. With e = h - G.q, r the room along -G, and c' the rate at
 which that room falls, the robot is pressed after t = (max(0, e) + r) / (c + c'). It is beside the face after s / v: s
-to the nearer end, of those that there is room to, and v what its wheels can do in that direction besides c. Where t is
-shorter than s / v and the `AHEAD` that turning and doubts of the speed take, that is where it wants to go, in place of
-where eq. 2 has it go, and it has the right of way. The rows that it meets (separation_rows.py) stay as they are.
+to the nearer end, of those that there is room to, and v what its wheels can do in that direction besides c. Between two
+faces that both come it is not pressed once it is beside either of them: the end that it reaches first counts. Where t
+is shorter than s / v and the `AHEAD` that turning and doubts of the speed take, that is where it wants to go, in place
+of where eq. 2 has it go, and it has the right of way. The rows that it meets (separation_rows.py) stay as they are.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import math
 from pbrg_mj.governor.velocity_filter.nearest_velocity import scale_for_wheels
 from pbrg_mj.kernel import kernel
 
+NOTHING = (-1, -1)  # no half-space (owner, slot)
 AHEAD = 1.4  # [s] a quarter turn, 0.4, and what a speed takes to be known, 1
 OPPOSED = 0.3  # cosine of the angle between a direction and a normal: beyond it a robot slides along
 FASTEST = 1.0  # [m/s] of wheels that have no limit
@@ -34,9 +36,13 @@ def evasive_velocity(half_spaces, q, j, numbers, wheels, wanted):
     for i in range(h.shape[0]):
         for k in range(h.shape[1]):
             if active[i, k] and binds[i, k, j] and closing[i, k] > 0.0:
-                pressed = _pressed_after(half_spaces, q, j, (i, k), numbers)
+                pressed, against = _pressed_after(half_spaces, q, j, (i, k), numbers)
                 if pressed < soonest:
                     time, aside_x, aside_y = _beside_after(half_spaces, q, j, (i, k), numbers, wheels)
+                    if against != NOTHING and closing[against] > 0.0:
+                        other = _beside_after(half_spaces, q, j, against, numbers, wheels)
+                        if other[0] < time:
+                            time, aside_x, aside_y = other
                     if pressed < time + AHEAD < math.inf:
                         soonest, evades, x, y = pressed, True, aside_x, aside_y
     return evades, x, y
@@ -44,14 +50,14 @@ def evasive_velocity(half_spaces, q, j, numbers, wheels, wanted):
 
 @kernel
 def _pressed_after(half_spaces, q, j, which, numbers):
-    """Return when half-space `which` (i, k) presses robot j against something, if it stays on its way [s].
+    """Return when half-space `which` (i, k) presses robot j against something, if it stays on its way [s], and what.
 
-    `numbers` (2,) are those of `evasive_velocity`.
+    That is another half-space (i, k), or NOTHING for another robot. `numbers` (2,) are those of `evasive_velocity`.
     """
     (G, h, _, _, closing, _), (i, k) = half_spaces, which
     behind = h[i, k] - numbers[1] - (G[i, k, 0] * q[j, 0] + G[i, k, 1] * q[j, 1])
-    room, falls = _room(half_spaces, q, j, numbers, (-G[i, k, 0], -G[i, k, 1]))
-    return (max(behind, 0.0) + room) / (closing[i, k] + falls)
+    room, falls, against = _room(half_spaces, q, j, numbers, (-G[i, k, 0], -G[i, k, 1]))
+    return (max(behind, 0.0) + room) / (closing[i, k] + falls), against
 
 
 @kernel
@@ -70,7 +76,7 @@ def _beside_after(half_spaces, q, j, which, numbers, wheels):
             fastest = FASTEST * scale_for_wheels(FASTEST * side * tx, FASTEST * side * ty, heading, facets)
             if far < math.inf and fastest > c:
                 speed = math.sqrt(fastest * fastest - c * c)
-                room, falls = _room(half_spaces, q, j, numbers, (side * tx, side * ty))
+                room, falls, _ = _room(half_spaces, q, j, numbers, (side * tx, side * ty))
                 if far / speed < best and room - falls * far / speed >= far:
                     best, x, y = far / speed, side * speed * tx, side * speed * ty
     return best, x, y
@@ -78,24 +84,24 @@ def _beside_after(half_spaces, q, j, which, numbers, wheels):
 
 @kernel
 def _room(half_spaces, q, j, numbers, direction):
-    """Return how far robot j can go in a direction (2,) [m], infinite where nothing stops it, and how fast that falls.
+    """Return how far robot j can go in a direction (2,) [m], how fast that falls [m/s], and what stops it.
 
-    Half-spaces and other robots stop it.
+    That is a half-space (i, k), or NOTHING for another robot and where nothing does, infinitely far away.
     """
     (G, h, active, binds, closing, _), (distance, margin), (dx, dy) = half_spaces, numbers, direction
-    room, falls = math.inf, 0.0
+    room, falls, by = math.inf, 0.0, NOTHING
     for i in range(h.shape[0]):
         for k in range(h.shape[1]):
             towards = G[i, k, 0] * dx + G[i, k, 1] * dy
             if active[i, k] and binds[i, k, j] and towards > OPPOSED:
                 behind = h[i, k] - margin - (G[i, k, 0] * q[j, 0] + G[i, k, 1] * q[j, 1])
                 if max(behind, 0.0) / towards < room:
-                    room, falls = max(behind, 0.0) / towards, closing[i, k] / towards
+                    room, falls, by = max(behind, 0.0) / towards, closing[i, k] / towards, (i, k)
     for i in range(len(q)):
         x, y = q[i, 0] - q[j, 0], q[i, 1] - q[j, 1]
         ahead, across = x * dx + y * dy, x * dy - y * dx
         if i != j and ahead > 0.0 and abs(across) < distance:
             free = max(ahead - math.sqrt(distance * distance - across * across), 0.0)
             if free < room:
-                room, falls = free, 0.0
-    return room, falls
+                room, falls, by = free, 0.0, NOTHING
+    return room, falls, by

@@ -14,6 +14,13 @@ BISECTIONS = 12  # of the share of a retreat, and of what is wanted besides
 
 
 @kernel
+def can_retreat(needed):
+    """Tell whether some velocity meets all rows, as `velocity_of_share` takes them, with all of their retreats."""
+    normals, offsets, retreats = needed
+    return nearest_allowed(0.0, 0.0, normals, offsets - retreats, 0.0)[0]
+
+
+@kernel
 def velocity_while_pushed_back(wanted, needed, body, spare, robots):
     """Return (x, y) [m/s] and the turn [rad], with the largest share of what is wanted that turning allows.
 

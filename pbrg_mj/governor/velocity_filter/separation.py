@@ -27,6 +27,8 @@ distance that it needs for that will be c before long; so j keeps
 
     n_ij.w_j <= gamma (||q_i - q_j|| - d) - (rho + min(c, max(0, 2 c - gamma e))) max(0, G.n_ij).
 
+Where that and retreats of its own are not to be had together, it makes no room.
+
 Where what comes will press j against something, j goes out of its way in place of where u leads it, with the right of
 way: evasion.py.
 
@@ -49,6 +51,7 @@ from pbrg_mj.governor.certificate.speed import turning_offset
 from pbrg_mj.governor.problem.interface import FORBIDDEN, Problem, Solution
 from pbrg_mj.governor.velocity_filter.evasion import evasive_velocity
 from pbrg_mj.governor.velocity_filter.nearest_velocity import (
+    can_retreat,
     scale_for_wheels,
     velocity_of_share,
     velocity_while_pushed_back,
@@ -172,10 +175,14 @@ def write_driven(half_spaces, state, wheels, numbers, driven):
         rate = gain if pushed or evades else 0.5 * gain
         robots = write_robots_in_the_way(q, j, (distance, rate, speed), normals, offsets)
         written = normals, offsets, retreats
-        rows = write_room_for_team_mates(q, j, coming, (distance, gain, speed), written, robots)
         limits = margin, gain, tick, speed, min_speed
-        rows = write_half_spaces_in_the_way(half_spaces, moved, j, limits, written, rows)
-        needed, body = (normals[:rows], offsets[:rows], retreats[:rows]), (heading[j], facets, turning)
+        own = write_half_spaces_in_the_way(half_spaces, moved, j, limits, written, robots)
+        rows = write_room_for_team_mates(q, j, coming, (distance, gain, speed), written, own)
+        needed = normals[:rows], offsets[:rows], retreats[:rows]
+        if retreats[robots:own].any() and not can_retreat(needed):
+            rows = own  # its own retreats come before room for others
+            needed = normals[:rows], offsets[:rows], retreats[:rows]
+        body = heading[j], facets, turning
         if pushed and retreats[:rows].any():  # who is pushed back does not wait for what stands
             x, y, theta = velocity_while_pushed_back((wx, wy), needed, body, min_speed, robots)
             counted = robots

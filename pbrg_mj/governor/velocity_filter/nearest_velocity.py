@@ -10,14 +10,55 @@ from pbrg_mj.governor.certificate.projection import nearest_allowed
 from pbrg_mj.governor.velocity_filter.turning import is_admissible_while_turning
 from pbrg_mj.kernel import kernel
 
-BISECTIONS = 12  # of the share of a retreat, and of what is wanted besides
+BISECTIONS = 12  # of the excess of rows, of the share of a retreat, and of what is wanted besides
+ROUNDING = 1e-6  # [m/s] to spare, since what is left may be a point
 
 
 @kernel
-def can_retreat(needed):
-    """Tell whether some velocity meets all rows, as `velocity_of_share` takes them, with all of their retreats."""
-    normals, offsets, retreats = needed
+def can_retreat(rows):
+    """Tell whether some velocity meets all rows, (R, 2), (R,) and (R,) [m/s], with all of their retreats."""
+    normals, offsets, retreats = rows
     return nearest_allowed(0.0, 0.0, normals, offsets - retreats, 0.0)[0]
+
+
+@kernel
+def exceed_rows(rows, comes):
+    """Change offsets and retreats of rows that no velocity meets with all of their retreats, so that one does.
+
+    Rows of what `comes` (R,) and retreats are exceeded, all by the same, the least that will do, but retreats from what
+    rests at most by themselves: nobody goes farther beyond it. Then, the largest retreat first, each is by as much less
+    as the others leave.
+    """
+    normals, offsets, retreats = rows
+    required = offsets - retreats
+    yields = np.where(comes, math.inf, retreats)
+    excess = np.minimum(yields, _least_excess(normals, required, yields, retreats.max()))
+    for k in np.argsort(-retreats, kind="mergesort"):  # the same order everywhere
+        if excess[k] > 0.0:
+            most, excess[k] = excess[k], 0.0
+            one = np.where(np.arange(len(excess)) == k, most, 0.0)
+            excess[k] = _least_excess(normals, required + excess, one, most)
+    required += np.where(excess > 0.0, np.minimum(yields, excess + ROUNDING), 0.0)
+    offsets[:] = np.maximum(offsets, required)
+    retreats[:] = offsets - required
+
+
+@kernel
+def _least_excess(normals, offsets, yields, most):
+    """Return by how much rows must be exceeded, each as far as it yields (R,), so that some velocity meets them [m/s].
+
+    It is known to be at most `most`, with which 0 does where that is the largest retreat.
+    """
+    if nearest_allowed(0.0, 0.0, normals, offsets, 0.0)[0]:
+        return 0.0
+    least = 0.0
+    for _ in range(BISECTIONS):
+        excess = 0.5 * (least + most)
+        if nearest_allowed(0.0, 0.0, normals, offsets + np.minimum(yields, excess), 0.0)[0]:
+            most = excess
+        else:
+            least = excess
+    return most
 
 
 @kernel
@@ -33,8 +74,8 @@ def velocity_while_pushed_back(wanted, needed, body, spare, robots):
     kept = normals[robots:], offsets[robots:], retreats[robots:]
     share = _largest_share(True, wanted, needed, body, spare, kept)
     x, y, theta = velocity_of_share(share, wanted, needed, body)
-    comes = np.where(kept[2] > 0.0, kept[1], np.inf)
-    kept = kept[0], comes, np.zeros(len(comes))
+    bounds = np.where(kept[2] > 0.0, kept[1], np.inf)
+    kept = kept[0], bounds, np.zeros(len(bounds))
     if share > 0.0 or is_admissible_while_turning(x, y, theta, spare, kept):
         return x, y, theta
     share = _largest_share(False, wanted, needed, body, spare, kept)
@@ -74,37 +115,14 @@ def _velocity_with(of_wanted, share, wanted, needed, body):
 def velocity_of_share(share, wanted, needed, body):
     """Return (x, y) [m/s], nearest to a share of what is wanted (2,), and by what it turns the robot [rad].
 
-    `needed` are the rows' normals (R, 2), offsets (R,) and retreats (R,) [m/s]; `body` its heading [rad], facets (F, 2)
-    [s/m] and turning [rad s/m].
+    `needed` are the rows' normals (R, 2), offsets (R,) and retreats (R,) [m/s], which some velocity meets, but for
+    rounding; `body` its heading [rad], facets (F, 2) [s/m] and turning [rad s/m].
     """
     (normals, offsets, retreats), (heading, facets, turning) = needed, body
-    found, x, y = _nearest_velocity(share * wanted[0], share * wanted[1], normals, offsets, retreats)
-    scale = scale_for_wheels(x, y, heading, facets) if found else 0.0  # but for rounding, 0 is allowed
+    found, x, y = nearest_allowed(share * wanted[0], share * wanted[1], normals, offsets - retreats, 0.0)
+    scale = scale_for_wheels(x, y, heading, facets) if found else 0.0
     x, y = scale * x, scale * y
     return x, y, turning * (math.cos(heading) * y - math.sin(heading) * x)
-
-
-@kernel
-def _nearest_velocity(x, y, normals, offsets, retreats):
-    """Return (found, x, y): the nearest velocity whose rows are met, with the largest share of the required retreats.
-
-    Without any retreat 0 meets all rows.
-    """
-    required = offsets - retreats
-    found, best_x, best_y = nearest_allowed(x, y, normals, required, 0.0)
-    if found or not retreats.any():
-        return found, best_x, best_y
-    found, best_x, best_y = nearest_allowed(x, y, normals, offsets, 0.0)
-    low, high = 0.0, 1.0
-    for _ in range(BISECTIONS):
-        share = 0.5 * (low + high)
-        required = offsets - share * retreats
-        met, met_x, met_y = nearest_allowed(x, y, normals, required, 0.0)
-        if met:
-            low, found, best_x, best_y = share, True, met_x, met_y
-        else:
-            high = share
-    return found, best_x, best_y
 
 
 @kernel

@@ -18,8 +18,10 @@ A half-space whose h falls at the rate c, the closing speed of what it keeps off
 
 so that h - G.q_j falls by the rate gamma at most (a control barrier function that depends on time). Where that is a
 retreat, j has the right of way: its rows of other robots have gamma in place of gamma / 2. Where other rows still do
-not leave it, the largest share of all retreats that they leave takes its place. Beyond a half-space at rest, by more
-than its noise, j goes back at gamma times how far, at most 5 cm, and no slower than motors move and turns allow.
+not leave it, rows of what comes are exceeded, all by the same, the least that will do, and then each by as much less as
+the others leave: between two that come j goes where it is as badly off with either. Beyond a half-space at rest, by
+more than its noise, j goes back at gamma times how far, at most 5 cm, and no slower than motors move and turns allow;
+where that is not to be had, as far as it is.
 
 What j knows to come at c pushes robots between it and j, too, and j makes room for them: robot i, at the distance
 e = h - G.q_i and between the ends of what comes, must retreat at rho = max(0, c - gamma e), and gamma times the
@@ -52,6 +54,7 @@ from pbrg_mj.governor.problem.interface import FORBIDDEN, Problem, Solution
 from pbrg_mj.governor.velocity_filter.evasion import evasive_velocity
 from pbrg_mj.governor.velocity_filter.nearest_velocity import (
     can_retreat,
+    exceed_rows,
     scale_for_wheels,
     velocity_of_share,
     velocity_while_pushed_back,
@@ -161,7 +164,8 @@ def write_driven(half_spaces, state, wheels, numbers, driven):
             displacement[j, axis] = q[j, axis] - formation[j, axis] - p[j, axis]
     moved = q, displacement, u, forbidden
     most = 2 * n + owners * slots
-    normals, offsets, retreats = np.empty((most, 2)), np.empty(most), np.zeros(most)
+    normals, offsets, retreats = np.empty((most, 2)), np.empty(most), np.empty(most)
+    comes = np.empty(most, np.bool_)
     for j in range(n):
         x, y = u[j, 0] - gain * displacement[j, 0], u[j, 1] - gain * displacement[j, 1]
         evades, x, y = evasive_velocity(half_spaces, q, j, (distance, margin), (heading[j], facets), (x, y))
@@ -171,19 +175,21 @@ def write_driven(half_spaces, state, wheels, numbers, driven):
         pushed = is_pushed_back(half_spaces, q, j, margin, gain) or makes_room(q, j, coming, (distance, gain))
         away = pushed or is_beyond_half_space(half_spaces, q, j, margin)  # perhaps faster than it wants to go
         speed = math.inf if away else math.sqrt(wx * wx + wy * wy)
-        retreats[:] = 0.0
+        retreats[:], comes[:] = 0.0, False
         rate = gain if pushed or evades else 0.5 * gain
         robots = write_robots_in_the_way(q, j, (distance, rate, speed), normals, offsets)
-        written = normals, offsets, retreats
+        written = normals, offsets, retreats, comes
         limits = margin, gain, tick, speed, min_speed
         own = write_half_spaces_in_the_way(half_spaces, moved, j, limits, written, robots)
         rows = write_room_for_team_mates(q, j, coming, (distance, gain, speed), written, own)
-        needed = normals[:rows], offsets[:rows], retreats[:rows]
-        if retreats[robots:own].any() and not can_retreat(needed):
-            rows = own  # its own retreats come before room for others
-            needed = normals[:rows], offsets[:rows], retreats[:rows]
+        needed, goes_back = (normals[:rows], offsets[:rows], retreats[:rows]), retreats[:rows].any()
+        if goes_back and not can_retreat(needed):
+            if retreats[robots:own].any():
+                rows = own  # its own retreats come before room for others
+                needed = normals[:rows], offsets[:rows], retreats[:rows]
+            exceed_rows(needed, comes[:rows])
         body = heading[j], facets, turning
-        if pushed and retreats[:rows].any():  # who is pushed back does not wait for what stands
+        if pushed and goes_back:  # who is pushed back does not wait for what stands
             x, y, theta = velocity_while_pushed_back((wx, wy), needed, body, min_speed, robots)
             counted = robots
         else:

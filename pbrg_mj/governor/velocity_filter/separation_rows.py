@@ -92,7 +92,7 @@ def write_room_for_team_mates(q, j, approach, numbers, written, rows):
     `approach` (n,) [m/s] as `approach_of_team_mates` returns it; `written` as for `write_half_spaces_in_the_way`.
     """
     distance, gain, speed = numbers
-    normals, offsets, retreats = written
+    normals, offsets, retreats, comes = written
     for i in range(len(q)):
         x, y = q[i, 0] - q[j, 0], q[i, 1] - q[j, 1]
         apart = math.sqrt(x * x + y * y)
@@ -100,6 +100,7 @@ def write_room_for_team_mates(q, j, approach, numbers, written, rows):
         bound, retreat = max(0.0, required), max(0.0, -required)
         if approach[i] > 0.0 and (bound < speed or retreat > 0.0):
             normals[rows, 0], normals[rows, 1], offsets[rows], retreats[rows] = x / apart, y / apart, bound, retreat
+            comes[rows] = False
             rows += 1
     return rows
 
@@ -126,10 +127,10 @@ def write_half_spaces_in_the_way(half_spaces, state, j, numbers, written, rows):
     Those that come nearer do so, and those at rest where the robot is beyond them.
 
     `state` is q, displacement and u, each (n, 2), and `forbidden`, whether rows forbid m; `written` are normals (R, 2),
-    offsets (R,) [m/s] and retreats (R,) [m/s], of which `rows` are there.
+    offsets (R,) and retreats (R,) [m/s], and whether they are of what comes nearer, (R,), of which `rows` are there.
     """
     G, h, active, binds, closing, _ = half_spaces
-    normals, offsets, retreats = written
+    normals, offsets, retreats, comes = written
     q, displacement, u, forbidden = state
     margin, gain, tick, speed, min_speed = numbers
     for i in range(h.shape[0]):
@@ -148,5 +149,6 @@ def write_half_spaces_in_the_way(half_spaces, state, j, numbers, written, rows):
                 bound, retreat = max(0.0, required), max(0.0, -required)
             if bound < speed or retreat > 0.0:
                 normals[rows, 0], normals[rows, 1], offsets[rows], retreats[rows] = Gx, Gy, bound, retreat
+                comes[rows] = closing[i, k] > 0.0
                 rows += 1
     return rows

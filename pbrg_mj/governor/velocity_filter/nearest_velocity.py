@@ -25,9 +25,9 @@ def can_retreat(rows):
 def exceed_rows(rows, comes):
     """Change offsets and retreats of rows that no velocity meets with all of their retreats, so that one does.
 
-    Rows of what `comes` (R,) and retreats are exceeded, all by the same, the least that will do, but retreats from what
-    rests at most by themselves: nobody goes farther beyond it. Then, the largest retreat first, each is by as much less
-    as the others leave.
+    `rows` are normals (R, 2), offsets (R,) and retreats (R,) [m/s]. Those of what `comes` (R,) and retreats are
+    exceeded, all by the same, the least that will do, but retreats from what rests at most by themselves: nobody goes
+    farther beyond it. Then, the largest retreat first, each is by as much less as the others leave.
     """
     normals, offsets, retreats = rows
     required = offsets - retreats

@@ -127,7 +127,7 @@ def write_half_spaces_in_the_way(half_spaces, state, j, numbers, written, rows):
     Those that come nearer do so, and those at rest where the robot is beyond them.
 
     `state` is q, displacement and u, each (n, 2), and `forbidden`, whether rows forbid m; `written` are normals (R, 2),
-    offsets (R,) and retreats (R,) [m/s], and whether they are of what comes nearer, (R,), of which `rows` are there.
+    offsets (R,), retreats (R,) [m/s] and comes (R,), whether they are of what comes nearer; `rows` of each are there.
     """
     G, h, active, binds, closing, _ = half_spaces
     normals, offsets, retreats, comes = written

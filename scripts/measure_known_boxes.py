@@ -2,10 +2,13 @@
 
 python scripts/measure_known_boxes.py 6226-8900 within=0.03 processes=2   # docs/worlds.md
 python scripts/measure_known_boxes.py 9729,21084 noise=5-10 know=nothing,speeds,boxes
+python scripts/measure_known_boxes.py 30001-30220 more=5 know=nothing
 
 Worlds are those of `measure_other_worlds.py`; with `within` those that are within so many metres of touching a line in
 docs/data/other_worlds.json. `noise` are other seeds of the noise, each a run of its own of the same world: a world in
-which a contact was seen need not have one with them. `know` is what robots know besides, one or several of:
+which a contact was seen need not have one with them. `more` adds the boxes of so many other worlds, those of them that
+start `APART` from every robot: contacts are rare among one to three boxes. `know` is what robots know besides, one or
+several of:
 
 - nothing: all is perceived
 - boxes: in place of the half-spaces that a robot has made of a moving box it gets, in every tick, that of the box's
@@ -32,7 +35,7 @@ from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.perception.points.blind_zone_points import blind_zone_margin
 from pbrg_mj.perception.points.estimator import PointEstimator, PointMemory
-from pbrg_mj.scenario.schema import MovingBox
+from pbrg_mj.scenario.schema import MovingBox, Scenario
 from pbrg_mj.sensing.readings import Readings
 from pbrg_mj.world.plant.interface import Plant
 from pbrg_mj.world.scene.footprints import Footprints, signed_distance
@@ -41,6 +44,7 @@ from pbrg_mj.world.scene.obstacles import moving_footprints
 RANGE, NEAR = 1.5, 0.15  # [m] of what is known, and from a box within which the face of a half-space is the box's
 STEP, INSTANT = 1e-4, 0.02  # [m], [s] of differences
 LATE = 0.3  # [s]
+OTHER_WORLD, APART = 100_000, 0.35  # of the seed, and [m] of a box from where robots start
 KNOWN = ("nothing", "boxes", "boxes_kept_in_sight", "boxes_late", "unseen", "speeds", "rest")
 
 
@@ -142,10 +146,19 @@ def _span(now: Footprints, G: np.ndarray, clearance: float) -> tuple[float, floa
     return along.min() - clearance, along.max() + clearance
 
 
-def run(job: tuple[int, int, str]) -> tuple[int, bool, bool]:
+def with_more_boxes(scenario: Scenario, seed: int, more: int) -> Scenario:
+    """Return a scenario with the boxes of `more` other worlds, those that start `APART` from every robot."""
+    boxes, starts = list(scenario.world.moving_boxes), np.array(scenario.team.start)[:, :2]
+    for k in range(1, more + 1):
+        others = loaded("moving", seed + OTHER_WORLD * k).settings.world.moving_boxes
+        boxes += [one for one in others if min(_distance(one, start, 0.0) for start in starts) > APART]
+    return scenario.model_copy(update={"world": scenario.world.model_copy(update={"moving_boxes": tuple(boxes)})})
+
+
+def run(job: tuple[int, int, int, str]) -> tuple[int, bool, bool]:
     """Return a world's seed, whether some robot touches a moving box and whether one passes the line of one."""
-    seed, noise, know = job
-    scenario = loaded("moving", seed).settings
+    seed, noise, more, know = job
+    scenario = with_more_boxes(loaded("moving", seed).settings, seed, more)
     none = scenario.reference.model_copy(update={"solver": "none"})
     scenario = scenario.model_copy(update={"reference": none, "seed": scenario.seed + 1000 * noise})
     simulation = Simulation.build(scenario)
@@ -179,11 +192,13 @@ def main(arguments: list[str]) -> None:
         rows = {seed: worlds[str(seed)][margin] for seed in seeds if str(seed) in worlds}
         seeds = tuple(seed for seed, least in rows.items() if least is not None and least < float(keys["within"]))
     noise = seeds_of(keys["noise"], "noise") if "noise" in keys else (0,)
+    more = int(keys.get("more", 0))
     measured = [seed for seed in seeds if str(seed) in worlds]
-    _print("measured", [(seed, worlds[str(seed)][event] > 0, worlds[str(seed)][margin] < 0.0) for seed in measured])
+    if measured:
+        _print("measured", [(seed, worlds[str(seed)][event] > 0, worlds[str(seed)][margin] < 0.0) for seed in measured])
     with multiprocessing.get_context("spawn").Pool(int(keys.get("processes", 1))) as pool:
         for know in known:
-            _print(know, sorted(pool.map(run, [(seed, k, know) for seed in seeds for k in noise], chunksize=1)))
+            _print(know, sorted(pool.map(run, [(seed, k, more, know) for seed in seeds for k in noise], chunksize=1)))
 
 
 if __name__ == "__main__":

@@ -121,7 +121,7 @@ def check_by_quadratic_program(
         assert w.value is not None
         assert (normals @ driven[j] <= offsets - back + excess.max(initial=0.0) + 1e-3).all() or not excess.any()
         if np.linalg.norm(w.value) < 1.0 or not excess.any():
-            np.testing.assert_allclose(driven[j], w.value, atol=2e-3 if excess.any() else 1e-5)
+            np.testing.assert_allclose(driven[j], w.value, atol=1e-3 if excess.any() else 1e-5)
         changed, exceeded = changed + (not np.allclose(driven[j], wanted)), exceeded + bool(excess.any())
     return changed, exceeded
 

@@ -10,55 +10,54 @@ from pbrg_mj.governor.certificate.projection import nearest_allowed
 from pbrg_mj.governor.velocity_filter.turning import is_admissible_while_turning
 from pbrg_mj.kernel import kernel
 
-BISECTIONS = 12  # of the excess of rows, of the share of a retreat, and of what is wanted besides
+BISECTIONS = 12  # of the slack of rows, of the share of a retreat, and of what is wanted besides
 ROUNDING = 1e-6  # [m/s] to spare, since what is left may be a point
 
 
 @kernel
-def can_retreat(rows):
-    """Tell whether some velocity meets all rows, (R, 2), (R,) and (R,) [m/s], with all of their retreats."""
-    normals, offsets, retreats = rows
-    return nearest_allowed(0.0, 0.0, normals, offsets - retreats, 0.0)[0]
+def is_feasible(normals, offsets):
+    """Tell whether some velocity meets rows, normals (R, 2) and offsets (R,) [m/s]."""
+    return nearest_allowed(0.0, 0.0, normals, offsets, 0.0)[0]
 
 
 @kernel
-def exceed_rows(rows, comes):
+def relax_rows(rows, comes):
     """Change offsets and retreats of rows that no velocity meets with all of their retreats, so that one does.
 
     `rows` are normals (R, 2), offsets (R,) and retreats (R,) [m/s]. Those of what `comes` (R,) and retreats are
-    exceeded, all by the same, the least that will do, but retreats from what rests at most by themselves: nobody goes
-    farther beyond it. Then, the largest retreat first, each is by as much less as the others leave.
+    relaxed, all by the same slack, the least that will do, but retreats from what rests at most by themselves: nobody
+    goes farther beyond it. Then, the largest retreat first, each is by as much less as the others leave.
     """
     normals, offsets, retreats = rows
     required = offsets - retreats
-    yields = np.where(comes, math.inf, retreats)
-    excess = np.minimum(yields, _least_excess(normals, required, yields, retreats.max()))
+    most = np.where(comes, math.inf, retreats)
+    slack = np.minimum(most, _least_slack(normals, required, most, retreats.max()))
     for k in np.argsort(-retreats, kind="mergesort"):  # the same order everywhere
-        if excess[k] > 0.0:
-            most, excess[k] = excess[k], 0.0
-            one = np.where(np.arange(len(excess)) == k, most, 0.0)
-            excess[k] = _least_excess(normals, required + excess, one, most)
-    required += np.where(excess > 0.0, np.minimum(yields, excess + ROUNDING), 0.0)
+        if slack[k] > 0.0:
+            enough, slack[k] = slack[k], 0.0
+            alone = np.where(np.arange(len(slack)) == k, enough, 0.0)
+            slack[k] = _least_slack(normals, required + slack, alone, enough)
+    required += np.where(slack > 0.0, np.minimum(most, slack + ROUNDING), 0.0)
     offsets[:] = np.maximum(offsets, required)
     retreats[:] = offsets - required
 
 
 @kernel
-def _least_excess(normals, offsets, yields, most):
-    """Return by how much rows must be exceeded, each as far as it yields (R,), so that some velocity meets them [m/s].
+def _least_slack(normals, offsets, most, enough):
+    """Return the least slack of rows, of each at most `most` (R,), with which some velocity meets them [m/s].
 
-    It is known to be at most `most`, with which 0 does where that is the largest retreat.
+    `enough` is known to do: the largest retreat does, with which 0 meets them.
     """
-    if nearest_allowed(0.0, 0.0, normals, offsets, 0.0)[0]:
+    if is_feasible(normals, offsets):
         return 0.0
     least = 0.0
     for _ in range(BISECTIONS):
-        excess = 0.5 * (least + most)
-        if nearest_allowed(0.0, 0.0, normals, offsets + np.minimum(yields, excess), 0.0)[0]:
-            most = excess
+        slack = 0.5 * (least + enough)
+        if is_feasible(normals, offsets + np.minimum(most, slack)):
+            enough = slack
         else:
-            least = excess
-    return most
+            least = slack
+    return enough
 
 
 @kernel

@@ -18,10 +18,10 @@ A half-space whose h falls at the rate c, the closing speed of what it keeps off
 
 so that h - G.q_j falls by the rate gamma at most (a control barrier function that depends on time). Where that is a
 retreat, j has the right of way: its rows of other robots have gamma in place of gamma / 2. Where other rows still do
-not leave it, rows of what comes are exceeded, all by the same, the least that will do, and then each by as much less as
-the others leave: between two that come j goes where it is as badly off with either. Beyond a half-space at rest, by
-more than its noise, j goes back at gamma times how far, at most 5 cm, and no slower than motors move and turns allow;
-where that is not to be had, as far as it is.
+not leave it, rows of what comes are relaxed, all by the same slack, the least that will do, and then each by as much
+less as the others leave: between two that come j goes where it is as badly off with either. Beyond a half-space at
+rest, by more than its noise, j goes back at gamma times how far, at most 5 cm, and no slower than motors move and turns
+allow; where that is not to be had, as far as it is.
 
 What j knows to come at c pushes robots between it and j, too, and j makes room for them: robot i, at the distance
 e = h - G.q_i and between the ends of what comes, must retreat at rho = max(0, c - gamma e), and gamma times the
@@ -53,8 +53,8 @@ from pbrg_mj.governor.certificate.speed import turning_offset
 from pbrg_mj.governor.problem.interface import FORBIDDEN, Problem, Solution
 from pbrg_mj.governor.velocity_filter.evasion import evasive_velocity
 from pbrg_mj.governor.velocity_filter.nearest_velocity import (
-    can_retreat,
-    exceed_rows,
+    is_feasible,
+    relax_rows,
     scale_for_wheels,
     velocity_of_share,
     velocity_while_pushed_back,
@@ -183,11 +183,11 @@ def write_driven(half_spaces, state, wheels, numbers, driven):
         own = write_half_spaces_in_the_way(half_spaces, moved, j, limits, written, robots)
         rows = write_room_for_team_mates(q, j, coming, (distance, gain, speed), written, own)
         needed, goes_back = (normals[:rows], offsets[:rows], retreats[:rows]), retreats[:rows].any()
-        if goes_back and not can_retreat(needed):
+        if goes_back and not is_feasible(normals[:rows], offsets[:rows] - retreats[:rows]):
             if retreats[robots:own].any():
                 rows = own  # its own retreats come before room for others
                 needed = normals[:rows], offsets[:rows], retreats[:rows]
-            exceed_rows(needed, comes[:rows])
+            relax_rows(needed, comes[:rows])
         body = heading[j], facets, turning
         if pushed and goes_back:  # who is pushed back does not wait for what stands
             x, y, theta = velocity_while_pushed_back((wx, wy), needed, body, min_speed, robots)

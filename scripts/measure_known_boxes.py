@@ -112,9 +112,10 @@ class KnownBoxes:
         known.closing[j, k], known.spans[j, k] = closing, span
 
     def _add(self, known: HalfSpaces, j: int, boxes: list[MovingBox], q: np.ndarray, time: float) -> None:
-        """Add the half-spaces of boxes, as many as there are slots."""
+        """Add the half-spaces of boxes, as many as there are slots: those of the nearest."""
         then = max(time - LATE, 0.0) if self.know == "boxes_late" else time
-        for k, box in zip(np.flatnonzero(~known.active[j]), boxes, strict=False):
+        nearest = sorted(boxes, key=lambda box: _distance(box, q, then))
+        for k, box in zip(np.flatnonzero(~known.active[j]), nearest, strict=False):
             known.G[j, k], known.h[j, k], known.closing[j, k], known.spans[j, k] = self._half_space(box, q, then)
             known.active[j, k] = known.binds[j, k, j] = True
             if self.know == "boxes_kept_in_sight" and known.closing[j, k] > 0.0:

@@ -6,7 +6,7 @@ meet within that range, and so at the next one (single echoes get lost), it is t
 beams are silent and the line is so near. If no half-space keeps the nearest of these places off, the face has one of
 its own, where a slot is free: that of its line. It keeps off all of a convex thing, so that of two faces at a corner
 the one suffices that the robot is farther ahead of. What rests needs none of this: its places were seen before, and are
-not forgotten (memory.py).
+not forgotten (memory.py), but for those where a robot starts (blind_zone_at_start.py).
 """
 
 from __future__ import annotations
@@ -125,22 +125,35 @@ def _nearest_unseen(end, line, beams, pose, parameters):
     `end` are the beam i of a face's last echo and the step, 1 or -1, to the next one beyond it; `line` its normal n
     (nx, ny) towards the robot, how far away it is and the reach within which beams have no echo [m].
     """
-    (i, step), ((nx, ny), away, reach) = end, line
+    i, step = end
     cos, sin = math.cos(pose.heading), math.sin(pose.heading)
     found, best, x, y = False, math.inf, 0.0, 0.0
     for steps in range(1, len(beams.ranges)):
         k = next_beam(i, steps * step, parameters)
         if k < 0 or parameters.blocked[k] or not math.isnan(beams.ranges[k]):
             break
-        ahead, aside = beams.directions[k, 0], beams.directions[k, 1]
-        ux, uy = cos * ahead - sin * aside, sin * ahead + cos * aside
-        towards = -(nx * ux + ny * uy)
-        if towards * reach <= away:
+        met, dx, dy = place_on_line(line, k, beams, pose)
+        if not met:
             break
-        dx, dy = away / towards * ux, away / towards * uy
         from_hand_x, from_hand_y = dx - parameters.hand_offset * cos, dy - parameters.hand_offset * sin
         squared = from_hand_x * from_hand_x + from_hand_y * from_hand_y
         found = steps > 1
         if squared < best:
             best, x, y = squared, pose.x + dx, pose.y + dy
     return found, x, y
+
+
+@kernel
+def place_on_line(line, k, beams, pose):
+    """Return (met, dx, dy): whether beam k meets a line in the blind zone, and where, from the robot's centre [m].
+
+    `line` are its normal n (nx, ny) towards the robot, how far away it is [m] and the reach within which beams have no
+    echo [m].
+    """
+    ((nx, ny), away, reach), cos, sin = line, math.cos(pose.heading), math.sin(pose.heading)
+    ahead, aside = beams.directions[k, 0], beams.directions[k, 1]
+    ux, uy = cos * ahead - sin * aside, sin * ahead + cos * aside
+    towards = -(nx * ux + ny * uy)
+    if towards * reach <= away:
+        return False, 0.0, 0.0
+    return True, away / towards * ux, away / towards * uy

@@ -27,7 +27,7 @@ face_flow       range flow of whole faces, for tracks that move
 motion          tracks of faces, each with a velocity
 blind_zone      faces that move and go on in the blind zone, nearer than beams tell
 blind_zone_points points of what moves there, which go on with it
-blind_zone_at_start what a robot starts beside there
+initial_blind_zone what a robot starts beside there
 face_span       how far the face of what comes reaches to either side
 approach        how fast what half-spaces keep off comes nearer
 estimator       one tick of all that for all robots

@@ -6,7 +6,7 @@ meet within that range, and so at the next one (single echoes get lost), it is t
 beams are silent and the line is so near. If no half-space keeps the nearest of these places off, the face has one of
 its own, where a slot is free: that of its line. It keeps off all of a convex thing, so that of two faces at a corner
 the one suffices that the robot is farther ahead of. What rests needs none of this: its places were seen before, and are
-not forgotten (memory.py), but for those where a robot starts (blind_zone_at_start.py).
+not forgotten (memory.py), but for those where a robot starts (initial_blind_zone.py).
 """
 
 from __future__ import annotations
@@ -132,7 +132,7 @@ def _nearest_unseen(end, line, beams, pose, parameters):
         k = next_beam(i, steps * step, parameters)
         if k < 0 or parameters.blocked[k] or not math.isnan(beams.ranges[k]):
             break
-        met, dx, dy = place_on_line(line, k, beams, pose)
+        met, dx, dy = beam_line_intersection(line, k, beams, pose)
         if not met:
             break
         from_hand_x, from_hand_y = dx - parameters.hand_offset * cos, dy - parameters.hand_offset * sin
@@ -144,7 +144,7 @@ def _nearest_unseen(end, line, beams, pose, parameters):
 
 
 @kernel
-def place_on_line(line, k, beams, pose):
+def beam_line_intersection(line, k, beams, pose):
     """Return (met, dx, dy): whether beam k meets a line in the blind zone, and where, from the robot's centre [m].
 
     `line` are its normal n (nx, ny) towards the robot, how far away it is [m] and the reach within which beams have no

@@ -11,7 +11,7 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.beams import next_beam
 from pbrg_mj.perception.points.confirm import confirm_echo, earlier_echoes
 from pbrg_mj.perception.points.corner_bound import MOST_LOST, corner_bound, share_corner_bounds
-from pbrg_mj.perception.points.memory import free_slot
+from pbrg_mj.perception.points.memory import free_slot, write_point
 from pbrg_mj.perception.points.replaced import delete_replaced
 from pbrg_mj.perception.points.unexpected import EXPECTED, UNEXPECTED, unexpected_echoes
 from pbrg_mj.perception.scan.team_mates import is_team_mate, reach_of_team_mate
@@ -58,13 +58,9 @@ def add_scan(points, scan, beams, pose, team, before, parameters):
             continue
         place = free_slot(points, place + 1)
         point = points[place]
-        point["x"], point["y"] = echoes.x[k], echoes.y[k]
-        point["std"], point["pose_std"] = math.sqrt(echoes.variance[k]), echoes.pose_std[k]
-        point["time"], point["scan"] = pose.time, scan
-        point["live"], point["passed"] = True, 0
-        point["binds"], point["confirmed_within"] = echoes.binds[k], echoes.confirmed_within[k]
-        point["ux"], point["uy"], point["beam"] = echoes.ux[k], echoes.uy[k], k
-        point["turn_std"], point["vx"], point["vy"] = echoes.turn_std[k], 0.0, 0.0
+        stds = math.sqrt(echoes.variance[k]), echoes.pose_std[k], echoes.turn_std[k]
+        write_point(point, (echoes.x[k], echoes.y[k]), (echoes.ux[k], echoes.uy[k]), stds, (pose.time, scan))
+        point["binds"], point["confirmed_within"], point["beam"] = echoes.binds[k], echoes.confirmed_within[k], k
         corner = corner_bound(echoes, beams.ranges, k, (joined[k, 0], joined[k, 1]), parameters)
         point["protrusion"], point["slack"] = corner.protrusion, corner.slack
         point["along_x"], point["along_y"] = corner.along_x, corner.along_y

@@ -12,16 +12,16 @@ from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.perception.points.approach import move_half_spaces
 from pbrg_mj.perception.points.beams import SeenBeams
-from pbrg_mj.perception.points.blind_zone_at_start import remember_blind_zone
 from pbrg_mj.perception.points.blind_zone_points import assign_velocities, predict_blind_zone_points
 from pbrg_mj.perception.points.deskew import deskewed
 from pbrg_mj.perception.points.detect import add_scan
+from pbrg_mj.perception.points.initial_blind_zone import extrapolate_into_blind_zone
 from pbrg_mj.perception.points.known_free import edge_of_free
 from pbrg_mj.perception.points.lines import line_at
 from pbrg_mj.perception.points.memory import capacity_after, copy_records, delete_stale, no_points, slots_used
 from pbrg_mj.perception.points.motion import TRACK, TRACKS
 from pbrg_mj.perception.points.parameters import PointParameters
-from pbrg_mj.perception.points.past_scan import PAST_ECHO, PAST_POSE, scans_by_age
+from pbrg_mj.perception.points.past_scan import PAST_ECHO, PAST_POSE
 from pbrg_mj.perception.points.separate import separate
 from pbrg_mj.perception.track.pose_history import PoseHistory, no_poses, poses_at_scan, with_poses
 from pbrg_mj.perception.track.world_frame import ANCHOR, pose_at_scan
@@ -141,8 +141,8 @@ def perceive_points(scans, parameters, robots, targets, before, after):
         delete_stale(points[robot], scan, beams, pose, parameters)
         motion = past[robot], past_poses[robot], tracks[robot]
         echoes = add_scan(points[robot], scan, beams, pose, (bodies, robot), motion[:2], parameters)
-        if len(scans_by_age(motion[1])) == 0:
-            remember_blind_zone(points[robot], scan, (echoes, beams), pose, parameters)
+        if pose.elapsed == 0.0:  # its first scan
+            extrapolate_into_blind_zone(points[robot], scan, (echoes, beams), pose, parameters)
         edge = edge_of_free(echoes, beams, pose, parameters)
         q = np.empty(2)
         q[0] = pose.x + parameters.hand_offset * math.cos(pose.heading)

@@ -60,6 +60,20 @@ def copy_records(before, count, after):
 
 
 @kernel
+def write_point(point, place, direction, stds, seen):
+    """Write a point that binds, which rests and no other echo confirms, and of which no corner sticks out.
+
+    `place` (2,) [m], `direction` (2,) of its beam, `stds` std, pose_std, turn_std [m], `seen` (2,) time [s] and scan.
+    """
+    point["x"], point["y"], point["ux"], point["uy"] = place[0], place[1], direction[0], direction[1]
+    point["std"], point["pose_std"], point["turn_std"] = stds
+    point["time"], point["scan"], point["beam"], point["passed"] = seen[0], seen[1], -1, 0
+    point["protrusion"], point["slack"], point["along_x"], point["along_y"] = 0.0, 0.0, 0.0, 0.0
+    point["vx"], point["vy"], point["confirmed_within"] = 0.0, 0.0, math.inf
+    point["live"], point["binds"] = True, True
+
+
+@kernel
 def slots_used(points):
     """Return how many places there are up to the last one in use."""
     used = len(points)

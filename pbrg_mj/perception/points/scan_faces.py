@@ -20,6 +20,7 @@ from pbrg_mj.perception.points.past_scan import PAST_ECHO, PAST_POSE, store_scan
 
 LEAST_ECHOES = 3  # of a face: the line of two is theirs alone
 EXACT = 1e-8  # [m^2] least variance of a place
+NO_PLACES = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # sums over places, as of `with_place`
 
 
 class Faces(NamedTuple):
@@ -128,20 +129,32 @@ def _variance_along(scan, place, k, n):
 def _normal(scan, place, row):
     """Return the normal nx, ny of a row's echoes, by total least squares, and the variance of its angle [rad^2]."""
     (start, first, last), beams = row, len(scan)
-    weight, x, y, xx, xy, yy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    a = (start + first) % beams
+    a, sums = (start + first) % beams, NO_PLACES
     for i in range(first, last + 1):
         k = (start + i) % beams
         w, dx, dy = 1.0 / (scan[k]["variance"] + EXACT), scan[k]["x"] - scan[a]["x"], scan[k]["y"] - scan[a]["y"]
-        weight, x, y = weight + w, x + w * dx, y + w * dy
-        xx, xy, yy = xx + w * dx * dx, xy + w * dx * dy, yy + w * dy * dy
-    x, y = x / weight, y / weight
-    xx, xy, yy = xx - weight * x * x, xy - weight * x * y, yy - weight * y * y
-    angle, spread = 0.5 * math.atan2(2.0 * xy, xx - yy), 0.5 * (xx + yy + math.hypot(xx - yy, 2.0 * xy))
-    nx, ny = -math.sin(angle), math.cos(angle)
+        sums = with_place(sums, w, dx, dy)
+    (nx, ny), (x, y), spread = total_least_squares(sums)
     dx, dy = scan[a]["x"] + x - place[0], scan[a]["y"] + y - place[1]
     cos = (nx * dx + ny * dy) / math.hypot(dx, dy)
     if not spread > 0.0:
         return nx, ny, 0.0
     variance = cos * cos / spread
     return (-nx, -ny, variance) if cos > 0.0 else (nx, ny, variance)
+
+
+@kernel
+def with_place(sums, w, x, y):
+    """Return the `sums` (6,) over places of w, w x, w y, w x x, w x y and w y y with one more place of weight w."""
+    weight, sx, sy, xx, xy, yy = sums
+    return weight + w, sx + w * x, sy + w * y, xx + w * x * x, xy + w * x * y, yy + w * y * y
+
+
+@kernel
+def total_least_squares(sums):
+    """Return the line of the places of `sums` (6,): a unit normal (2,), their mean (2,) and their spread along it."""
+    weight, x, y, xx, xy, yy = sums
+    x, y = x / weight, y / weight
+    xx, xy, yy = xx - weight * x * x, xy - weight * x * y, yy - weight * y * y
+    angle, spread = 0.5 * math.atan2(2.0 * xy, xx - yy), 0.5 * (xx + yy + math.hypot(xx - yy, 2.0 * xy))
+    return (-math.sin(angle), math.cos(angle)), (x, y), spread

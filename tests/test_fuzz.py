@@ -179,3 +179,11 @@ def test_a_command_apart_has_its_own_end() -> None:
     assert run_apart(crash).signal == signal.SIGSEGV
     assert "MemoryError" in run_apart(hog).stderr
     assert "ZeroDivisionError" in run_apart(lambda: 1 // 0).stderr
+
+
+def test_the_memory_of_a_command_is_without_that_of_its_parent() -> None:
+    ballast = bytearray(b"x") * 2**28
+    without = run_apart(lambda: None).memory_bytes
+    with_as_much = run_apart(lambda: len(ballast * 1) - 2**28).memory_bytes
+    assert without < 2**26
+    assert with_as_much == pytest.approx(2**28, rel=0.2)

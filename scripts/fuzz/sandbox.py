@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 CPU = 20  # [s]
-MEMORY = 2**30  # [bytes] resident, what is shared with the parent included
+MEMORY = 2**30  # [bytes] resident, beyond what the parent has
 WALL = 300  # [s] a process that sleeps uses no processor
 LARGEST_FILE = 2**29  # [bytes]
 ESCAPED = 70  # exit code of an exception that nobody caught
@@ -30,7 +30,7 @@ class Ending:
     code: int | None  # None: a signal ended it
     signal: int | None
     cpu_s: float
-    memory_bytes: int
+    memory_bytes: int  # most resident, beyond what the parent had
     stdout: str
     stderr: str
 
@@ -38,6 +38,7 @@ class Ending:
 def run_apart(command: Callable[[], int | None]) -> Ending:
     """Call `command` in a fork of this process, whose imports and compiled kernels it shares, and wait for its end."""
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
+        shared = anonymous()
         child = os.fork()
         if not child:
             _run_child(command, out, err)
@@ -47,7 +48,7 @@ def run_apart(command: Callable[[], int | None]) -> Ending:
             code=code if code >= 0 else None,
             signal=-code if code < 0 else None,
             cpu_s=usage.ru_utime + usage.ru_stime,
-            memory_bytes=usage.ru_maxrss * 1024,
+            memory_bytes=max(0, usage.ru_maxrss * 1024 - shared),
             stdout=_text(out),
             stderr=_text(err),
         )
@@ -87,6 +88,12 @@ def limit(what: int, most: int) -> None:
 def mapped() -> int:
     """Return the size of this process's address space [bytes]."""
     return int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+
+
+def anonymous() -> int:
+    """Return what of this process is in memory and of no file [bytes]: what a fork has from its start."""
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return next(int(line.split()[1]) for line in lines if line.startswith("RssAnon:")) * 1024
 
 
 def _wait(child: int) -> tuple[int, resource.struct_rusage]:

@@ -11,7 +11,7 @@ from pbrg_mj.perception.points.face import LEAST_HYSTERESIS, MOST_HYSTERESIS, hy
 from pbrg_mj.perception.points.memory import delete_stale, no_points
 from pbrg_mj.perception.points.obstacle_points import empty_points
 from pbrg_mj.perception.track.world_frame import ScanPose
-from tests.seeing_points import estimator
+from tests.seeing_points import estimator, sensor
 
 AT_REST = ScanPose(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.1)
 
@@ -63,5 +63,20 @@ def test_an_old_echo_is_that_of_a_thing_beside_it_as_badly_as_its_pose_was_known
     points[0]["live"] = points[0]["binds"] = True
     for scan in (20, 21):
         assert points[0]["live"]  # one scan is not enough
+        delete_stale(points, scan, SeenBeams(ranges, parameters.directions), AT_REST, parameters)
+    assert points[0]["live"] == stays
+
+
+@pytest.mark.parametrize(("away", "stays"), [(0.13, True), (0.3, False)], ids=["in the blind zone", "farther"])
+@pytest.mark.parametrize("preset", ["lidar", "lds_02"])
+def test_what_is_nearer_than_beams_tell_stays_whatever_beams_beside_it_see(preset: str, away: float, stays: bool):
+    """A corner, whose face goes on to the right: its own beam is silent since it is so near, not since it is gone."""
+    parameters = estimator(sensor(preset))[0].parameters
+    angles = np.arctan2(parameters.directions[:, 1], parameters.directions[:, 0])
+    ranges = np.where((angles < -0.01) & (angles > -0.5), away + 0.04, np.nan)
+    points = no_points(1, 1)[0]
+    points[0]["x"], points[0]["std"], points[0]["pose_std"], points[0]["time"] = away, 0.005, 0.01, 0.5
+    points[0]["live"] = points[0]["binds"] = True
+    for scan in (20, 21):
         delete_stale(points, scan, SeenBeams(ranges, parameters.directions), AT_REST, parameters)
     assert points[0]["live"] == stays

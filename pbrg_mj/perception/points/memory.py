@@ -94,7 +94,8 @@ def delete_stale(points, scan, beams, pose, parameters):
       echo where the point may be as badly as its pose was known: what a turning robot saw lies beside the thing.
     - The beam of a point is the one that goes to its direction, if its echo may be on the point's face, else -1.
     - A point that is hidden, or farther than the beams reach, stays until `memory` is over.
-    - One nearer than the shortest range that beams tell stays until the robot has gone away: no scan shows it gone.
+    - One nearer than the shortest range that beams tell stays until beams pass it or the robot has gone away: there its
+      own beam is silent because it is so near, whatever those beside it see of its thing.
     """
     ranges, directions = beams
     even, (xs, ys, ahead) = layout(parameters), _in_body_frame(points, pose, parameters)
@@ -103,8 +104,8 @@ def delete_stale(points, scan, beams, pose, parameters):
         if not point["live"]:
             continue
         x, y = xs[i], ys[i]
-        nearest = blind_zone_radius(point, parameters)
-        if pose.time - point["time"] > parameters.memory and x * x + y * y > nearest * nearest:
+        in_blind_zone = x * x + y * y <= blind_zone_radius(point, parameters) ** 2
+        if pose.time - point["time"] > parameters.memory and not in_blind_zone:
             point["live"] = False
             continue
         point["beam"] = -1
@@ -114,7 +115,9 @@ def delete_stale(points, scan, beams, pose, parameters):
         if beam < 0 or parameters.blocked[beam]:
             continue
         if math.isnan(ranges[beam]):
-            if scan - point["scan"] >= parameters.recent and _is_seen_beside(point, (x, y), beam, beams, parameters):
+            if in_blind_zone or scan - point["scan"] < parameters.recent:
+                continue
+            if _is_seen_beside(point, (x, y), beam, beams, parameters):
                 point["passed"] += THROUGH
                 point["live"] = point["passed"] < 2 * THROUGH
             continue

@@ -37,6 +37,7 @@ FAMILY_SENSORS = ("generic", "robotarium", "tof_ring", "lidar")  # that the fami
 GROUPS = {
     "what stands, generic robots": ("static", lambda world: True),
     "what stands, five other robots, 16 s": ("robots", lambda world: True),
+    "indoors, any robots, sent to and fro for 25 s": ("indoor", lambda world: True),
     "one moving box": ("moving", lambda world: world["boxes"] == 1),
     "two or three moving boxes": ("moving", lambda world: world["boxes"] > 1),
     "all with moving boxes": ("moving", lambda world: True),

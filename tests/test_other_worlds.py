@@ -37,7 +37,7 @@ def test_distances_from_a_polygon_are_those_of_a_rectangle_in_its_axes() -> None
             assert np.linalg.norm(np.diff(edge, axis=0), axis=1).max() <= 0.03 + 1e-12
 
 
-@pytest.mark.parametrize("kind", ["static", "moving", "robots"])
+@pytest.mark.parametrize("kind", ["static", "moving", "robots", "indoor"])
 def test_a_world_is_that_of_its_seed_and_its_start_is_free(kind: str) -> None:
     from other_worlds.draw import GENERIC, ROBOTS, scenario
 
@@ -50,12 +50,26 @@ def test_a_world_is_that_of_its_seed_and_its_start_is_free(kind: str) -> None:
         scale, clearance = ROBOTS.get(drawn["robot"], GENERIC)
         start, standing = np.array(settings.team.start), world_footprints(settings.world)
         distances = signed_distance(start, standing)
-        assert distances.min(initial=np.inf) > clearance + 0.06 * scale - 1e-3
+        assert distances.min(initial=np.inf) > clearance + (0.01 if kind == "indoor" else 0.06) * scale - 1e-3
         apart = np.linalg.norm(start[:, None] - start, axis=-1)[np.triu_indices(len(start), 1)]
         assert apart.min() > 2 * clearance
         assert bool(settings.world.moving_boxes) == (kind == "moving")
-        assert (settings.robot == "generic") == (kind != "robots")
+        assert settings.robot == "generic" or kind in ("robots", "indoor")
+        assert settings.robot != "generic" or kind != "robots"
     assert len(descriptions) > 5
+
+
+def test_every_cell_of_a_maze_is_joined_to_every_other() -> None:
+    from other_worlds.indoor import _spanning_tree
+
+    for size in (3, 4, 5):
+        pairs = _spanning_tree(np.random.default_rng(size), size)
+        assert len(pairs) == size**2 - 1
+        reached = {(0, 0)}
+        while more := {one for pair in pairs if pair & reached for one in pair} - reached:
+            reached |= more
+        assert len(reached) == size**2
+        assert all(abs(a[0] - b[0]) + abs(a[1] - b[1]) == 1 for a, b in map(tuple, pairs))
 
 
 def test_moving_boxes_touch_nothing_and_are_slower_than_half_a_robots_speed() -> None:

@@ -3,9 +3,11 @@
 - `static`: a generic robot's team among one to three of the shapes of `solids`
 - `moving`: none to two of these, and one to three boxes at 3 to 29 cm/s that rest in between, and touch nothing else
 - `robots`: as `static`, with one of the other five robots
+- `indoor`: a team, in two of five worlds of one of the other robots, among one to three shapes of `indoor`, which
+  begin 1 cm beyond the clearance; it is sent to and fro for 25 s
 
 Two to six robots from anywhere around the origin at any heading, in any formation, with every bundled sensor. In two of
-five worlds the reference changes on the way, up to three times. Drives, floors, radio and camera vary.
+five worlds the reference changes on the way, up to three times, `indoor` in all. Drives, floors, radio and camera vary.
 """
 
 from __future__ import annotations
@@ -14,20 +16,22 @@ from typing import Any
 
 import numpy as np
 from other_worlds.geometry import nearer_than, rectangle, signed_distance
+from other_worlds.indoor import INDOOR
 from other_worlds.solids import SHAPES, Solids, number, numbers
 
-KINDS = ("static", "moving", "robots")
+KINDS = ("static", "moving", "robots", "indoor")
 SENSORS = ("generic", "robotarium", "tof_ring", "tof_cones", "lidar", "lds_02")
 ROBOTS = {"khepera4": (1.1, 0.12), "omni": (1.0, 0.06), "turtlebot3_burger": (1.9, 0.215), "epuck2": (0.7, 0.062)}
 ROBOTS |= {"gritsbot": (1.0, 0.105)}  # by what places are scaled, and the clearance [m]
 GENERIC = 1.0, 0.1
-UNTIL = {"static": 8.0, "moving": 8.0, "robots": 16.0}  # [s]
+UNTIL = {"static": 8.0, "moving": 8.0, "robots": 16.0, "indoor": 25.0}  # [s]
 
 
 def scenario(kind: str, seed: int) -> dict[str, Any]:
     """Return a world; whatever is drawn is drawn again until the team's start is free."""
     rng = np.random.default_rng([KINDS.index(kind), seed])
-    robot = str(rng.choice(list(ROBOTS))) if kind == "robots" else "generic"
+    others = kind == "robots" or (kind == "indoor" and rng.random() < 0.4)
+    robot = str(rng.choice(list(ROBOTS))) if others else "generic"
     while (found := _drawn(kind, rng, robot)) is None:
         pass
     return found
@@ -43,12 +47,14 @@ def _drawn(kind: str, rng: np.random.Generator, robot: str) -> dict[str, Any] | 
         return None
     solids = Solids(rng, scale, direction)
     fewest, most = (0, 2) if kind == "moving" else (1, 3)
-    shapes = rng.choice(list(SHAPES), int(rng.integers(fewest, most + 1)), replace=False)
+    known = INDOOR if kind == "indoor" else SHAPES
+    shapes = rng.choice(list(known), int(rng.integers(fewest, most + 1)), replace=False)
     for shape in shapes:
-        SHAPES[str(shape)](solids)
+        known[str(shape)](solids)
+    beyond = scale * (float(rng.choice([0.01, 0.06, 0.15])) if kind == "indoor" else 0.06)
     body = start - 0.04 * scale * np.column_stack([np.cos(heading), np.sin(heading)])
     places = np.concatenate([start, body])
-    if any(signed_distance(places, polygon).min() < clearance + 0.06 * scale for polygon in solids.polygons):
+    if any(signed_distance(places, polygon).min() < clearance + beyond for polygon in solids.polygons):
         return None
     boxes = _moving_boxes(solids, places) if kind == "moving" else []
     if boxes is None:
@@ -68,7 +74,7 @@ def _drawn(kind: str, rng: np.random.Generator, robot: str) -> dict[str, Any] | 
             "heading_deg": numbers(np.degrees(heading)),
         },
         "graph": {"kind": str(rng.choice(["ring", "path", "complete"] if count > 2 else ["path", "complete"]))},
-        "operator": _operator(solids),
+        "operator": _tour(solids, UNTIL[kind]) if kind == "indoor" else _operator(solids),
         "governor": {"initial": "start"},
         **_hardware(rng, robot, sensor, world),
     }
@@ -94,6 +100,15 @@ def _operator(solids: Solids) -> dict[str, Any]:
     for _ in range(int(rng.integers(1, 4))):
         time = round(time + solids.uniform(1.0, 4.0), 2)
         waypoints.append({"time": time, "reference": numbers(solids.scale * rng.uniform(-2, 2, 2))})
+    return {"waypoints": waypoints}
+
+
+def _tour(solids: Solids, until: float) -> dict[str, Any]:
+    waypoints, time = [], 0.0
+    while time < until:
+        reference = numbers(solids.scale * solids.rng.uniform(-2.6, 2.6, 2))
+        waypoints.append({"time": round(time, 2), "reference": reference})
+        time += solids.uniform(2.0, 9.0)
     return {"waypoints": waypoints}
 
 

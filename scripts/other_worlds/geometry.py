@@ -7,9 +7,13 @@ import numpy as np
 
 def rectangle(center: np.ndarray, size: np.ndarray, angle: float) -> np.ndarray:
     """Return a rectangle's corners (4, 2), its first side at an angle [rad]."""
-    half = 0.5 * np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * size
+    return center + turned(0.5 * np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * size, angle)
+
+
+def turned(points: np.ndarray, angle: float) -> np.ndarray:
+    """Return points (n, 2) turned by an angle [rad] around the origin."""
     c, s = np.cos(angle), np.sin(angle)
-    return center + half @ np.array([[c, s], [-s, c]])
+    return points @ np.array([[c, s], [-s, c]])
 
 
 def regular(center: np.ndarray, radius: float, corners: int = 24) -> np.ndarray:

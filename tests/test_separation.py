@@ -67,7 +67,9 @@ def rows_of(
 
 def ways_back(keeper: SeparationFilter, problem: Problem, q: np.ndarray, j: int) -> tuple[np.ndarray, np.ndarray]:
     """Return how fast each of these half-planes asks robot j to go back, and by how much it may be exceeded [m/s]."""
-    spaces, back, caps = problem.half_spaces, [0.0] * (len(q) - 1), [0.0] * (len(q) - 1)
+    apart = np.delete(np.linalg.norm(q - q[j], axis=1), j)
+    spaces, back = problem.half_spaces, list(keeper.gain / 2 * np.clip(keeper.distance - apart - 0.005, 0.0, 0.05))
+    caps = back.copy()
     assert spaces is not None
     for i, k in np.argwhere(spaces.binds[:, :, j]):
         behind, c = spaces.h[i, k] - keeper.margin - spaces.G[i, k] @ q[j], spaces.closing_speeds[i, k]
@@ -193,6 +195,17 @@ def test_who_goes_back_does_not_go_nearer_to_robots_than_is_allowed() -> None:
         q = np.array([[keeper.margin + 0.2, 0.0], [keeper.margin + 0.2 - apart, 0.0]])
         problem = coming_at(keeper, q, G, 2 * keeper.margin, 0.0)
         assert driven_by(keeper, problem, q, np.zeros((2, 2)))[0, 0] == pytest.approx(-back, abs=1e-4)
+
+
+def test_two_that_are_too_near_go_apart_but_not_for_noise() -> None:
+    """Each at gamma / 2 times how much nearer than d they are, less 5 mm, at most 5 cm, whatever they want."""
+    keeper = filter_of(np.random.default_rng(323), 2)
+    for lack, back in ((0.004, 0.0), (0.015, 0.01), (0.2, 0.05)):
+        q = np.array([[0.0, 0.0], [keeper.distance - lack, 0.0]])
+        problem = coming_at(keeper, q, np.array([0.0, 1.0]), 9.0, 0.0)
+        for wanted in (0.0, 1.0):
+            driven = driven_by(keeper, problem, q, np.array([[wanted, 0.0], [-wanted, 0.0]]))
+            np.testing.assert_allclose(driven[:, 0], [-keeper.gain / 2 * back, keeper.gain / 2 * back], atol=1e-9)
 
 
 def test_where_rows_forbid_m_nobody_follows_it_at_speed_to_what_stands() -> None:

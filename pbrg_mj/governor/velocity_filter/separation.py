@@ -21,7 +21,8 @@ retreat, j has the right of way: its rows of other robots have gamma in place of
 not leave it, rows of what comes are relaxed, all by the same slack, the least that will do, and then each by as much
 less as the others leave: between two that come j goes where it is as badly off with either. Beyond a half-space at
 rest, by more than its noise, j goes back at gamma times how far, at most 5 cm, and no slower than motors move and turns
-allow; where that is not to be had, as far as it is.
+allow; where that is not to be had, as far as it is. Nearer to another robot than d, each goes back at gamma / 2 times
+how far likewise, however slowly.
 
 What j knows to come at c pushes robots between it and j, too, and j makes room for them: robot i, at the distance
 e = h - G.q_i and between the ends of what comes, must retreat at rho = max(0, c - gamma e), and gamma times the
@@ -63,6 +64,7 @@ from pbrg_mj.governor.velocity_filter.separation_rows import (
     approach_of_team_mates,
     is_beyond_half_space,
     is_pushed_back,
+    is_too_near,
     makes_room,
     write_half_spaces_in_the_way,
     write_robots_in_the_way,
@@ -173,12 +175,13 @@ def write_driven(half_spaces, state, wheels, numbers, driven):
         wx, wy = scale * x, scale * y
         coming = approach_of_team_mates(half_spaces, q, j, (distance, margin, gain))
         pushed = is_pushed_back(half_spaces, q, j, margin, gain) or makes_room(q, j, coming, (distance, gain))
-        away = pushed or is_beyond_half_space(half_spaces, q, j, margin)  # perhaps faster than it wants to go
+        beyond = is_beyond_half_space(half_spaces, q, j, margin) or is_too_near(q, j, distance)
+        away = pushed or beyond  # perhaps faster than it wants to go
         speed = math.inf if away else math.sqrt(wx * wx + wy * wy)
         retreats[:], comes[:] = 0.0, False
         rate = gain if pushed or evades else 0.5 * gain
-        robots = write_robots_in_the_way(q, j, (distance, rate, speed), normals, offsets)
         written = normals, offsets, retreats, comes
+        robots = write_robots_in_the_way(q, j, (distance, rate, speed), written)
         limits = margin, gain, tick, speed, min_speed
         own = write_half_spaces_in_the_way(half_spaces, moved, j, limits, written, robots)
         rows = write_room_for_team_mates(q, j, coming, (distance, gain, speed), written, own)

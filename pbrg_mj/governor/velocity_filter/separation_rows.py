@@ -1,6 +1,7 @@
 """The rows of velocities that keep a robot its distance from others and from half-spaces, for `separation`.
 
-Each is normal.w <= offset. Where what comes nearer pushes the robot back, w must also retreat along -normal. `numbers`
+Each is normal.w <= offset. Where what comes nearer pushes the robot back, or it is beyond, w must also retreat along
+-normal. `numbers`
 are distance and margin [m], gain and rate [1/s], tick [s], the robot's speed, and min_speed, the least at which it goes
 back [m/s]; `half_spaces`, the `HalfSpaces.arrays`, and q, displacement, u (n, 2) are those of `write_driven`; j is the
 robot whose rows they are.
@@ -14,8 +15,8 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 
-UNCERTAIN = 0.005  # [m] beyond a half-space at rest, which is where noise moves it: who is there stays
-MOST_BEYOND = 0.05  # [m] beyond it that count: half-spaces of what is seen anew may be farther behind a robot
+UNCERTAIN = 0.005  # [m] beyond a half-space at rest, or too near to a robot, for which noise suffices: who is so stays
+MOST_BEYOND = 0.05  # [m] of these that count: half-spaces of what is seen anew may be farther behind a robot
 
 
 @kernel
@@ -106,16 +107,35 @@ def write_room_for_team_mates(q, j, approach, numbers, written, rows):
 
 
 @kernel
-def write_robots_in_the_way(q, j, numbers, normals, offsets):
-    """Write the rows of robots so near that a velocity of this speed may violate them; return how many."""
+def is_too_near(q, j, distance):
+    """Tell whether some other robot is nearer to robot j than the distance [m] by more than noise."""
+    for i in range(len(q)):
+        if i != j and _lack(math.hypot(q[i, 0] - q[j, 0], q[i, 1] - q[j, 1]), distance) > 0.0:
+            return True
+    return False
+
+
+@kernel
+def _lack(apart, distance):
+    """Return by how much two robots are nearer than the distance, more than noise and no more than counts [m]."""
+    return min(max(distance - apart - UNCERTAIN, 0.0), MOST_BEYOND)
+
+
+@kernel
+def write_robots_in_the_way(q, j, numbers, written):
+    """Write the rows of robots so near that a velocity of this speed may violate them; return how many.
+
+    From those nearer than the distance robot j retreats. `written` as for `write_half_spaces_in_the_way`.
+    """
     distance, rate, speed = numbers
+    normals, offsets, retreats, _ = written
     rows = 0
     for i in range(len(q)):
         x, y = q[i, 0] - q[j, 0], q[i, 1] - q[j, 1]
         apart = math.sqrt(x * x + y * y)
-        bound = rate * max(apart - distance, 0.0)
-        if i != j and bound < speed and apart > 0.0:
-            normals[rows, 0], normals[rows, 1], offsets[rows] = x / apart, y / apart, bound
+        bound, retreat = rate * max(apart - distance, 0.0), rate * _lack(apart, distance)
+        if i != j and (bound < speed or retreat > 0.0) and apart > 0.0:
+            normals[rows, 0], normals[rows, 1], offsets[rows], retreats[rows] = x / apart, y / apart, bound, retreat
             rows += 1
     return rows
 

@@ -58,7 +58,9 @@ def rows_of(
         G, h = spaces.G[i, k], spaces.h[i, k] - keeper.margin
         ahead = s + keeper.tick * u[j]
         stays = G @ ahead <= h and status not in ("inadmissible", "infeasible")
-        room = G @ (ahead - q[j]) / keeper.tick if stays else 0.0
+        wanted = u[j] - keeper.gain * (q[j] - s)
+        most = np.inf if spaces.closing_speeds[spaces.binds[:, :, j]].any() else G @ wanted
+        room = min(G @ (ahead - q[j]) / keeper.tick, most) if stays else 0.0
         normals.append(G)
         c = spaces.closing_speeds[i, k]
         offsets.append(max(0.0, keeper.gain * (h - G @ q[j]) - c, 0.0 if c > 0.0 else room))
@@ -356,6 +358,19 @@ def test_a_robot_that_turns_while_it_lags_goes_no_faster_than_its_rows_allow_the
                 slowed += 1
     assert slowed > 20
     assert left > 20
+
+
+def test_a_robot_5_mm_from_its_place_turns_no_faster_at_a_wall_than_its_row_allows() -> None:
+    """It could be there in a tick at 0.5 m/s, but wants 0.01: its turn brings it to the wall no faster than the row."""
+    keeper = replace(filter_of(np.random.default_rng(324), 1), turning=3.0, min_speed=0.03)
+    q, G, u = np.zeros((1, 2)), np.array([0.0, 1.0]), np.array([[-0.5, 0.0]])
+    problem = coming_at(keeper, q, G, keeper.margin + 0.02, 0.0)
+    p, downwards = problem.p + np.array([[0.0, 0.005]]), np.array([-np.pi / 2])
+    problem = replace(problem, p=p, heading=downwards)  # its turn is one of -90 degrees
+    driven = driven_by(keeper, problem, q, u)[0]
+    theta = -keeper.turning * np.linalg.norm(driven)
+    assert 0.05 < np.linalg.norm(driven) < 0.2
+    assert approach(driven, theta, G[None], np.array([keeper.gain * 0.02])) == pytest.approx(0.0, abs=1e-3)
 
 
 @pytest.mark.slow

@@ -11,7 +11,8 @@ velocity to u_j - gamma (q_j - s_j), scaled to what the wheels can do, with
     G.w_j <= max(0, gamma (h - G.q_j), catch_up)   for every half-space that binds j,
 
 catch_up = G.(s_j + tick u_j - q_j) / tick if s_j + tick u_j is behind the half-space and stays there, by the rows that
-m meets, else 0: where rows forbid m nobody knows where the s_j go. w_j = 0 meets all rows.
+m meets, else 0: where rows forbid m nobody knows where the s_j go. Where nothing comes it is at most what j wants,
+G.(u_j - gamma (q_j - s_j)), so that turns beside what stands are slow. w_j = 0 meets all rows.
 A half-space whose h falls at the rate c, the closing speed of what it keeps off, asks instead for
 
     G.w_j <= gamma (h - G.q_j) - c,

@@ -153,6 +153,7 @@ def write_half_spaces_in_the_way(half_spaces, state, j, numbers, written, rows):
     normals, offsets, retreats, comes = written
     q, displacement, u, forbidden = state
     margin, gain, tick, speed, min_speed = numbers
+    something_comes = (active & binds[:, :, j] & (closing > 0.0)).any()  # and turns beside what stands may not wait
     for i in range(h.shape[0]):
         for k in range(h.shape[1]):
             if not (active[i, k] and binds[i, k, j]):
@@ -160,7 +161,9 @@ def write_half_spaces_in_the_way(half_spaces, state, j, numbers, written, rows):
             Gx, Gy = G[i, k, 0], G[i, k, 1]
             behind = h[i, k] - margin - (Gx * q[j, 0] + Gy * q[j, 1])
             ahead = Gx * (tick * u[j, 0] - displacement[j, 0]) + Gy * (tick * u[j, 1] - displacement[j, 1])
-            bound = max(0.0, gain * behind, ahead / tick if ahead <= behind and not forbidden else 0.0)
+            wanted = Gx * (u[j, 0] - gain * displacement[j, 0]) + Gy * (u[j, 1] - gain * displacement[j, 1])
+            fastest = ahead / tick if something_comes else min(ahead / tick, wanted)
+            bound = max(0.0, gain * behind, fastest if ahead <= behind and not forbidden else 0.0)
             retreat = gain * min(max(-behind - UNCERTAIN, 0.0), MOST_BEYOND)
             if retreat > 0.0:
                 retreat = max(retreat, min_speed)

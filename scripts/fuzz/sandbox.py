@@ -38,7 +38,7 @@ class Ending:
 def run_apart(command: Callable[[], int | None]) -> Ending:
     """Call `command` in a fork of this process, whose imports and compiled kernels it shares, and wait for its end."""
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
-        shared = anonymous()
+        shared = anonymous_memory()
         child = os.fork()
         if not child:
             _run_child(command, out, err)
@@ -90,7 +90,7 @@ def mapped() -> int:
     return int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
 
 
-def anonymous() -> int:
+def anonymous_memory() -> int:
     """Return what of this process is in memory and of no file [bytes]: what a fork has from its start."""
     lines = Path("/proc/self/status").read_text().splitlines()
     return next(int(line.split()[1]) for line in lines if line.startswith("RssAnon:")) * 1024

@@ -65,11 +65,11 @@ from pbrg_mj.governor.velocity_filter.separation_rows import (
     approach_of_team_mates,
     is_beyond_half_space,
     is_pushed_back,
-    is_too_near,
     makes_room,
-    write_half_spaces_in_the_way,
-    write_robots_in_the_way,
+    violates_separation,
+    write_half_space_rows,
     write_room_for_team_mates,
+    write_separation_rows,
 )
 from pbrg_mj.governor.velocity_filter.turning import turning_share
 from pbrg_mj.kernel import kernel
@@ -176,15 +176,15 @@ def write_driven(half_spaces, state, wheels, numbers, driven):
         wx, wy = scale * x, scale * y
         coming = approach_of_team_mates(half_spaces, q, j, (distance, margin, gain))
         pushed = is_pushed_back(half_spaces, q, j, margin, gain) or makes_room(q, j, coming, (distance, gain))
-        beyond = is_beyond_half_space(half_spaces, q, j, margin) or is_too_near(q, j, distance)
+        beyond = is_beyond_half_space(half_spaces, q, j, margin) or violates_separation(q, j, distance)
         away = pushed or beyond  # perhaps faster than it wants to go
         speed = math.inf if away else math.sqrt(wx * wx + wy * wy)
         retreats[:], comes[:] = 0.0, False
         rate = gain if pushed or evades else 0.5 * gain
         written = normals, offsets, retreats, comes
-        robots = write_robots_in_the_way(q, j, (distance, rate, speed), written)
+        robots = write_separation_rows(q, j, (distance, rate, speed), written)
         limits = margin, gain, tick, speed, min_speed
-        own = write_half_spaces_in_the_way(half_spaces, moved, j, limits, written, robots)
+        own = write_half_space_rows(half_spaces, moved, j, limits, written, robots)
         rows = write_room_for_team_mates(q, j, coming, (distance, gain, speed), written, own)
         needed, goes_back = (normals[:rows], offsets[:rows], retreats[:rows]), retreats[:rows].any()
         if goes_back and not is_feasible(normals[:rows], offsets[:rows] - retreats[:rows]):

@@ -1,10 +1,9 @@
 """The rows of velocities that keep a robot its distance from others and from half-spaces, for `separation`.
 
-Each is normal.w <= offset. Where what comes nearer pushes the robot back, or it is beyond, w must also retreat along
--normal. `numbers`
-are distance and margin [m], gain and rate [1/s], tick [s], the robot's speed, and min_speed, the least at which it goes
-back [m/s]; `half_spaces`, the `HalfSpaces.arrays`, and q, displacement, u (n, 2) are those of `write_driven`; j is the
-robot whose rows they are.
+Each is normal.w <= offset. Where what comes nearer pushes the robot back, or it is beyond a half-space or too near to a
+robot, w must also retreat along -normal. `numbers` are distance and margin [m], gain and rate [1/s], tick [s], the
+robot's speed, and min_speed, the least at which it goes back from beyond a half-space [m/s]; `half_spaces`, the
+`HalfSpaces.arrays`, and q, displacement, u (n, 2) are those of `write_driven`; j is the robot whose rows they are.
 """
 
 from __future__ import annotations
@@ -17,6 +16,23 @@ from pbrg_mj.kernel import kernel
 
 UNCERTAIN = 0.005  # [m] beyond a half-space at rest, or too near to a robot, for which noise suffices: who is so stays
 MOST_BEYOND = 0.05  # [m] of these that count: half-spaces of what is seen anew may be farther behind a robot
+
+
+@kernel
+def _violation(beyond):
+    """Return how much of a violation [m] counts: what exceeds noise, up to the most."""
+    return min(max(beyond - UNCERTAIN, 0.0), MOST_BEYOND)
+
+
+@kernel
+def _is_approached(half_spaces, j):
+    """Tell whether some half-space that binds robot j comes nearer."""
+    _, h, active, binds, closing, _ = half_spaces
+    for i in range(h.shape[0]):
+        for k in range(h.shape[1]):
+            if active[i, k] and binds[i, k, j] and closing[i, k] > 0.0:
+                return True
+    return False
 
 
 @kernel
@@ -39,7 +55,7 @@ def is_beyond_half_space(half_spaces, q, j, margin):
     for i in range(h.shape[0]):
         for k in range(h.shape[1]):
             behind = h[i, k] - margin - (G[i, k, 0] * q[j, 0] + G[i, k, 1] * q[j, 1])
-            if active[i, k] and binds[i, k, j] and -behind > UNCERTAIN:
+            if active[i, k] and binds[i, k, j] and _violation(-behind) > 0.0:
                 return True
     return False
 
@@ -90,7 +106,7 @@ def makes_room(q, j, approach, numbers):
 def write_room_for_team_mates(q, j, approach, numbers, written, rows):
     """Append the rows of robots that are pushed back towards robot j, and how fast it makes room for them.
 
-    `approach` (n,) [m/s] as `approach_of_team_mates` returns it; `written` as for `write_half_spaces_in_the_way`.
+    `approach` (n,) [m/s] as `approach_of_team_mates` returns it; `written` as for `write_half_space_rows`.
     """
     distance, gain, speed = numbers
     normals, offsets, retreats, comes = written
@@ -107,25 +123,20 @@ def write_room_for_team_mates(q, j, approach, numbers, written, rows):
 
 
 @kernel
-def is_too_near(q, j, distance):
+def violates_separation(q, j, distance):
     """Tell whether some other robot is nearer to robot j than the distance [m] by more than noise."""
     for i in range(len(q)):
-        if i != j and _lack(math.hypot(q[i, 0] - q[j, 0], q[i, 1] - q[j, 1]), distance) > 0.0:
+        apart = math.sqrt((q[i, 0] - q[j, 0]) ** 2 + (q[i, 1] - q[j, 1]) ** 2)
+        if i != j and _violation(distance - apart) > 0.0:
             return True
     return False
 
 
 @kernel
-def _lack(apart, distance):
-    """Return by how much two robots are nearer than the distance, more than noise and no more than counts [m]."""
-    return min(max(distance - apart - UNCERTAIN, 0.0), MOST_BEYOND)
-
-
-@kernel
-def write_robots_in_the_way(q, j, numbers, written):
+def write_separation_rows(q, j, numbers, written):
     """Write the rows of robots so near that a velocity of this speed may violate them; return how many.
 
-    From those nearer than the distance robot j retreats. `written` as for `write_half_spaces_in_the_way`.
+    From those nearer than the distance robot j retreats. `written` as for `write_half_space_rows`.
     """
     distance, rate, speed = numbers
     normals, offsets, retreats, _ = written
@@ -133,7 +144,7 @@ def write_robots_in_the_way(q, j, numbers, written):
     for i in range(len(q)):
         x, y = q[i, 0] - q[j, 0], q[i, 1] - q[j, 1]
         apart = math.sqrt(x * x + y * y)
-        bound, retreat = rate * max(apart - distance, 0.0), rate * _lack(apart, distance)
+        bound, retreat = rate * max(apart - distance, 0.0), rate * _violation(distance - apart)
         if i != j and (bound < speed or retreat > 0.0) and apart > 0.0:
             normals[rows, 0], normals[rows, 1], offsets[rows], retreats[rows] = x / apart, y / apart, bound, retreat
             rows += 1
@@ -141,7 +152,7 @@ def write_robots_in_the_way(q, j, numbers, written):
 
 
 @kernel
-def write_half_spaces_in_the_way(half_spaces, state, j, numbers, written, rows):
+def write_half_space_rows(half_spaces, state, j, numbers, written, rows):
     """Append the rows of half-spaces that bind robot j likewise, and how fast they push it back.
 
     Those that come nearer do so, and those at rest where the robot is beyond them.
@@ -153,7 +164,8 @@ def write_half_spaces_in_the_way(half_spaces, state, j, numbers, written, rows):
     normals, offsets, retreats, comes = written
     q, displacement, u, forbidden = state
     margin, gain, tick, speed, min_speed = numbers
-    something_comes = (active & binds[:, :, j] & (closing > 0.0)).any()  # and turns beside what stands may not wait
+    wanted_x, wanted_y = u[j, 0] - gain * displacement[j, 0], u[j, 1] - gain * displacement[j, 1]
+    in_haste = _is_approached(half_spaces, j)  # turns beside what stands may not wait
     for i in range(h.shape[0]):
         for k in range(h.shape[1]):
             if not (active[i, k] and binds[i, k, j]):
@@ -161,10 +173,9 @@ def write_half_spaces_in_the_way(half_spaces, state, j, numbers, written, rows):
             Gx, Gy = G[i, k, 0], G[i, k, 1]
             behind = h[i, k] - margin - (Gx * q[j, 0] + Gy * q[j, 1])
             ahead = Gx * (tick * u[j, 0] - displacement[j, 0]) + Gy * (tick * u[j, 1] - displacement[j, 1])
-            wanted = Gx * (u[j, 0] - gain * displacement[j, 0]) + Gy * (u[j, 1] - gain * displacement[j, 1])
-            fastest = ahead / tick if something_comes else min(ahead / tick, wanted)
+            fastest = ahead / tick if in_haste else min(ahead / tick, Gx * wanted_x + Gy * wanted_y)
             bound = max(0.0, gain * behind, fastest if ahead <= behind and not forbidden else 0.0)
-            retreat = gain * min(max(-behind - UNCERTAIN, 0.0), MOST_BEYOND)
+            retreat = gain * _violation(-behind)
             if retreat > 0.0:
                 retreat = max(retreat, min_speed)
             if closing[i, k] > 0.0:

@@ -41,6 +41,29 @@ def test_it_goes_by_the_plant_and_the_drive_that_the_scenario_has_in_the_end():
     assert recommended("obstacles/box", "drive.kind=voltage").drive.friction_compensation
 
 
+@pytest.mark.parametrize(
+    ("beams", "unknown", "chosen"),
+    [
+        ("sweep_deg=360", "free", "free"),
+        ("sweep_deg=300.0", "free", "closed"),
+        ("sweep_deg=120", "strict", "strict"),
+        ("preset=lidar", "free", "free"),
+        ("robots=[1]", "free", "free"),
+    ],
+)
+def test_space_that_no_beam_has_passed_is_not_entered_where_beams_leave_a_side_blind(
+    beams: str, unknown: str, chosen: str
+):
+    scenario = load_scenario(
+        "families/boxes", [f"estimator.unknown={unknown}", "set_up=recommended", f"sensors.beams.{beams}"]
+    ).scenario
+    assert scenario.estimator.unknown == chosen
+    assert (
+        recommended("families/boxes", "sensors.beams.sweep_deg=90", "estimator.unknown=free").estimator.unknown
+        == "free"
+    )
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("reference", [(655578.6, 755126.9), (10.0, 17.0)])
 def test_who_sees_nothing_is_kept_off_a_wall_whose_end_the_one_that_sees_has_passed(reference: tuple[float, float]):

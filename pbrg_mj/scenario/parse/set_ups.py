@@ -15,14 +15,16 @@ class SetUpFor(NamedTuple):
     plant: str = "physics"
     drive: str = "voltage"
     all_see: bool = True  # every robot has beams
+    blind_sides: bool = False  # their beams do not go all the way round, and unseen space is free
 
 
 def overrides_of_set_up(given_for: SetUpFor) -> Sequence[str]:
     """Return what the recommended set-up sets; the overrides after it win.
 
     The ideal plant has neither beams nor motors. With points every robot keeps off what it sees itself: where some have
-    no beams, lines of walls bind the whole team. Motors make up for their own friction where voltage drives them; then
-    xi need not leak, because the governor keeps them from the saturation that the leak counteracts.
+    no beams, lines of walls bind the whole team. Sight rows assume beams all the way round: where these leave a side
+    blind, space counts as free only where a beam has passed. Motors make up for their own friction where voltage drives
+    them; then xi need not leak, because the governor keeps them from the saturation that the leak counteracts.
     """
     given = [
         "governor.kind=certified",
@@ -34,6 +36,7 @@ def overrides_of_set_up(given_for: SetUpFor) -> Sequence[str]:
         return given
     if given_for.all_see:
         given += ["estimator.source=points", "estimator.scope=own", "estimator.half_spaces_per_robot=8"]
+        given += ["estimator.unknown=closed"] if given_for.blind_sides else []
     else:
         given += ["estimator.source=beams", "estimator.scope=team"]
     return [*given, "drive.friction_compensation=true"] if given_for.drive == "voltage" else given
@@ -44,8 +47,12 @@ def set_up_for(data: Any) -> SetUpFor:
     if not isinstance(data, Mapping):
         return SetUpFor()
     drive, beams = _section(data, "drive"), _section(_section(data, "sensors"), "beams")
+    free = _section(data, "estimator").get("unknown", "free") == "free"
     return SetUpFor(
-        str(data.get("plant", "physics")), str(drive.get("kind", "voltage")), beams.get("robots", "all") == "all"
+        plant=str(data.get("plant", "physics")),
+        drive=str(drive.get("kind", "voltage")),
+        all_see=beams.get("robots", "all") == "all",
+        blind_sides=free and beams.get("sweep_deg", 360.0) != 360.0,
     )
 
 

@@ -15,6 +15,7 @@ from pbrg_mj.perception.points.beams import SeenBeams
 from pbrg_mj.perception.points.blind_zone_points import assign_velocities, predict_blind_zone_points
 from pbrg_mj.perception.points.deskew import deskewed
 from pbrg_mj.perception.points.detect import add_scan
+from pbrg_mj.perception.points.free_cells import FreeCells, no_cells
 from pbrg_mj.perception.points.initial_blind_zone import extrapolate_into_blind_zone
 from pbrg_mj.perception.points.known_free import edge_of_free
 from pbrg_mj.perception.points.lines import line_at
@@ -37,6 +38,8 @@ class PointMemory(NamedTuple):
     past: np.ndarray  # (n, lag, beams) of PAST_ECHO
     past_poses: np.ndarray  # (n, lag) of PAST_POSE
     tracks: np.ndarray  # (n, TRACKS) of TRACK
+    free: np.ndarray  # (n, C, C) bool, of `FreeCells`
+    least: np.ndarray  # (n, 2) int64
     history: PoseHistory
     scans: int
     half_spaces: HalfSpaces
@@ -58,7 +61,8 @@ class PointEstimator:
         lag, beams = self.parameters.lag, len(self.parameters.directions)
         motion = np.zeros((n, lag, beams), PAST_ECHO), np.zeros((n, lag), PAST_POSE), np.zeros((n, TRACKS), TRACK)
         history = no_poses(n, self.parameters.pose.frames)
-        return PointMemory(no_points(n, 0), 0, np.zeros(n, dtype=ANCHOR), *motion, history, 0, nothing)
+        cells = no_cells(n, self.parameters.cells)
+        return PointMemory(no_points(n, 0), 0, np.zeros(n, dtype=ANCHOR), *motion, *cells, history, 0, nothing)
 
     def step(self, readings: Readings, time: float, memory: PointMemory) -> tuple[HalfSpaces, PointMemory]:
         """Do what `step_towards` does for robots that stay where they are."""
@@ -82,6 +86,7 @@ class PointEstimator:
         points = no_points(n, capacity_after(memory.used, beams, self.parameters.recent))
         anchors, past = np.empty(memory.anchors.shape, ANCHOR), np.empty(memory.past.shape, PAST_ECHO)
         past_poses, tracks = np.empty(memory.past_poses.shape, PAST_POSE), np.empty(memory.tracks.shape, TRACK)
+        free, least = np.empty_like(memory.free), np.empty_like(memory.least)
         known = _as_known(memory.half_spaces if memory.scans > 0 else HalfSpaces.empty(n, self.slots))
         targets = np.full(self.formation.shape, np.nan) if m is None else m + self.formation
         at = poses_at_scan(history, readings, self.parameters.pose)
@@ -93,10 +98,13 @@ class PointEstimator:
             past,
             past_poses,
             tracks,
+            free,
+            least,
             (known.G, known.h, known.active, known.binds, known.closing, known.spans),
         )
-        used = perceive_points(scans, self.parameters, self.robots, targets, memory[:6], after)
-        return known, PointMemory(points, used, anchors, past, past_poses, tracks, history, memory.scans + 1, known)
+        used = perceive_points(scans, self.parameters, self.robots, targets, memory[:8], after)
+        motion = past, past_poses, tracks
+        return known, PointMemory(points, used, anchors, *motion, free, least, history, memory.scans + 1, known)
 
     def _before_the_first_scan(self, readings: Readings) -> HalfSpaces:
         """Return half-spaces that leave robots with beams where they are: nothing else is known to be free."""
@@ -124,12 +132,13 @@ def perceive_points(scans, parameters, robots, targets, before, after):
     - scans: ranges (R, beams) [m], directions (R or 1, beams, 2), bodies (beams or 1, n, 2) [m]; poses (n, 3) and
       variances (n, 2) of PosesAtScan; time [s] and number of the scan
     - robots (R,), targets (n, 2) [m], NaN before the first tick
-    - before: the first six members of PointMemory as they were: points, used, anchors, past, past_poses, tracks
-    - after: points, anchors, past, past_poses, tracks of PointMemory, and G, h, active, binds, closing, spans of
-      HalfSpaces
+    - before: the first eight members of PointMemory as they were: points, used, anchors, past, past_poses, tracks,
+      free, least
+    - after: points, anchors, past, past_poses, tracks, free, least of PointMemory, and G, h, active, binds, closing,
+      spans of HalfSpaces
     """
     (ranges, directions, bodies), poses, variances, time, scan = scans
-    points, anchors, past, past_poses, tracks, (G, h, active, binds, closing, spans) = after
+    points, anchors, past, past_poses, tracks, free, least, (G, h, active, binds, closing, spans) = after
     _copy(before, after)
     for row in range(len(robots)):
         robot = robots[row]
@@ -143,7 +152,7 @@ def perceive_points(scans, parameters, robots, targets, before, after):
         echoes = add_scan(points[robot], scan, beams, pose, (bodies, robot), motion[:2], parameters)
         if pose.elapsed == 0.0:  # its first scan
             extrapolate_into_blind_zone(points[robot], scan, (echoes, beams), pose, parameters)
-        edge = edge_of_free(echoes, beams, pose, parameters)
+        edge = edge_of_free(echoes, beams, pose, FreeCells(free[robot], least[robot]), parameters)
         q = np.empty(2)
         q[0] = pose.x + parameters.hand_offset * math.cos(pose.heading)
         q[1] = pose.y + parameters.hand_offset * math.sin(pose.heading)
@@ -184,8 +193,8 @@ def bind_robots_without_beams(half_spaces, team, parameters, binds):
 
 @kernel
 def _copy(before, after):
-    """Begin with what was known before; `after` (six members, in their order) as for `perceive_points`."""
-    points, used, anchors, past, past_poses, tracks = before
+    """Begin with what was known before; `after` (eight members, in their order) as for `perceive_points`."""
+    points, used, anchors, past, past_poses, tracks, free, least = before
     copy_records(anchors, len(anchors), after[1])
     for robot in range(len(anchors)):
         copy_records(points[robot], used, after[0][robot])
@@ -193,3 +202,4 @@ def _copy(before, after):
             copy_records(past[robot, scan], past.shape[2], after[2][robot, scan])
         copy_records(past_poses[robot], past_poses.shape[1], after[3][robot])
         copy_records(tracks[robot], tracks.shape[1], after[4][robot])
+    after[5][:], after[6][:] = free, least

@@ -3,9 +3,10 @@
 A beam shows its way to be free up to its echo, and without one up to the range limit, or under `strict` nothing. What
 lies between two beams is taken to be free up to the chord between their ends; so is what a team-mate hides, a lone echo
 that nobody has confirmed yet, and under `strict` the silent beams between two echoes. Where no beam within `WIDEST`
-tells anything, on blind sides, a robot knows of no more than the disc that it needs to turn on the spot. The edge is
-told by places, no two neighbours farther apart than `least_joining`, so that no robot passes between them; at echoes
-there are points already.
+tells anything, on blind sides, what scans before have shown stays known (`free_cells`). Where team-mates alone may
+leave a side blind, a robot knows of no more there than the disc that it needs to turn on the spot. The edge is told by
+places, no two neighbours farther apart than `least_joining`, so that no robot passes between them; at echoes there are
+points already.
 
 Silent beams between two echoes at the shortest range end at the chord between these, under `free` as well: what is
 there may be nearer than beams tell, as is the middle of a wall beside which a robot starts.
@@ -20,11 +21,12 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.beams import echo_across_blind_zone, next_beam
+from pbrg_mj.perception.points.free_cells import free_way, mark_cells, move_window
 from pbrg_mj.perception.scan.line_fit import wrapped
 
 WIDEST = math.radians(120.0)  # between two beams whose ends a chord may join: it passes at half their range or more
-ARC = math.radians(30.0)  # between corners of the disc on blind sides
-MOST_BLIND = 16  # corners of a blind side; there are no more than three
+ARC = math.radians(10.0)  # between corners on blind sides
+MOST_BLIND = 40  # corners of a blind side; there are no more than three
 
 
 class Edge(NamedTuple):
@@ -44,13 +46,21 @@ class Outline(NamedTuple):
 
 
 @kernel
-def edge_of_free(echoes, beams, pose, parameters):
-    """Return the `Edge` of a scan with `echoes` (see `detect`) and its `SeenBeams`; none where nothing closes."""
+def edge_of_free(echoes, beams, pose, cells, parameters):
+    """Return the `Edge` of a scan with `echoes` (see `detect`) and its `SeenBeams`; none where nothing closes.
+
+    `cells`, the robot's `FreeCells`, are brought to what is known after the scan.
+    """
     chords, angles = _chords((echoes, beams), pose, parameters), _angles(beams.directions, pose.heading, parameters)
     if not parameters.closed_beyond:
         return _edge_at_chords(chords, angles, pose)
     reach = _reach(echoes, beams.ranges, chords, parameters)
-    outline, corners = _outline(reach, echoes.binds, (pose.heading, angles), parameters)
+    if len(cells.free) > 0:
+        move_window(cells, pose, parameters)
+        seen = np.flatnonzero(reach)
+        if len(seen) > 1:
+            mark_cells(cells, (angles[seen], reach[seen]), WIDEST, pose, parameters)
+    outline, corners = _outline(reach, echoes.binds, angles, (cells, pose), parameters)
     places = 0
     for i in range(corners - 1):
         places += _parts(outline, i, parameters.least_joining)
@@ -133,13 +143,12 @@ def _reach(echoes, ranges, chords, parameters):
 
 
 @kernel
-def _outline(reach, binds, directions, parameters):
+def _outline(reach, binds, angles, known, parameters):
     """Return the `Outline` and how many corners it has.
 
-    reach (beams,) [m] is that of `_reach`, binds (beams,) whether there is an echo that does; `directions` are the
-    robot's heading and angles (beams,) of the beams in the world [rad].
+    reach (beams,) [m] is that of `_reach`, binds (beams,) whether there is an echo that does, angles (beams,) [rad] are
+    in the world; `known` are the robot's `FreeCells` and its pose.
     """
-    heading, angles = directions
     beams = len(reach)
     most = beams + 1 + 3 * MOST_BLIND
     outline = Outline(np.empty(most), np.empty(most), np.zeros(most, np.bool_))
@@ -149,13 +158,13 @@ def _outline(reach, binds, directions, parameters):
             if first < 0:
                 first = k
             else:
-                count = _blind_side(outline, count, (angles[last], angles[k]), parameters)
+                count = _blind_side(outline, count, (angles[last], angles[k]), known, parameters)
             count = _corner(outline, count, (angles[k], reach[k]), binds[k])
             last = k
     if first < 0:
-        count = _disc(outline, 0, (heading, heading + 2.0 * math.pi), parameters.blind_radius)
+        count = _blind_side(outline, count, (0.0, 2.0 * math.pi), known, parameters)
     else:
-        count = _blind_side(outline, count, (angles[last], angles[first] + 2.0 * math.pi), parameters)
+        count = _blind_side(outline, count, (angles[last], angles[first] + 2.0 * math.pi), known, parameters)
     return outline, _close(outline, count)
 
 
@@ -171,20 +180,19 @@ def _angles(directions, heading, parameters):
 
 
 @kernel
-def _blind_side(outline, count, sector, parameters):
-    """Add the disc's corners between the two directions of a sector (2,) [rad] if they are far apart."""
+def _blind_side(outline, count, sector, known, parameters):
+    """Add the corners of what is known to be free between the directions of a sector (2,) [rad] if they are far apart.
+
+    `known` are the robot's `FreeCells` and its pose.
+    """
     if sector[1] - sector[0] <= WIDEST:
         return count
-    return _disc(outline, count, sector, parameters.blind_radius)
-
-
-@kernel
-def _disc(outline, count, sector, radius):
-    """Add the corners of a disc of a radius [m] between two directions."""
+    cells, pose = known
     steps = math.ceil((sector[1] - sector[0]) / ARC)
     for step in range(steps + 1):
         angle = sector[0] + (sector[1] - sector[0]) * step / steps
-        count = _corner(outline, count, (angle, radius), False)
+        way = free_way(cells, angle, pose, parameters) if len(cells.free) > 0 else parameters.blind_radius
+        count = _corner(outline, count, (angle, way), False)
     return count
 
 

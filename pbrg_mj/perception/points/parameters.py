@@ -10,6 +10,8 @@ from scipy.special import ndtr, ndtri, pdtrc  # scipy.stats has the same, but ta
 
 from pbrg_mj.perception.points.confirm import APART
 from pbrg_mj.perception.points.corner_bound import MOST_LOST
+from pbrg_mj.perception.points.free_cells import CELLS, ROOM
+from pbrg_mj.perception.points.known_free import WIDEST
 from pbrg_mj.perception.scan.parameters import in_metres
 from pbrg_mj.perception.scan.self_occlusion import blocked_beams
 from pbrg_mj.perception.track.world_frame import PoseModel, pose_model
@@ -57,7 +59,9 @@ class PointParameters(NamedTuple):
     memory: float  # how long a point out of sight is kept [s]
     closed_beyond: bool  # what no beam has shown to be free binds
     silence_is_free: bool  # a beam without an echo shows its way to be free
-    blind_radius: float  # of what is taken to be free on blind sides, from the body's centre [m]
+    blind_radius: float  # of what is taken to be free on blind sides at the start, from the body's centre [m]
+    cells: int  # known to be free or not along each side of a window around the robot; 0: there are no blind sides
+    cell: float  # how wide these are [m]
     least_joining: float  # echoes nearer to each other are of one thing: robots pass between none of them [m]
     straight_length: float  # of a face that is straight, at least [m]
     rest_speed: float  # what may come faster is not at rest [m/s]
@@ -73,10 +77,12 @@ def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
     gap = float(angles[1] - angles[0]) if len(angles) > 1 else 2.0 * math.pi
     recent = min(max(math.ceil(ENOUGH / beams.count), 2), 6)
     needed = 1 if exact else confirmations(beams, recent)
+    blocked = blocked_beams(beams, scenario.robot)
+    room = blind_radius(robot, scenario.estimator.sigmas * math.sqrt(pose.position_var))
     remembered = max(math.floor(scenario.estimator.memory / pose.scan_period), recent)
     return PointParameters(
         directions=np.column_stack([np.cos(angles), np.sin(angles)]),
-        blocked=blocked_beams(beams, scenario.robot),
+        blocked=blocked,
         first=float(angles[0]),
         gap=gap,
         closed=beams.sweep_deg == 360.0,
@@ -103,7 +109,9 @@ def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
         memory=scenario.estimator.memory,
         closed_beyond=scenario.estimator.unknown != "free",
         silence_is_free=scenario.estimator.unknown != "strict",
-        blind_radius=blind_radius(robot, scenario.estimator.sigmas * math.sqrt(pose.position_var)),
+        blind_radius=room,
+        cells=cells_across(room, robot) if has_blind_sides(scenario, angles[~blocked]) else 0,
+        cell=robot.clearance / CELLS,
         least_joining=in_metres(scenario.estimator.thresholds.joining, robot.clearance),
         straight_length=in_metres(scenario.estimator.thresholds.straight_length, robot.clearance),
         rest_speed=scenario.estimator.thresholds.rest_speed,
@@ -117,6 +125,19 @@ def blind_radius(robot: RobotModel, error: float) -> float:
     Its hand point may then go round it, whatever a hull takes of the room.
     """
     return (robot.clearance + robot.hand_offset + error) / LEAST_FREE
+
+
+def has_blind_sides(scenario: Scenario, angles: np.ndarray) -> bool:
+    """Tell whether unseen space is not free, and beams at angles (N,) [rad] leave a side unseen."""
+    if scenario.estimator.unknown == "free" or len(angles) == 0:
+        return False
+    gaps = np.diff(angles, append=angles[0] + 2.0 * math.pi)
+    return scenario.estimator.unknown == "strict" or bool(gaps.max() > WIDEST)
+
+
+def cells_across(room: float, robot: RobotModel) -> int:
+    """Return how many cells hold the disc of radius `room` [m] in which a robot turns, and where it came from."""
+    return 2 * math.ceil((room / robot.clearance + ROOM) * CELLS) + 1
 
 
 def confirmations(beams: Beams, recent: int) -> int:

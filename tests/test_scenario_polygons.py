@@ -9,6 +9,7 @@ import pytest
 
 from pbrg_mj.analysis.metrics.obstacles import footprints, names
 from pbrg_mj.scenario.checks.distances import distances_to_prism
+from pbrg_mj.scenario.checks.world import extents
 from pbrg_mj.scenario.polygons import convex_parts, is_simple
 from pbrg_mj.scenario.schema import Prism
 from pbrg_mj.scenario.schema.base import MOST_OBSTACLES
@@ -54,6 +55,19 @@ def test_parts_are_convex_and_cover_the_polygon_once(corners):
     assert max(sides.values()) == 1 and all(side[::-1] in sides for side in inner)  # diagonals have a part on each side
     notches = int((turns(corners) * np.sign(area(corners)) < 0).sum())
     assert len(parts) <= 2 * notches + 1  # Hertel and Mehlhorn
+
+
+def test_slivers_between_corners_on_one_line_are_left_out():
+    """An E whose notches end on one line but for the fourth digit: one triangle between them is flat."""
+    corners = [(0.217, 2.0999), (0.9313, 1.4507), (1.1045, 1.6413), (0.6283, 2.0741), (0.8015, 2.2647)]
+    corners += [(1.0396, 2.0483), (1.2128, 2.2389), (0.9747, 2.4553), (1.1479, 2.6459), (1.6242, 2.2131)]
+    corners += [(1.7974, 2.4038), (1.083, 3.0529)]
+    prism = Prism(corners=tuple(corners))
+    assert len(prism.convex()) == len(convex_parts(prism.corners)) - 1
+    assert sum(abs(area(part.corners)) for part in prism.convex()) == pytest.approx(abs(area(corners)), abs=1e-6)
+    assert not list(extents(scenario(world={"prisms": [{"corners": corners}]})))
+    needle = Prism(corners=((0.0, 0.0), (1.0, 1.5e-6), (2.0, 0.0), (1.0, 3e-6)))
+    assert len(needle.convex()) == len(convex_parts(needle.corners))
 
 
 def test_an_l_has_two_parts_and_a_u_three():

@@ -14,6 +14,7 @@ Polygon = tuple[Point, ...]
 
 MIN_CORNER_SINE = 1e-6  # sine of the turn at a corner
 SHORTEST = 1e-6  # side [m]
+FLATTEST = 1e-6  # least over greatest extent of what MuJoCo takes as a mesh: below 1e-7 its hull is not found
 
 
 def is_simple(corners: Polygon) -> bool:

@@ -12,7 +12,7 @@ import numpy as np
 
 from pbrg_mj.scenario.checks.distances import distances_to_column, distances_to_prism, distances_to_wall
 from pbrg_mj.scenario.diagnostics import Diagnostic, KeyPath, yaml_text
-from pbrg_mj.scenario.polygons import SHORTEST, Polygon, flatness, is_simple
+from pbrg_mj.scenario.polygons import FLATTEST, SHORTEST, Polygon, flatness, is_simple
 from pbrg_mj.scenario.robots import robot_size
 from pbrg_mj.scenario.schema import MovingBox, Ramp, Scenario, Vector, Wall
 
@@ -25,7 +25,6 @@ KINDS = {
     "thresholds": ("threshold", "thresholds"),
     "ramps": ("ramp", "ramps"),
 }  # in the singular and for many
-FLATTEST = 1e-6  # least over greatest extent of what MuJoCo takes as a mesh: below 1e-7 its hull is not found
 TOO_FLAT = "is flat or thin; allowed: a least extent of at least a millionth of the greatest"
 ROUNDING = 1e-9  # [m] robots that just touch do not overlap
 

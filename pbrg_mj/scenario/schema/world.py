@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from pbrg_mj.scenario.polygons import convex_parts
+from pbrg_mj.scenario.polygons import FLATTEST, convex_parts, flatness
 from pbrg_mj.scenario.schema.base import (
     MOST_EVENTS,
     MOST_OBSTACLES,
@@ -82,9 +82,16 @@ class Prism(Section):
     reflectance: Probability = REFLECTANCE
 
     def convex(self) -> tuple[Prism, ...]:
-        """Return convex prisms of the same area; itself if it is convex. Raises ValueError as `convex_parts`."""
+        """Return convex prisms of the same area; itself if it is convex. Raises ValueError as `convex_parts`.
+
+        Between corners that are on one line but for rounding there are parts thinner than a millionth of what they are
+        long or high: beside others these are left out.
+        """
         parts = convex_parts(self.corners)
-        return (self,) if len(parts) == 1 else tuple(self.model_copy(update={"corners": part}) for part in parts)
+        if len(parts) == 1:
+            return (self,)
+        solid = [part for part in parts if flatness(part, self.height) >= FLATTEST]
+        return tuple(self.model_copy(update={"corners": part}) for part in solid or parts)
 
 
 class BoxWaypoint(Section):

@@ -17,6 +17,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from other_worlds.conditions import CONDITIONS, condition_of
 from other_worlds.draw import KINDS, scenario
 from worlds.data import EVENTS, ROOT, Worlds, version, write_between, write_worlds
 from worlds.tables import rate
@@ -38,6 +39,7 @@ GROUPS = {
     "what stands, generic robots": ("static", lambda world: True),
     "what stands, five other robots, 16 s": ("robots", lambda world: True),
     "indoors, any robots, sent to and fro for 25 s": ("indoor", lambda world: True),
+    "indoors likewise, each with one more condition": ("conditions", lambda world: True),
     "one moving box": ("moving", lambda world: world["boxes"] == 1),
     "two or three moving boxes": ("moving", lambda world: world["boxes"] > 1),
     "all with moving boxes": ("moving", lambda world: True),
@@ -110,12 +112,13 @@ def table() -> str:
         if chosen := [world for world in worlds_of(data, kind) if belongs(world)]:
             lines.append(row_of(name, chosen))
     versions = [f"{kind} of version {', '.join(sorted({row[0] for row in data[kind].values()}))}" for kind in data]
-    lines += ["", *by_sensor(data), "", f"*`set_up=recommended`; {'; '.join(versions)}.*"]
+    lines += ["", *by_sensor(data), "", *by_condition(data), "", f"*`set_up=recommended`; {'; '.join(versions)}.*"]
     return "\n".join(lines) + "\n"
 
 
 def worlds_of(data: Worlds, kind: str) -> list[dict[str, Any]]:
-    return [dict(zip(COLUMNS, row, strict=True)) for row in data.get(kind, {}).values()]
+    worlds = data.get(kind, {}).items()
+    return [{"seed": int(seed), **dict(zip(COLUMNS, row, strict=True))} for seed, row in worlds]
 
 
 def by_sensor(data: Worlds) -> list[str]:
@@ -128,6 +131,18 @@ def by_sensor(data: Worlds) -> list[str]:
         of_sensor = [[world[event] for world in worlds[kind] if world["sensor"] == one] for one in sensors]
         cells = [f"{sum(one)} of {len(one)}: {rate(sum(one), len(one))}" if one else "-" for one in of_sensor]
         lines.append(f"| {head} | {' | '.join(cells)} |")
+    return lines
+
+
+def by_condition(data: Worlds) -> list[str]:
+    """Return the lines of a table of what becomes of worlds with each condition."""
+    worlds = worlds_of(data, "conditions")
+    lines = ["| indoors, with | worlds | touches anything | past a line | least margin [m] |", "|---|---|---|---|---|"]
+    for name in CONDITIONS:
+        chosen = [world for world in worlds if condition_of(world["seed"]) == name]
+        touching, past = (sum(any(one[key] for key in keys) for one in chosen) for keys in (CONTACTS, ["past_a_wall"]))
+        least = min((one["wall_margin_m"] for one in chosen if one["wall_margin_m"] is not None), default=np.nan)
+        lines.append(f"| {name} | {len(chosen)} | {touching} | {past} | {least:.3f} |")
     return lines
 
 

@@ -37,7 +37,7 @@ def test_distances_from_a_polygon_are_those_of_a_rectangle_in_its_axes() -> None
             assert np.linalg.norm(np.diff(edge, axis=0), axis=1).max() <= 0.03 + 1e-12
 
 
-@pytest.mark.parametrize("kind", ["static", "moving", "robots", "indoor"])
+@pytest.mark.parametrize("kind", ["static", "moving", "robots", "indoor", "conditions"])
 def test_a_world_is_that_of_its_seed_and_its_start_is_free(kind: str) -> None:
     from other_worlds.draw import GENERIC, ROBOTS, scenario
 
@@ -50,11 +50,14 @@ def test_a_world_is_that_of_its_seed_and_its_start_is_free(kind: str) -> None:
         scale, clearance = ROBOTS.get(drawn["robot"], GENERIC)
         start, standing = np.array(settings.team.start), world_footprints(settings.world)
         distances = signed_distance(start, standing)
-        assert distances.min(initial=np.inf) > clearance + (0.01 if kind == "indoor" else 0.06) * scale - 1e-3
+        assert (
+            distances.min(initial=np.inf)
+            > clearance + (0.01 if kind in ("indoor", "conditions") else 0.06) * scale - 1e-3
+        )
         apart = np.linalg.norm(start[:, None] - start, axis=-1)[np.triu_indices(len(start), 1)]
         assert apart.min() > 2 * clearance
         assert bool(settings.world.moving_boxes) == (kind == "moving")
-        assert settings.robot == "generic" or kind in ("robots", "indoor")
+        assert settings.robot == "generic" or kind in ("robots", "indoor", "conditions")
         assert settings.robot != "generic" or kind != "robots"
     assert len(descriptions) > 5
 

@@ -5,9 +5,10 @@
 - `robots`: as `static`, with one of the other five robots
 - `indoor`: a team, in two of five worlds of one of the other robots, among one to three shapes of `indoor`, which
   begin 1 cm beyond the clearance; it is sent to and fro for 25 s
+- `conditions`: as `indoor`, with one of `conditions`, by turns
 
 Two to six robots from anywhere around the origin at any heading, in any formation, with every bundled sensor. In two of
-five worlds the reference changes on the way, up to three times, `indoor` in all. Drives, floors, radio and camera vary.
+five worlds the reference changes on the way, up to three times, indoors in all. Drives, floors, radio and camera vary.
 """
 
 from __future__ import annotations
@@ -15,25 +16,32 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from other_worlds.conditions import CONDITIONS, ON_WHEELS, Drawn, condition_of
 from other_worlds.geometry import nearer_than, rectangle, signed_distance
 from other_worlds.indoor import INDOOR
 from other_worlds.solids import SHAPES, Solids, number, numbers
 
-KINDS = ("static", "moving", "robots", "indoor")
+KINDS = ("static", "moving", "robots", "indoor", "conditions")
+INDOORS = ("indoor", "conditions")
 SENSORS = ("generic", "robotarium", "tof_ring", "tof_cones", "lidar", "lds_02")
 ROBOTS = {"khepera4": (1.1, 0.12), "omni": (1.0, 0.06), "turtlebot3_burger": (1.9, 0.215), "epuck2": (0.7, 0.062)}
 ROBOTS |= {"gritsbot": (1.0, 0.105)}  # by what places are scaled, and the clearance [m]
 GENERIC = 1.0, 0.1
-UNTIL = {"static": 8.0, "moving": 8.0, "robots": 16.0, "indoor": 25.0}  # [s]
+UNTIL = {"static": 8.0, "moving": 8.0, "robots": 16.0, "indoor": 25.0, "conditions": 25.0}  # [s]
 
 
 def scenario(kind: str, seed: int) -> dict[str, Any]:
     """Return a world; whatever is drawn is drawn again until the team's start is free."""
     rng = np.random.default_rng([KINDS.index(kind), seed])
-    others = kind == "robots" or (kind == "indoor" and rng.random() < 0.4)
-    robot = str(rng.choice(list(ROBOTS))) if others else "generic"
+    others = kind == "robots" or (kind in INDOORS and rng.random() < 0.4)
+    add = CONDITIONS[condition_of(seed)] if kind == "conditions" else None
+    robots = [one for one in ROBOTS if one != "omni" or add not in ON_WHEELS]
+    robot = str(rng.choice(robots)) if others else "generic"
     while (found := _drawn(kind, rng, robot)) is None:
         pass
+    if add is not None:
+        add(Drawn(rng, found))
+        found["description"] = f"{condition_of(seed)}: {found['description']}"
     return found
 
 
@@ -47,11 +55,11 @@ def _drawn(kind: str, rng: np.random.Generator, robot: str) -> dict[str, Any] | 
         return None
     solids = Solids(rng, scale, direction)
     fewest, most = (0, 2) if kind == "moving" else (1, 3)
-    known = INDOOR if kind == "indoor" else SHAPES
+    known = INDOOR if kind in INDOORS else SHAPES
     shapes = rng.choice(list(known), int(rng.integers(fewest, most + 1)), replace=False)
     for shape in shapes:
         known[str(shape)](solids)
-    beyond = scale * (float(rng.choice([0.01, 0.06, 0.15])) if kind == "indoor" else 0.06)
+    beyond = scale * (float(rng.choice([0.01, 0.06, 0.15])) if kind in INDOORS else 0.06)
     body = start - 0.04 * scale * np.column_stack([np.cos(heading), np.sin(heading)])
     places = np.concatenate([start, body])
     if any(signed_distance(places, polygon).min() < clearance + beyond for polygon in solids.polygons):
@@ -74,7 +82,7 @@ def _drawn(kind: str, rng: np.random.Generator, robot: str) -> dict[str, Any] | 
             "heading_deg": numbers(np.degrees(heading)),
         },
         "graph": {"kind": str(rng.choice(["ring", "path", "complete"] if count > 2 else ["path", "complete"]))},
-        "operator": _tour(solids, UNTIL[kind]) if kind == "indoor" else _operator(solids),
+        "operator": _tour(solids, UNTIL[kind]) if kind in INDOORS else _operator(solids),
         "governor": {"initial": "start"},
         **_hardware(rng, robot, sensor, world),
     }

@@ -88,6 +88,8 @@ def sector(world: Drawn) -> None:
 def other_rate(world: Drawn) -> None:
     """Have another number of beams, 16 to 180, and 4 to 8 scans a second."""
     world.beams.update(rate_hz=world.uniform(4.0, 8.0), count=int(world.rng.choice([16, 24, 36, 48, 120, 180])))
+    if world.beams["preset"] == "lds_02":  # which turns once a scan
+        world.beams["scan_time"] = 0.12
 
 
 def slow_scan(world: Drawn) -> None:

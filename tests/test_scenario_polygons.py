@@ -15,6 +15,7 @@ from pbrg_mj.scenario.schema import Prism
 from pbrg_mj.scenario.schema.base import MOST_OBSTACLES
 from pbrg_mj.world.plant.physics import MujocoPlant
 from pbrg_mj.world.scene.footprints import footprints_of, signed_distance
+from pbrg_mj.world.sensors.surfaces import ReflectiveSurfaces
 from tests.test_world_columns import brute
 from tests.worlds import scenario
 
@@ -68,6 +69,17 @@ def test_slivers_between_corners_on_one_line_are_left_out():
     assert not list(extents(scenario(world={"prisms": [{"corners": corners}]})))
     needle = Prism(corners=((0.0, 0.0), (1.0, 1.5e-6), (2.0, 0.0), (1.0, 3e-6)))
     assert len(needle.convex()) == len(convex_parts(needle.corners))
+
+
+def test_a_dark_prism_is_dark_all_round_also_where_a_part_of_it_hardly_turns():
+    """The part below the notches of this E has two sides on one line but for rounding."""
+    corners = [(0.3236, 0.7231), (0.5589, 0.5239), (0.6648, 0.649), (0.5864, 0.7154)]
+    corners += [(0.7982, 0.9656), (0.7197, 1.032), (0.508, 0.7818), (0.4295, 0.8482)]
+    world = scenario(world={"prisms": [{"corners": corners, "reflectance": 0.1}]}).world
+    assert not all(is_simple(part.corners) for part in world.prisms[0].convex())
+    sides = np.array(corners) + 0.3 * (np.roll(corners, -1, axis=0) - np.array(corners))
+    places = np.column_stack([sides, np.full(len(sides), 0.05)])
+    np.testing.assert_array_equal(ReflectiveSurfaces(world).reflectances(places), 0.1)
 
 
 def test_an_l_has_two_parts_and_a_u_three():

@@ -54,9 +54,8 @@ class ReflectiveSurfaces:
     def __init__(self, world: World):
         """Pick them out."""
         walls, columns, prisms = _not_white(world.obstacles), _not_white(world.columns), _not_white(world.prisms)
-        parts = [part for prism in prisms for part in prism.convex()]
-        things = [*walls, *columns, *parts]
-        self._footprints = footprints_of(walls, columns, parts)
+        things = [*walls, *columns, *(part for prism in prisms for part in prism.convex())]
+        self._footprints = footprints_of(walls, columns, prisms)
         self._height = np.array([one.height for one in things])  # (w,) [m]
         self.reflectance = np.array([one.reflectance for one in things])  # (w,) [-]
 

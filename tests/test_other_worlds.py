@@ -95,3 +95,16 @@ def test_moving_boxes_touch_nothing_and_are_slower_than_half_a_robots_speed() ->
                 assert signed_distance(corners, prints)[:, others].min(initial=np.inf) > 0.0
                 boxes_met += others.sum()
     assert boxes_met > 100
+
+
+@pytest.mark.parametrize(("unknown", "touches"), [({}, False), ({"estimator.unknown": "free"}, True)])
+def test_an_omnidirectional_robot_drives_into_what_its_beams_leave_out_only_where_that_is_free(
+    unknown: dict[str, str], touches: bool
+) -> None:
+    """Beams in a sector ahead: under `free` one is against something that it has never seen within 0.3 s."""
+    from other_worlds.draw import scenario
+
+    drawn = scenario("conditions", 126)
+    assert drawn["robot"] == "omni" and drawn["sensors"]["beams"]["sweep_deg"] < 360.0
+    run = pbrg.run(pbrg.load(drawn, {"set_up": "recommended", **unknown}, duration=1.0))
+    assert bool(run.metrics.wall_contacts) == touches

@@ -42,14 +42,16 @@ def move_window(cells, pose, parameters):
     count, half = len(free), len(free) // 2
     here = math.floor(pose.x / parameters.cell), math.floor(pose.y / parameters.cell)
     known = _is_free(cells, here[0], here[1])
-    for i in range(here[0] - half, here[0] + half + 1):
-        for j in range(here[1] - half, here[1] + half + 1):
-            if not _is_in_window(cells, i, j):
-                free[i % count, j % count] = False
-    least[0], least[1] = here[0] - half, here[1] - half
+    if least[0] != here[0] - half or least[1] != here[1] - half:
+        for i in range(here[0] - half, here[0] + half + 1):
+            for j in range(here[1] - half, here[1] + half + 1):
+                if not _is_in_window(cells, i, j):
+                    free[i % count, j % count] = False
+        least[0], least[1] = here[0] - half, here[1] - half
     radius = parameters.body_radius if known else parameters.blind_radius + parameters.cell
-    for i in range(least[0], least[0] + count):
-        for j in range(least[1], least[1] + count):
+    most = math.ceil(radius / parameters.cell)
+    for i in range(here[0] - most, here[0] + most + 1):
+        for j in range(here[1] - most, here[1] + most + 1):
             x, y = (i + 0.5) * parameters.cell - pose.x, (j + 0.5) * parameters.cell - pose.y
             if x * x + y * y <= radius * radius:
                 free[i % count, j % count] = True
@@ -90,16 +92,19 @@ def mark_cells(cells, corners, widest, pose, parameters):
     """
     angles, ways = corners
     count, body = len(cells.free), parameters.body_radius
+    xs, ys, parted = ways * np.cos(angles), ways * np.sin(angles), np.empty(len(angles), np.bool_)
+    turns, cos, sin = angles - angles[0], math.cos(angles[0]), math.sin(angles[0])
+    for a in range(len(angles)):
+        after = turns[a + 1] if a + 1 < len(angles) else 2.0 * math.pi
+        parted[a] = after - turns[a] > widest
     for i in range(cells.least[0], cells.least[0] + count):
         for j in range(cells.least[1], cells.least[1] + count):
             x, y = (i + 0.5) * parameters.cell - pose.x, (j + 0.5) * parameters.cell - pose.y
             if x * x + y * y <= body * body:
                 continue
-            angle = angles[0] + (math.atan2(y, x) - angles[0]) % (2.0 * math.pi)
-            a = np.searchsorted(angles, angle, side="right") - 1
-            b = (a + 1) % len(angles)
-            if (angles[b] - angles[a]) % (2.0 * math.pi) > widest or len(angles) == 1:
-                continue
-            ax, ay = ways[a] * math.cos(angles[a]), ways[a] * math.sin(angles[a])
-            along_x, along_y = ways[b] * math.cos(angles[b]) - ax, ways[b] * math.sin(angles[b]) - ay
-            cells.free[i % count, j % count] = along_x * (y - ay) - along_y * (x - ax) >= 0.0
+            turn = math.atan2(cos * y - sin * x, cos * x + sin * y)
+            a = np.searchsorted(turns, turn if turn >= 0.0 else turn + 2.0 * math.pi, side="right") - 1
+            if not parted[a]:
+                b = a + 1 if a + 1 < len(angles) else 0
+                left = (xs[b] - xs[a]) * (y - ys[a]) - (ys[b] - ys[a]) * (x - xs[a])
+                cells.free[i % count, j % count] = left >= 0.0

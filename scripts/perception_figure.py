@@ -18,9 +18,9 @@ from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.perception.points.beams import SeenBeams
 from pbrg_mj.perception.points.detect import add_scan
 from pbrg_mj.perception.points.estimator import PointEstimator, PointMemory
-from pbrg_mj.perception.points.free_cells import FreeCells
 from pbrg_mj.perception.points.known_free import edge_of_free
 from pbrg_mj.perception.points.memory import no_points
+from pbrg_mj.perception.points.occupancy_grid import OccupancyGrid
 from pbrg_mj.perception.track.world_frame import ScanPose
 from pbrg_mj.scenario.load import load_scenario
 from pbrg_mj.sensing.readings import Readings
@@ -84,8 +84,8 @@ def known_free(axes: Axes, seen: Seen) -> None:
     beams, places = SeenBeams(ranges, parameters.directions), seen.readings.body_pose[None, :, :2].copy()
     before = seen.memory.past[ROBOT], seen.memory.past_poses[ROBOT]
     echoes = add_scan(points, seen.memory.scans, beams, pose, (places, ROBOT), before, parameters)
-    cells = FreeCells(seen.memory.free[ROBOT].copy(), seen.memory.least[ROBOT].copy())
-    edge = edge_of_free(echoes, beams, pose, cells, parameters)
+    grid = OccupancyGrid(seen.memory.free[ROBOT].copy(), seen.memory.least[ROBOT].copy())
+    edge = edge_of_free(echoes, beams, pose, grid, parameters)
     axes.plot(edge.x, edge.y, ".", color=EDGE, markersize=3)
     axes.plot(echoes.x[echoes.binds], echoes.y[echoes.binds], ".", color=ECHO, markersize=3)
 

@@ -10,13 +10,13 @@ import numpy as np
 from pbrg_mj.perception.points.estimator import PointEstimator
 from pbrg_mj.perception.points.parameters import point_parameters
 from pbrg_mj.scenario.random_streams import Source, stream
-from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.scenario.schema import Scenario, beam_angles
 from pbrg_mj.sensing.beam_model import noisy_scan
 from pbrg_mj.sensing.noise import sensor_noise
 from pbrg_mj.sensing.readings import Readings
 from pbrg_mj.world.scene.robot import load_robot_model
 from tests.perceiving import scenario
-from tests.raycast import Scene, cast
+from tests.raycast import Scene, cast_along
 
 ROBOT = load_robot_model()
 PERIOD = 0.1  # [s]
@@ -43,7 +43,7 @@ def scan(given: Scenario, scenes: Scene | list[Scene], poses: np.ndarray, frame:
     read, seen = [], []
     scenes = scenes if isinstance(scenes, list) else [scenes] * len(poses)
     for robot, (scene, pose) in enumerate(zip(scenes, poses, strict=True)):
-        raw = np.nan_to_num(cast(scene, pose, beams.count, beams.range_max), nan=-1.0)
+        raw = np.nan_to_num(cast_along(scene, pose, beam_angles(beams), beams.range_max), nan=-1.0)
         raw[raw < beams.range_min] = -1.0
         read.append(noisy_scan(raw, noise, stream(noise.seed, Source.BEAMS, robot, frame)))
         draw = stream(noise.seed, Source.CAMERA, robot, frame).standard_normal(3)

@@ -39,7 +39,7 @@ def test_distances_from_a_polygon_are_those_of_a_rectangle_in_its_axes() -> None
 
 @pytest.mark.parametrize("kind", ["static", "moving", "robots", "indoor", "conditions"])
 def test_a_world_is_that_of_its_seed_and_its_start_is_free(kind: str) -> None:
-    from other_worlds.draw import GENERIC, ROBOTS, scenario
+    from other_worlds.draw import GENERIC, INDOORS, ROBOTS, scenario
 
     descriptions = set()
     for seed in range(1, 16):
@@ -50,14 +50,12 @@ def test_a_world_is_that_of_its_seed_and_its_start_is_free(kind: str) -> None:
         scale, clearance = ROBOTS.get(drawn["robot"], GENERIC)
         start, standing = np.array(settings.team.start), world_footprints(settings.world)
         distances = signed_distance(start, standing)
-        assert (
-            distances.min(initial=np.inf)
-            > clearance + (0.01 if kind in ("indoor", "conditions") else 0.06) * scale - 1e-3
-        )
+        beyond = scale * (0.01 if kind in INDOORS else 0.06)
+        assert distances.min(initial=np.inf) > clearance + beyond - 1e-3
         apart = np.linalg.norm(start[:, None] - start, axis=-1)[np.triu_indices(len(start), 1)]
         assert apart.min() > 2 * clearance
         assert bool(settings.world.moving_boxes) == (kind == "moving")
-        assert settings.robot == "generic" or kind in ("robots", "indoor", "conditions")
+        assert settings.robot == "generic" or kind in ("robots", *INDOORS)
         assert settings.robot != "generic" or kind != "robots"
     assert len(descriptions) > 5
 

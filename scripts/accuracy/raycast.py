@@ -58,9 +58,14 @@ def moved_pose(pose: np.ndarray, x: float, y: float, angle: float) -> np.ndarray
 
 def cast(scene: Scene, pose: np.ndarray, beams: int, range_max: float = 4.0) -> np.ndarray:
     """Exact ranges (beams,) [m] from `pose` (3,), beam b at heading + 2 pi b / beams; NaN for no hit."""
-    angle = pose[2] + 2 * np.pi * np.arange(beams) / beams
+    return cast_along(scene, pose, 2 * np.pi * np.arange(beams) / beams, range_max)
+
+
+def cast_along(scene: Scene, pose: np.ndarray, angles: np.ndarray, range_max: float = 4.0) -> np.ndarray:
+    """Exact ranges (beams,) [m] from `pose` (3,), beams at angles (beams,) [rad] from the heading; NaN for no hit."""
+    angle = pose[2] + angles
     direction = np.column_stack([np.cos(angle), np.sin(angle)])
-    nearest = np.full(beams, np.inf)
+    nearest = np.full(len(angles), np.inf)
     if scene.segments:
         nearest = _segments(np.array(scene.segments), pose[:2], direction).min(axis=0)
     for disc in scene.discs:

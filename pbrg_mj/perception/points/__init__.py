@@ -10,7 +10,7 @@ unexpected      which echoes are where the scan before saw nothing
 segment         how far a place is off a segment
 replaced        which older points a scan's echoes take the place of
 detect          one scan to points in the world; a lone echo waits until a second confirms it
-free_cells      what is known to be free on blind sides
+occupancy_grid  what is known to be free on blind sides
 known_free      the edge of what a scan shows to be free
 obstacle_points both: where hand points must keep away, and the path to the target as far as it is free
 hull            the distance of the hull of points from a segment (GJK)
@@ -45,7 +45,7 @@ Kernels name their arrays alike, of one robot:
     half_space (normal, nearest, h)   one of them; here nearest is where the hand point is at its nearest place [m]
     lines (K, 8), line                the straight faces of half-spaces, and one of them, a `Line`
     expected (beams,)                 what echoes are by the scan before, `unexpected_echoes`
-    cells                             `FreeCells`
+    grid                              `OccupancyGrid`
     echoes, beams, pose, parameters   `Echoes`, `SeenBeams`, `ScanPose`, `PointParameters`
     measured (flows, count)           the `RangeFlow` of a scan, and how many entries it has
     faces, older, newer               `Faces` of a scan

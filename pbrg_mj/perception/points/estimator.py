@@ -15,12 +15,12 @@ from pbrg_mj.perception.points.beams import SeenBeams
 from pbrg_mj.perception.points.blind_zone_points import assign_velocities, predict_blind_zone_points
 from pbrg_mj.perception.points.deskew import deskewed
 from pbrg_mj.perception.points.detect import add_scan
-from pbrg_mj.perception.points.free_cells import FreeCells, no_cells
 from pbrg_mj.perception.points.initial_blind_zone import extrapolate_into_blind_zone
 from pbrg_mj.perception.points.known_free import edge_of_free
 from pbrg_mj.perception.points.lines import line_at
 from pbrg_mj.perception.points.memory import capacity_after, copy_records, delete_stale, no_points, slots_used
 from pbrg_mj.perception.points.motion import TRACK, TRACKS
+from pbrg_mj.perception.points.occupancy_grid import OccupancyGrid, empty_grids
 from pbrg_mj.perception.points.parameters import PointParameters
 from pbrg_mj.perception.points.past_scan import PAST_ECHO, PAST_POSE
 from pbrg_mj.perception.points.separate import separate
@@ -38,7 +38,7 @@ class PointMemory(NamedTuple):
     past: np.ndarray  # (n, lag, beams) of PAST_ECHO
     past_poses: np.ndarray  # (n, lag) of PAST_POSE
     tracks: np.ndarray  # (n, TRACKS) of TRACK
-    free: np.ndarray  # (n, C, C) bool, of `FreeCells`
+    free: np.ndarray  # (n, C, C) bool, of `OccupancyGrid`
     least: np.ndarray  # (n, 2) int64
     history: PoseHistory
     scans: int
@@ -61,8 +61,8 @@ class PointEstimator:
         lag, beams = self.parameters.lag, len(self.parameters.directions)
         motion = np.zeros((n, lag, beams), PAST_ECHO), np.zeros((n, lag), PAST_POSE), np.zeros((n, TRACKS), TRACK)
         history = no_poses(n, self.parameters.pose.frames)
-        cells = no_cells(n, self.parameters.cells)
-        return PointMemory(no_points(n, 0), 0, np.zeros(n, dtype=ANCHOR), *motion, *cells, history, 0, nothing)
+        grids = empty_grids(n, self.parameters.cells)
+        return PointMemory(no_points(n, 0), 0, np.zeros(n, dtype=ANCHOR), *motion, *grids, history, 0, nothing)
 
     def step(self, readings: Readings, time: float, memory: PointMemory) -> tuple[HalfSpaces, PointMemory]:
         """Do what `step_towards` does for robots that stay where they are."""
@@ -152,7 +152,7 @@ def perceive_points(scans, parameters, robots, targets, before, after):
         echoes = add_scan(points[robot], scan, beams, pose, (bodies, robot), motion[:2], parameters)
         if pose.elapsed == 0.0:  # its first scan
             extrapolate_into_blind_zone(points[robot], scan, (echoes, beams), pose, parameters)
-        edge = edge_of_free(echoes, beams, pose, FreeCells(free[robot], least[robot]), parameters)
+        edge = edge_of_free(echoes, beams, pose, OccupancyGrid(free[robot], least[robot]), parameters)
         q = np.empty(2)
         q[0] = pose.x + parameters.hand_offset * math.cos(pose.heading)
         q[1] = pose.y + parameters.hand_offset * math.sin(pose.heading)

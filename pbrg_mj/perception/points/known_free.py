@@ -3,7 +3,7 @@
 A beam shows its way to be free up to its echo, and without one up to the range limit, or under `strict` nothing. What
 lies between two beams is taken to be free up to the chord between their ends; so is what a team-mate hides, a lone echo
 that nobody has confirmed yet, and under `strict` the silent beams between two echoes. Where no beam within `WIDEST`
-tells anything, on blind sides, what scans before have shown stays known (`free_cells`). Where team-mates alone may
+tells anything, on blind sides, what scans before have shown stays known (`occupancy_grid`). Where team-mates alone may
 leave a side blind, a robot knows of no more there than the disc that it needs to turn on the spot. The edge is told by
 places, no two neighbours farther apart than `least_joining`, so that no robot passes between them; at echoes there are
 points already.
@@ -21,7 +21,7 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.beams import echo_across_blind_zone, next_beam
-from pbrg_mj.perception.points.free_cells import free_way, mark_cells, move_window
+from pbrg_mj.perception.points.occupancy_grid import free_range, move_grid, update_grid
 from pbrg_mj.perception.scan.line_fit import wrapped
 
 WIDEST = math.radians(120.0)  # between two beams whose ends a chord may join: it passes at half their range or more
@@ -46,21 +46,21 @@ class Outline(NamedTuple):
 
 
 @kernel
-def edge_of_free(echoes, beams, pose, cells, parameters):
+def edge_of_free(echoes, beams, pose, grid, parameters):
     """Return the `Edge` of a scan with `echoes` (see `detect`) and its `SeenBeams`; none where nothing closes.
 
-    `cells`, the robot's `FreeCells`, are brought to what is known after the scan.
+    `grid`, the robot's `OccupancyGrid`, is brought to what is known after the scan.
     """
     chords, angles = _chords((echoes, beams), pose, parameters), _angles(beams.directions, pose.heading, parameters)
     if not parameters.closed_beyond:
         return _edge_at_chords(chords, angles, pose)
     reach = _reach(echoes, beams.ranges, chords, parameters)
-    if len(cells.free) > 0:
-        move_window(cells, pose, parameters)
+    if len(grid.free) > 0:
+        move_grid(grid, pose, parameters)
         seen = np.flatnonzero(reach)
         if len(seen) > 1:
-            mark_cells(cells, (angles[seen], reach[seen]), WIDEST, pose, parameters)
-    outline, corners = _outline(reach, echoes.binds, angles, (cells, pose), parameters)
+            update_grid(grid, (angles[seen], reach[seen]), WIDEST, pose, parameters)
+    outline, corners = _outline(reach, echoes.binds, angles, (grid, pose), parameters)
     places = 0
     for i in range(corners - 1):
         places += _parts(outline, i, parameters.least_joining)
@@ -147,7 +147,7 @@ def _outline(reach, binds, angles, known, parameters):
     """Return the `Outline` and how many corners it has.
 
     reach (beams,) [m] is that of `_reach`, binds (beams,) whether there is an echo that does, angles (beams,) [rad] are
-    in the world; `known` are the robot's `FreeCells` and its pose.
+    in the world; `known` are the robot's `OccupancyGrid` and its pose.
     """
     beams = len(reach)
     most = beams + 1 + 3 * MOST_BLIND
@@ -183,15 +183,15 @@ def _angles(directions, heading, parameters):
 def _blind_side(outline, count, sector, known, parameters):
     """Add the corners of what is known to be free between the directions of a sector (2,) [rad] if they are far apart.
 
-    `known` are the robot's `FreeCells` and its pose.
+    `known` are the robot's `OccupancyGrid` and its pose.
     """
     if sector[1] - sector[0] <= WIDEST:
         return count
-    cells, pose = known
+    grid, pose = known
     steps = math.ceil((sector[1] - sector[0]) / ARC)
     for step in range(steps + 1):
         angle = sector[0] + (sector[1] - sector[0]) * step / steps
-        way = free_way(cells, angle, pose, parameters) if len(cells.free) > 0 else parameters.blind_radius
+        way = free_range(grid, angle, pose, parameters) if len(grid.free) > 0 else parameters.blind_radius
         count = _corner(outline, count, (angle, way), False)
     return count
 

@@ -10,8 +10,8 @@ from scipy.special import ndtr, ndtri, pdtrc  # scipy.stats has the same, but ta
 
 from pbrg_mj.perception.points.confirm import APART
 from pbrg_mj.perception.points.corner_bound import MOST_LOST
-from pbrg_mj.perception.points.free_cells import CELLS, ROOM
 from pbrg_mj.perception.points.known_free import WIDEST
+from pbrg_mj.perception.points.occupancy_grid import CELLS, ROOM
 from pbrg_mj.perception.scan.parameters import in_metres
 from pbrg_mj.perception.scan.self_occlusion import blocked_beams
 from pbrg_mj.perception.track.world_frame import PoseModel, pose_model
@@ -110,7 +110,7 @@ def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
         closed_beyond=scenario.estimator.unknown != "free",
         silence_is_free=scenario.estimator.unknown != "strict",
         blind_radius=room,
-        cells=cells_across(room, robot) if has_blind_sides(scenario, angles[~blocked]) else 0,
+        cells=grid_size(room, robot) if has_blind_sector(scenario, angles[~blocked]) else 0,
         cell=robot.clearance / CELLS,
         least_joining=in_metres(scenario.estimator.thresholds.joining, robot.clearance),
         straight_length=in_metres(scenario.estimator.thresholds.straight_length, robot.clearance),
@@ -127,7 +127,7 @@ def blind_radius(robot: RobotModel, error: float) -> float:
     return (robot.clearance + robot.hand_offset + error) / LEAST_FREE
 
 
-def has_blind_sides(scenario: Scenario, angles: np.ndarray) -> bool:
+def has_blind_sector(scenario: Scenario, angles: np.ndarray) -> bool:
     """Tell whether unseen space is not free, and beams at angles (N,) [rad] leave a side unseen."""
     if scenario.estimator.unknown == "free" or len(angles) == 0:
         return False
@@ -135,7 +135,7 @@ def has_blind_sides(scenario: Scenario, angles: np.ndarray) -> bool:
     return scenario.estimator.unknown == "strict" or bool(gaps.max() > WIDEST)
 
 
-def cells_across(room: float, robot: RobotModel) -> int:
+def grid_size(room: float, robot: RobotModel) -> int:
     """Return how many cells hold the disc of radius `room` [m] in which a robot turns, and where it came from."""
     return 2 * math.ceil((room / robot.clearance + ROOM) * CELLS) + 1
 

@@ -7,13 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from pbrg_mj.scenario.random_streams import Source, stream
-from pbrg_mj.scenario.schema import Scenario
-from pbrg_mj.sensing.beam_model import noisy_scan
-from pbrg_mj.sensing.noise import sensor_noise
-from pbrg_mj.sensing.readings import Readings
 from tests.perceiving import rows
-from tests.raycast import Scene, cast
+from tests.raycast import Scene
 from tests.seeing_points import PERIOD, ROBOT, estimator, scan
 from tests.test_perception_known_free import CROSS, L_SHAPE, U_SHAPE, admitted, around, clutter, distances
 
@@ -24,16 +19,6 @@ NOWHERE = np.array([[0.0, 0.0]])
 def ahead(sweep: int) -> dict:
     """A sensor with beams 2 degrees apart."""
     return {"beams": {"sweep_deg": float(sweep), "start_deg": -sweep / 2, "count": sweep // 2 + 1}}
-
-
-def scan_ahead(given: Scenario, scene: Scene, pose: np.ndarray, frame: int) -> Readings:
-    """What a robot reads at a true pose (3,); pose as in `scan`, beams as far as they go round."""
-    read, noise, beams = scan(given, Scene(()), pose[None], frame), sensor_noise(given), given.sensors.beams
-    turned = pose + np.array([0.0, 0.0, np.deg2rad(beams.start_deg)])
-    raw = np.nan_to_num(cast(scene, turned, 180, beams.range_max)[: beams.count], nan=-1.0)
-    raw[raw < beams.range_min] = -1.0
-    seen = noisy_scan(raw, noise, stream(noise.seed, Source.BEAMS, 0, frame))
-    return Readings(read.body_pose, seen[None], True, read.pose_frame, frame)
 
 
 AHEAD = ahead(150)
@@ -48,7 +33,7 @@ def seen_from(poses: list[np.ndarray], scene: Scene = OPEN) -> Iterator[tuple[np
     made, given = estimator(AHEAD, slots=8, unknown="closed")
     memory = made.init()
     for frame, pose in enumerate(poses):
-        known, memory = made.step_towards(scan_ahead(given, scene, pose, frame), frame * PERIOD, memory, NOWHERE)
+        known, memory = made.step_towards(scan(given, scene, pose[None], frame), frame * PERIOD, memory, NOWHERE)
         yield rows(known)
 
 
@@ -99,7 +84,7 @@ def test_no_point_that_a_robot_may_go_to_is_nearer_to_a_solid_than_the_clearance
         course = rng.uniform(0, 2 * np.pi)
         for frame in range(60):
             goal = pose[:2] + np.array([np.cos(course), np.sin(course)])
-            known, memory = made.step_towards(scan_ahead(given, scene, pose, frame), frame * PERIOD, memory, goal[None])
+            known, memory = made.step_towards(scan(given, scene, pose[None], frame), frame * PERIOD, memory, goal[None])
             G, h = rows(known)
             if frame >= 2:
                 points = admitted(pose, G, h, seed)

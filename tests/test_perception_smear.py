@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from pbrg_mj.perception.points.deskew import deskewed, poses_at
 from pbrg_mj.perception.scan.team_mates import distance_from_arc
+from pbrg_mj.perception.track.deskew import deskewed, poses_at
 from pbrg_mj.perception.track.pose_history import PoseHistory, exposure, scanned
 from pbrg_mj.scenario.random_streams import Source, stream
 from pbrg_mj.scenario.schema import Scenario

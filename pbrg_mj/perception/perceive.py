@@ -23,6 +23,7 @@ from pbrg_mj.perception.scan.parameters import LineParameters
 from pbrg_mj.perception.scan.points import BLOCKED
 from pbrg_mj.perception.scan.team_mates import TeamMateModel, without_team_mates
 from pbrg_mj.perception.setup import PerceptionParameters, PerceptionSetup
+from pbrg_mj.perception.track.deskew import deskewed
 from pbrg_mj.perception.track.filtered_poses import equivalent_variances
 from pbrg_mj.perception.track.pose_history import PoseHistory, no_poses, poses_at_scan, with_poses
 from pbrg_mj.perception.track.records import TrackParameters, no_tracks
@@ -76,7 +77,8 @@ def perceive(
         covariances = filtered.at_exposure.covariance, filtered.now.covariance
         variances = equivalent_variances(*covariances, model)
         at = at._replace(variances=variances, error_variances=variances)
-    scans = (readings.ranges, *at, time)
+    seen = tuple(deskewed(readings, history, at.poses, setup.parameters.robots, setup))
+    scans = (seen, *at, time)
     written = (tracks, anchors, known.G, known.h, known.active, known.binds)
     perceive_scans(scans, setup.packed, (memory.tracks, memory.anchors), written)
     return known, PerceptionMemory(tracks, anchors, history, known)
@@ -106,13 +108,13 @@ class ScanWorkspace(NamedTuple):
 def perceive_scans(scans, packed, before, after):
     """Write to `after` what is known after the scans of all robots that have beams. All arguments are plain tuples.
 
-    - scans: ranges (R, beams) [m]; poses (n, 3), variances (n, 2) and errors (n, 2), the error_variances, of
-      PosesAtScan; time of use [s]
+    - scans: ranges (R, beams) [m], directions (R or 1, beams, 2), bodies (beams or 1, n, 2) [m] of DeskewedScans; poses
+      (n, 3), variances (n, 2) and errors (n, 2), the error_variances, of PosesAtScan; time of use [s]
     - packed: the members of PerceptionParameters, in their order
     - before: tracks (n, M) of TRACK and anchors (n,) of ANCHOR, as they were after the scans before
     - after: the members of PerceptionArrays, in their order, with empty half-spaces
     """
-    ranges, poses, variances, errors, time = scans
+    (ranges, directions, bodies), poses, variances, errors, time = scans
     known = PerceptionArrays(*after)
     parameters = _named(packed)
     _copy(before, known)
@@ -120,7 +122,8 @@ def perceive_scans(scans, packed, before, after):
     for row in range(len(parameters.robots)):
         robot = parameters.robots[row]
         if not math.isnan(poses[robot, 0] + poses[robot, 1] + poses[robot, 2]):  # else it cannot place a line
-            _perceive_scan(ranges[row], (robot, poses, variances, errors, time), parameters, work, known)
+            scan = ranges[row], directions[row if len(directions) > 1 else 0], bodies
+            _perceive_scan(scan, (robot, poses, variances, errors, time), parameters, work, known)
 
 
 @kernel
@@ -155,14 +158,14 @@ def _scan_workspace(beams):
 
 
 @kernel
-def _perceive_scan(read, whose, parameters, work, known):
-    robot, poses, variances, errors, time = whose
+def _perceive_scan(scan, whose, parameters, work, known):
+    (read, directions, bodies), (robot, poses, variances, errors, time) = scan, whose
     pose = pose_at_scan(poses[robot], variances[robot], time, known.anchors[robot])
     _mask_own_wheels(read, parameters.blocked, work.ranges)
-    count = write_lines(work.ranges, parameters.directions, parameters.line, work.fitting, work.lines)
-    team = poses, robot, parameters.team_mate
+    count = write_lines(work.ranges, directions, parameters.line, work.fitting, work.lines)
+    team = bodies, robot, parameters.team_mate
     count = without_team_mates(work.lines, count, work.fitting, pose, team, parameters.line)
-    write_world_directions(work.beams, parameters.directions, pose.heading)
+    write_world_directions(work.beams, directions, pose.heading)
     tracks = known.tracks[robot]
     lines = lines_in_world(work.lines, count, pose, errors[robot])
     update_tracks(tracks, lines, (work.ranges, work.beams), pose, parameters.track)

@@ -45,6 +45,7 @@ class PerceptionSetup:
     robots: int
     slots: int  # half-spaces per robot
     parameters: PerceptionParameters
+    scan_time: float  # from the first beam of a scan to its end [s]; 0: all at once
     packed: tuple  # the parameters as `perceive_scans` takes them
     given: HalfSpaces | None  # for `source: given`; None when they come from the beams
 
@@ -52,6 +53,16 @@ class PerceptionSetup:
     def directions(self) -> np.ndarray:
         """Unit vectors (beams, 2) of the beams in the body frame."""
         return self.parameters.directions
+
+    @property
+    def range_max(self) -> float:
+        """Range limit of the beams [m]."""
+        return self.parameters.line.range_max
+
+    @property
+    def pose(self) -> PoseModel:
+        """Noise and clock of the robots' pose estimates."""
+        return self.parameters.pose
 
     @property
     def line_params(self) -> LineParameters:
@@ -86,6 +97,7 @@ def perception_setup(
         robots=robots,
         slots=estimator.half_spaces_per_robot,
         parameters=parameters,
+        scan_time=0.0 if scenario.plant == "ideal" else scenario.assumed_sensors.beams.scan_time,
         packed=parameters.packed(),
         given=given_half_spaces(estimator, robots) if estimator.source == "given" else None,
     )

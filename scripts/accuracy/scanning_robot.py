@@ -14,7 +14,8 @@ from pbrg_mj.sensing.beam_model import noisy_scan
 from pbrg_mj.sensing.noise import sensor_noise
 from pbrg_mj.sensing.readings import Readings
 
-SENSORS = ("ideal", "generic", "robotarium", "tof_ring", "lidar")  # presets
+SENSORS = ("ideal", "generic", "robotarium", "tof_ring", "lidar")  # presets whose scans are rays, taken at once
+OTHERS = ("lds_02", "tof_cones")  # one takes time for a scan, one has cones
 CLEARANCE, HAND = 0.1, 0.04  # [m]
 
 
@@ -22,15 +23,21 @@ PLATES, LOW = 0.049, 0.03  # heights of beams [m]: half the plates', and where w
 
 
 def scenario(sensor: str, seed: int = 0, height: float = PLATES, **estimator: object) -> Scenario:
-    """A robot by itself with one of SENSORS; every sensor has noise of its own, whatever the seed."""
+    """A robot by itself with one of SENSORS or OTHERS; every sensor has noise of its own, whatever the seed."""
     given = {
-        "seed": seed * len(SENSORS) + SENSORS.index(sensor),
+        "seed": _seed(sensor, seed),
         "team": {"start": [(0, 0)], "formation": [(0, 0)], "leaders": [1]},
         "operator": {"reference": (0, 0)},
         "sensors": {"beams": {"preset": sensor, "height": height}},
         "estimator": estimator,
     }
     return Scenario.model_validate(given)
+
+
+def _seed(sensor: str, seed: int) -> int:
+    if sensor in SENSORS:
+        return seed * len(SENSORS) + SENSORS.index(sensor)
+    return 10**7 + seed * len(OTHERS) + OTHERS.index(sensor)
 
 
 class ScanningRobot:

@@ -2,7 +2,6 @@
 
 parameters      of the sensor, the robot and the estimator
 beams           the beams of a scan, and which of them looks in a direction
-deskew          a scan that takes time, as if taken at once
 memory          points over time: seen again, hidden, passed by beams, forgotten
 corner_bound    how far a corner between two beams may stick out
 confirm         which points of earlier scans confirm a lone echo

@@ -13,7 +13,6 @@ from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.perception.points.approach import move_half_spaces
 from pbrg_mj.perception.points.beams import SeenBeams
 from pbrg_mj.perception.points.blind_zone_points import assign_velocities, predict_blind_zone_points
-from pbrg_mj.perception.points.deskew import deskewed
 from pbrg_mj.perception.points.detect import add_scan
 from pbrg_mj.perception.points.initial_blind_zone import extrapolate_into_blind_zone
 from pbrg_mj.perception.points.known_free import edge_of_free
@@ -24,6 +23,7 @@ from pbrg_mj.perception.points.occupancy_grid import OccupancyGrid, empty_grids
 from pbrg_mj.perception.points.parameters import PointParameters
 from pbrg_mj.perception.points.past_scan import PAST_ECHO, PAST_POSE
 from pbrg_mj.perception.points.separate import separate
+from pbrg_mj.perception.track.deskew import deskewed
 from pbrg_mj.perception.track.pose_history import PoseHistory, no_poses, poses_at_scan, with_poses
 from pbrg_mj.perception.track.world_frame import ANCHOR, pose_at_scan
 from pbrg_mj.sensing.readings import Readings

@@ -65,8 +65,9 @@ def distance_from_arc(x, y, middle, half_cone):
 def without_team_mates(lines, count, work, pose, team, params):
     """Drop lines that team-mates alone may make; return how many of the `count` of `lines` are left, in their order.
 
-    A line stays that would have points enough without those of team-mates: `team` (poses, own, model) are poses (n, 3),
-    this robot's number and the TeamMateModel, `work` the LineWorkspace of the scan.
+    A line stays that would have points enough without those of team-mates: `team` (bodies, own, model) are the places
+    of robots when a beam was taken (beams or 1, n, 2) [m], this robot's number and the TeamMateModel, `work` the
+    LineWorkspace of the scan.
     """
     if team[2].body_radius == 0.0:
         return count
@@ -83,9 +84,9 @@ def without_team_mates(lines, count, work, pose, team, params):
 def _has_points_enough(work, line, pose, team, params):
     """Tell whether a line has points enough without those of team-mates.
 
-    `team` is poses (n, 3), own and model as above.
+    `team` is bodies (beams or 1, n, 2), own and model as above.
     """
-    poses, own, model = team
+    bodies, own, model = team
     cos, sin, count = math.cos(pose.heading), math.sin(pose.heading), 0
     for b in range(len(work.owner)):
         if work.owner[b] == line:
@@ -93,7 +94,8 @@ def _has_points_enough(work, line, pose, team, params):
             echo = pose.x + cos * point[X] - sin * point[Y], pose.y + sin * point[X] + cos * point[Y]
             pose_std = math.sqrt(pose.position_var + point[R] ** 2 * pose.heading_var)
             reach = reach_of_team_mate(model.body_radius, math.sqrt(point[VARIANCE]) + pose_std)
-            if not is_team_mate(echo, (pose.x, pose.y), reach, (poses, own), model.half_cone):
+            places = bodies[b if len(bodies) > 1 else 0]
+            if not is_team_mate(echo, places[own], reach, (places, own), model.half_cone):
                 count += 1
                 if count >= params.min_points:
                     return True

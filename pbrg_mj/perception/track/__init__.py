@@ -4,6 +4,7 @@ In: the lines of a scan, the pose estimate, the tracks before. Out: the tracks a
 
     world_frame     the robot's pose at the scan; lines and beams from the body frame into the world frame
     pose_history    where robots were at a scan, from the camera's last frames
+    deskew          a scan that takes time, as if taken at once
     filtered_poses  what the poses of a filter are worth where scan after scan is averaged
     records         the record of a track, and the parameters
     association     which line belongs to which track; tracks of one line merged

@@ -7,13 +7,37 @@ since that beam, by the same poses. A team-mate is looked for where it was then.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from pbrg_mj.perception.points.parameters import PointParameters
 from pbrg_mj.perception.track.pose_history import PoseHistory, scanned
+from pbrg_mj.perception.track.world_frame import PoseModel
 from pbrg_mj.sensing.readings import Readings
+
+
+class Scanner(Protocol):
+    """How a scan is taken, as the parameters of an estimator tell it."""
+
+    @property
+    def directions(self) -> np.ndarray:
+        """Unit vectors (beams, 2) of the beams in the body frame, in the order in which they are taken."""
+        ...
+
+    @property
+    def scan_time(self) -> float:
+        """From the first beam of a scan to its end [s]; 0: all at once."""
+        ...
+
+    @property
+    def range_max(self) -> float:
+        """Range limit [m]."""
+        ...
+
+    @property
+    def pose(self) -> PoseModel:
+        """Clock of the scans and of the camera."""
+        ...
 
 
 class DeskewedScans(NamedTuple):
@@ -25,18 +49,18 @@ class DeskewedScans(NamedTuple):
 
 
 def deskewed(
-    readings: Readings, history: PoseHistory, end: np.ndarray, robots: np.ndarray, parameters: PointParameters
+    readings: Readings, history: PoseHistory, end: np.ndarray, robots: np.ndarray, scanner: Scanner
 ) -> DeskewedScans:
     """Return the readings' scans, of `robots` (R,), as if taken at their end, when robots were at `end` (n, 3)."""
-    if not parameters.scan_time > 0.0 or readings.pose_frame < 0:
-        return DeskewedScans(readings.ranges, parameters.directions[None], end[None, :, :2].copy())
-    taken, count = scanned(readings.scan_frame, parameters.pose), readings.ranges.shape[1]
-    early = parameters.scan_time * (1.0 - np.arange(1, count + 1) / count)
+    if not scanner.scan_time > 0.0 or readings.pose_frame < 0:
+        return DeskewedScans(readings.ranges, scanner.directions[None], end[None, :, :2].copy())
+    taken, count = scanned(readings.scan_frame, scanner.pose), readings.ranges.shape[1]
+    early = scanner.scan_time * (1.0 - np.arange(1, count + 1) / count)
     poses = poses_at(_until(taken, end, history), taken - early)
     own = poses[:, robots]  # (beams, R, 3)
     turn = own[:, :, 2] - own[-1, :, 2]
-    cos, sin, dx, dy = np.cos(turn), np.sin(turn), parameters.directions[:, :1], parameters.directions[:, 1:]
-    reach = np.where(np.isnan(readings.ranges), parameters.range_max, readings.ranges).T
+    cos, sin, dx, dy = np.cos(turn), np.sin(turn), scanner.directions[:, :1], scanner.directions[:, 1:]
+    reach = np.where(np.isnan(readings.ranges), scanner.range_max, readings.ranges).T
     came = _turned_back(own[:, :, :2] - own[-1, :, :2], own[-1, :, 2])
     ends = came + reach[:, :, None] * np.stack([cos * dx - sin * dy, sin * dx + cos * dy], axis=-1)
     lengths = np.linalg.norm(ends, axis=-1)

@@ -1,0 +1,68 @@
+"""Lines of a scan that takes time: the robot moves on between its beams, and so do its team-mates."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pbrg_mj.perception.perceive import PerceptionMemory, initial, perceive
+from pbrg_mj.perception.setup import PerceptionSetup, perception_setup
+from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.sensing.readings import Readings
+from tests.perceiving import CLEARANCE, HAND, scenario
+from tests.raycast import Scene, cast
+
+FRAME = 1 / 30  # of the camera [s]
+ROOM = Scene(((-2.0, -1.5, 2.5, -1.5), (2.5, -1.5, 2.5, 1.8), (2.5, 1.8, -2.0, 1.8), (-2.0, 1.8, -2.0, -1.5)))
+EXACT = {"preset": "lds_02", "noise_std": 0.0, "noise_ratio": 0.0, "quantum": 0.0, "dropout": 0.0, "outliers": 0.0}
+
+
+def on_arc(time: float) -> np.ndarray:
+    """The pose (3,) of a robot at 0.3 m/s and 0.8 rad/s."""
+    heading = 0.4 + 0.8 * time
+    return np.array([0.375 * (np.sin(heading) - np.sin(0.4)), -0.375 * (np.cos(heading) - np.cos(0.4)), heading])
+
+
+def taken(given: Scenario, scene: Scene, end: float) -> np.ndarray:
+    """Exact ranges (1, beams) [m] of a scan that ends at a time [s]."""
+    beams, ranges = given.sensors.beams, []
+    for k in range(beams.count):
+        pose = on_arc(end - beams.scan_time * (1.0 - (k + 1) / beams.count))
+        ranges.append(cast(scene, pose + np.array([0.0, 0.0, 2.0 * np.pi * k / beams.count]), 1, beams.range_max)[0])
+    return np.array(ranges)[None]
+
+
+def drive(setup: PerceptionSetup, given: Scenario, scene: Scene, seconds: float) -> PerceptionMemory:
+    """Let a robot drive on its arc; return what it remembers after its last scan. The first scan begins at t = 0."""
+    memory, scans = initial(setup), 0
+    ranges = np.full((1, given.sensors.beams.count), np.nan)
+    for frame in range(round(seconds / FRAME) + 1):
+        time, new = frame * FRAME, False
+        if frame > 0 and frame % 6 == 0:
+            scans, new, ranges = scans + 1, True, taken(given, scene, time)
+        readings = Readings(on_arc(time)[None], ranges, new, frame, scans)
+        _, memory = perceive(readings, time, memory, setup)
+    return memory
+
+
+def errors(memory: PerceptionMemory) -> np.ndarray:
+    """Errors (tracks, 2) of the angle [rad] and the offset [m] of all that is tracked, in the ROOM."""
+    found, anchor = [], memory.anchors[0]
+    for track in memory.tracks[0][memory.tracks[0]["live"] == 1]:
+        quarter = round(track["angle"] / (np.pi / 2))
+        distances = 2.5 - anchor["x"], 1.8 - anchor["y"], 2.0 + anchor["x"], 1.5 + anchor["y"]
+        found.append((track["angle"] - quarter * np.pi / 2, track["offset"] - distances[quarter % 4]))
+    return np.array(found)
+
+
+def test_walls_are_where_they_are_to_a_robot_that_turns_while_it_scans() -> None:
+    given = scenario(sensors={"beams": EXACT, "camera": {"position_std": 0.0, "heading_std_deg": 0.0}})
+    found = errors(drive(perception_setup(given, CLEARANCE, HAND), given, ROOM, 2.0))
+    assert len(found) == 4
+    assert np.abs(found[:, 0]).max() < 2e-3
+    assert np.abs(found[:, 1]).max() < 2e-3
+
+
+def test_a_scan_that_is_assumed_to_be_taken_at_once_turns_the_walls() -> None:
+    given = scenario(sensors={"beams": {"preset": "lds_02"}}, estimator={"assumed": {"beams": {"scan_time": 0.0}}})
+    found = errors(drive(perception_setup(given, CLEARANCE, HAND), given, ROOM, 2.0))
+    assert np.abs(found[:, 0]).max() > 0.05

@@ -5,10 +5,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from pbrg_mj.perception.scan.parameters import LineParameters, line_parameters
-from pbrg_mj.scenario.schema import PRESETS, Beams, Scenario
-from tests.raycast import Scene, cast
+from pbrg_mj.scenario.schema import PRESETS, Beams, Scenario, ray_angles
+from tests.raycast import Scene, cast_along
 
 SENSORS = ("generic", *PRESETS)
+
+
+def cast_cones(scene: Scene, pose: np.ndarray, beams: Beams) -> np.ndarray:
+    """Exact ranges (beams,) [m] from `pose` (3,), of the nearest of each beam's rays; NaN for no hit."""
+    ranges = cast_along(scene, pose, ray_angles(beams), beams.range_max).reshape(beams.count, beams.rays)
+    return np.fmin.reduce(ranges, axis=1)
 
 
 @dataclass(frozen=True)
@@ -21,7 +27,7 @@ class Sensor:
 
     def look(self, scene: Scene, pose: np.ndarray, random: np.random.Generator | None) -> np.ndarray:
         """A scan from `pose`, with the sensor's noise unless `random` is None."""
-        exact = cast(scene, pose, self.beams.count, self.beams.range_max)
+        exact = cast_cones(scene, pose, self.beams)
         return exact if random is None else self.disturb(exact, random)
 
     def disturb(self, exact: np.ndarray, random: np.random.Generator) -> np.ndarray:

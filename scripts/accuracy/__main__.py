@@ -15,10 +15,11 @@ import numpy as np
 import robots
 import walls
 from page import written
-from scanning_robot import LOW, PLATES, SENSORS, scenario
+from scanning_robot import LOW, OTHERS, PLATES, SENSORS, scenario
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "perception-accuracy.md"
 CHUNK = 25
+ALL = (*SENSORS, *OTHERS)
 LOW_RANGE = 1.0  # [m] of the walls for low beams
 
 
@@ -54,7 +55,7 @@ def low_beams(sensor: str, seeds: int, pool: ProcessPoolExecutor) -> dict:
     return {
         "recall": [walls.figures(r)["recall"] for r in rows],
         "consistency": {"single": single, "fused": fused},
-        "outside": float(evaluated.mean()),
+        "outside": float(evaluated.mean()) if len(evaluated) else float("nan"),
         "evaluated": len(evaluated),
         "false_walls": sum(false),
         "rows": rows_bound(sensor, 5, robots.SPACINGS[0], seeds, pool, LOW),
@@ -87,11 +88,11 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=200)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--json", action="store_true")
-    parser.add_argument("--sensors", nargs="+", choices=SENSORS, help="only these; prints JSON, writes no page")
+    parser.add_argument("--sensors", nargs="+", choices=ALL, help="only these; prints JSON, writes no page")
     args = parser.parse_args()
     with ProcessPoolExecutor(args.jobs) as pool:
         found: dict = {"seeds": args.seeds}
-        found["sensors"] = {sensor: measure(sensor, args.seeds, pool) for sensor in args.sensors or SENSORS}
+        found["sensors"] = {sensor: measure(sensor, args.seeds, pool) for sensor in args.sensors or ALL}
         if not args.sensors:
             found["tof_ring_of_four_points"] = fewer_points(args.seeds, pool)
     if args.json or args.sensors:

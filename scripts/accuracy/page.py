@@ -89,7 +89,7 @@ def _whole(found: dict) -> str:
     for sensor, f in found["sensors"].items():
         single, fused = (_consistent(f["consistency"][name]) for name in ("single", "fused"))
         counts = (f["evaluated"], f["false_walls"], f["false_scans"], *f["rows"])
-        rows.append((sensor, f"{f['outside']:.2%}", *map(str, counts), *single, *fused))
+        rows.append((sensor, _share(f["outside"]), *map(str, counts), *single, *fused))
     return f"{head}\n|{'---|' * 11}\n{_table(rows)}"
 
 
@@ -102,11 +102,17 @@ def _low(found: dict) -> str:
         counts = (low["evaluated"], low["false_walls"], f["false_scans"], low["rows"])
         consistent = (_consistent(low["consistency"][name])[1] for name in ("single", "fused"))
         recall = (f"{share:.1%}" for share in low["recall"])
-        rows.append((sensor, *recall, f"{low['outside']:.2%}", *map(str, counts), *consistent))
+        rows.append((sensor, *recall, _share(low["outside"]), *map(str, counts), *consistent))
     return f"{head}\n|{'---|' * 11}\n{_table(rows)}"
 
 
+def _share(value: float) -> str:
+    return "-" if math.isnan(value) else f"{value:.2%}"
+
+
 def _consistent(f: dict) -> tuple[str, str]:
+    if math.isnan(f["mean"]):
+        return "-", "-"
     return f"{f['inside']} of {f['cells']}", f"{f['mean']:.2f} ({f['low']:.2f} to {f['high']:.2f})"
 
 

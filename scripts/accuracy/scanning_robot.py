@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from raycast import Scene, cast, wheels
+from raycast import Scene, cast_along, wheels
 
 from pbrg_mj.perception.perceive import PerceptionMemory, initial, perceive
 from pbrg_mj.perception.setup import PerceptionSetup, perception_setup
 from pbrg_mj.perception.track.records import error_covariance
 from pbrg_mj.scenario.random_streams import Source, stream
-from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.scenario.schema import Scenario, ray_angles
 from pbrg_mj.sensing.beam_model import noisy_scan
+from pbrg_mj.sensing.cone import nearest_in_cones
 from pbrg_mj.sensing.noise import sensor_noise
 from pbrg_mj.sensing.readings import Readings
 
@@ -46,15 +47,16 @@ class ScanningRobot:
     def __init__(self, given: Scenario) -> None:
         self.setup, self.noise = perception_setup(given, CLEARANCE, HAND), sensor_noise(given)
         beams = given.sensors.beams
-        self.beams, self.period, self.height = beams.count, 1 / beams.rate_hz, beams.height
+        self.angles, self.period, self.height = ray_angles(beams), 1 / beams.rate_hz, beams.height
         self.memory: PerceptionMemory = initial(self.setup)
         self.frame = 0
 
     def scan(self, scene: Scene, pose: np.ndarray) -> None:
         """Scan a scene from a true pose (3,); low beams see the own wheels too."""
         seen = scene + wheels(pose, self.height)
-        raw = np.nan_to_num(cast(seen, pose, self.beams, self.noise.range_max), nan=-1.0)
-        ranges = noisy_scan(raw, self.noise, stream(self.noise.seed, Source.BEAMS, 0, self.frame))
+        raw = np.nan_to_num(cast_along(seen, pose, self.angles, self.noise.range_max), nan=-1.0)
+        nearest, _ = nearest_in_cones(raw[None], self.noise.rays)
+        ranges = noisy_scan(nearest[0], self.noise, stream(self.noise.seed, Source.BEAMS, 0, self.frame))
         draw = stream(self.noise.seed, Source.CAMERA, 0, self.frame).standard_normal(3)
         pose = pose + draw * [self.noise.position_std, self.noise.position_std, self.noise.heading_std]
         readings = Readings(pose[None], ranges[None], True, 0, 0)

@@ -84,9 +84,11 @@ def band(count: int) -> tuple[float, float]:
 
 
 def pooled(cells: dict[str, dict[str, float]], name: str) -> dict[str, float]:
-    """Consistency of all cells of a sensor together."""
+    """Consistency of all cells of a sensor together; NaN where it made no line."""
     some = [c for c in cells.values() if f"{name}_nees" in c]
     count = int(sum(c[f"{name}_nees_of"] for c in some))
+    if count == 0:
+        return {"inside": 0, "cells": 0, "mean": np.nan, "low": np.nan, "high": np.nan}
     mean = sum(c[f"{name}_nees"] * c[f"{name}_nees_of"] for c in some) / count
     low, high = band(count)
     inside = sum(c[f"{name}_nees_in_band"] for c in some)

@@ -3,9 +3,11 @@
 In: ranges of one scan, directions of its beams, `LineParameters`. Out: `Lines` with covariance and free ends.
 
     self_occlusion  which beams meet the robot's own wheels
+    cone            where in its view a cone meets a wall; places and chords of beams
     points          ranges to points, without lone outliers
     segmentation    points to clusters (adaptive breakpoints) to straight segments (split and merge)
     line_fit        the line through the points of a segment, and its covariance
+    cone_ends       cones that see the end of a wall
     robust_fit      outliers removed, tests of straightness, outlier inflation of the covariance
     line_ends       what the beams beside a line say: it ends, it has a gap, or nothing
     collinear       segments of one line merged
@@ -18,7 +20,8 @@ In: ranges of one scan, directions of its beams, `LineParameters`. Out: `Lines` 
 Kernels name their arrays alike, for a scan of B beams:
 
     ranges (B,), directions (B, 2)  as measured [m], unit vectors in the body's frame
-    points (B, 6)                   a row a beam: x, y, range [m], direction x, y, variance of the range [m^2]
+    points (B, 6)                   a row a beam: x, y, range [m], direction x, y, variance of the range [m^2]; of a
+                                    cone those of its axis
     order (N,)                      the beams that have a point, counter-clockwise
     owner (B,), ranking (B,)        the line that has a beam's point, -1 for none; lines, longest first
     members (N,), at (B, 4)         beams of one line; where they meet it: s, weight, residual, cosine

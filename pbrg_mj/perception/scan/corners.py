@@ -12,8 +12,9 @@ from __future__ import annotations
 import math
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.scan.line_fit import LEAST_COSINE, beam_incidence, extent, fit_line, weight_of
-from pbrg_mj.perception.scan.points import DX, DY, X, Y, apart
+from pbrg_mj.perception.scan.cone import DX, DY
+from pbrg_mj.perception.scan.line_fit import LEAST_COSINE, beam_incidence, extent, fit_line, off_line, weight_of
+from pbrg_mj.perception.scan.points import apart
 from pbrg_mj.perception.scan.robust_fit import OUTLIER, write_fit
 
 AMBIGUOUS = 1.0  # standard deviations of a corner's direction within which a beam is nobody's
@@ -66,7 +67,7 @@ def _settle(points, params, order, places, work):
         return
     x, y, across = _corner(work.fits[a], work.fits[b], params.least_corner)
     distance = math.hypot(x, y)
-    if distance <= 0.0 or not _between(points, order, places, work.owner, x, y):
+    if distance <= 0.0 or not _meet(points, params, order, places, (x, y), work):
         return
     corner = (x / distance, y / distance, AMBIGUOUS * across / distance)
     for keep in (True, False):  # what each would lose is counted first
@@ -78,22 +79,23 @@ def _settle(points, params, order, places, work):
             return
         if not keep and lost_a + lost_b > 0:
             work.moved[a] = work.moved[b] = True
-    _set_corner_odds(points, order, (z, 1), (b, a), corner, work)
-    _set_corner_odds(points, order, (k, -1), (a, b), corner, work)
+    _set_corner_odds(points, params, order, (z, 1), (b, a), corner, work)
+    _set_corner_odds(points, params, order, (k, -1), (a, b), corner, work)
 
 
 @kernel
-def _set_corner_odds(points, order, place, lines, corner, work):
+def _set_corner_odds(points, params, order, place, lines, corner, work):
     """Set the odds that the last point of a line before a corner is beyond it: the corner is known so well.
 
     It is the first of the second of `lines` (own, other) before a point of the first, which is looked for from a
     `place` (i, direction) on. `corner` is x, y, the unit vector towards it, and ambiguous, how well it is known [rad].
     """
-    (i, direction), (x, y, ambiguous) = place, corner
+    i, direction = place
     i = _first_of(order, work.owner, i, direction, lines[0])
     beam = order[_first_of(order, work.owner, i, -direction, lines[1])]
-    sine = direction * (points[beam, DX] * y - points[beam, DY] * x)
-    beyond = 0.5 * math.erfc(AMBIGUOUS * sine / max(ambiguous, LEAST_AMBIGUOUS) * math.sqrt(0.5))
+    fits = work.fits[lines[1]], work.fits[lines[0]]
+    own_side, ambiguous = _own_side(points, params, fits, beam, -direction, corner)
+    beyond = 0.5 * math.erfc(AMBIGUOUS * own_side / max(ambiguous, LEAST_AMBIGUOUS) * math.sqrt(0.5))
     work.odds[beam] = beyond / (1.0 - beyond) if beyond < 1.0 else 1.0 / LEAST_AMBIGUOUS
 
 
@@ -115,32 +117,69 @@ def _reassign(points, params, order, place, other, corner, work, keep):
     `keep` none is given away; -1 if one of them is not on the other line: then the two do not meet there, the one hides
     the other.
     """
-    (i, direction), (x, y, ambiguous) = place, corner
+    i, direction = place
     own, lost = work.owner[order[i]], 0
     for _ in range(len(order)):
         beam = order[i]
         if work.owner[beam] >= 0 and work.owner[beam] != own:
             break
-        # Sine of the angle from the corner to the beam, counter-clockwise; of the own wall are those on its side.
-        sine = direction * (x * points[beam, DY] - y * points[beam, DX])
-        if sine > ambiguous:
+        own_side, ambiguous = _own_side(points, params, (work.fits[own], work.fits[other]), beam, direction, corner)
+        if own_side > ambiguous:
             break
         if work.owner[beam] == own:
             lost += 1
             if keep and not _is_on(points, params, work.fits[other], beam):
                 return -1
             if not keep:
-                work.owner[beam] = other if sine < -ambiguous else -1
+                work.owner[beam] = other if own_side < -ambiguous else -1
         i = (i + direction) % len(order)
     return lost
+
+
+@kernel
+def _own_side(points, params, fits, beam, direction, corner):
+    """Return how far a beam is on its own wall's side of a corner, and what is ambiguous of that.
+
+    For a ray it is the sine of the angle from it to the `corner` (x, y, ambiguous) in a direction, 1 for
+    counter-clockwise. A cone tells of the wall that is nearer in its view: for it it is by how much its own one is [m],
+    of two `fits` (own, other).
+    """
+    if params.half_cone == 0.0:
+        x, y, ambiguous = corner
+        return direction * (x * points[beam, DY] - y * points[beam, DX]), ambiguous
+    own, own_variance = _expected_range(points, params, fits[0], beam)
+    other, other_variance = _expected_range(points, params, fits[1], beam)
+    return other - own, AMBIGUOUS * math.sqrt(own_variance + other_variance)
+
+
+@kernel
+def _expected_range(points, params, fit, beam):
+    """Return the range at which a beam meets a line [m], and its variance by that of the line, `fit` (7,) [m^2]."""
+    nx, ny = math.cos(fit[0]), math.sin(fit[0])
+    cosine, s = beam_incidence(points, params, nx, ny, fit[1], beam)
+    cosine = max(cosine, LEAST_COSINE)
+    return fit[1] / cosine, max(fit[4] - 2.0 * s * fit[3] + s * s * fit[2], 0.0) / cosine**2
+
+
+@kernel
+def _meet(points, params, order, places, corner, work):
+    """Tell whether the points of two lines are on both sides of a `corner` (x, y) of theirs.
+
+    `places` (k, z) are those in `order` of a point of each. Cones tell a concave corner's walls alone: at a convex one
+    many views have the corner itself nearest.
+    """
+    if params.half_cone == 0.0:
+        return _between(points, order, places, work.owner, corner[0], corner[1])
+    one, other = work.fits[work.owner[order[places[0]]]], work.fits[work.owner[order[places[1]]]]
+    return math.sin(other[0] - one[0]) > 0.0
 
 
 @kernel
 def _is_on(points, params, fit, beam):
     """Tell whether a point is on a line, as far as its noise lets one tell."""
     nx, ny, c = math.cos(fit[0]), math.sin(fit[0]), fit[1]
-    cosine, s = beam_incidence(points, nx, ny, c, beam)
-    off = nx * points[beam, X] + ny * points[beam, Y] - c
+    cosine, s = beam_incidence(points, params, nx, ny, c, beam)
+    off = off_line(points, params, nx, ny, c, beam)
     variance = 1.0 / weight_of(params, cosine, c) + max(fit[4] - 2.0 * s * fit[3] + s * s * fit[2], 0.0)
     return cosine > LEAST_COSINE and off * off <= OUTLIER**2 * variance
 

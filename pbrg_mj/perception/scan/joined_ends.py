@@ -21,8 +21,18 @@ from __future__ import annotations
 import math
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.scan.line_fit import RESIDUAL, WEIGHT, S, covariance, extent, weight_of, wrapped
-from pbrg_mj.perception.scan.points import DX, DY, MAX_LOST, X, Y, apart
+from pbrg_mj.perception.scan.line_fit import (
+    RESIDUAL,
+    WEIGHT,
+    S,
+    cosine_of,
+    covariance,
+    extent,
+    off_line,
+    weight_of,
+    wrapped,
+)
+from pbrg_mj.perception.scan.points import MAX_LOST, apart
 from pbrg_mj.perception.scan.robust_fit import OUTLIER
 
 LEAST_LEFT = 3  # points of a line without its last two: through fewer any line goes
@@ -178,6 +188,6 @@ def _probability(deviation, offset, odds):
 def _offset_after(points, params, fit, after):
     """Return the offset of the point after the last [m], no nearer than its noise reaches: it is not on the line."""
     nx, ny, c = math.cos(fit[0]), math.sin(fit[0]), fit[1]
-    off = nx * points[after, X] + ny * points[after, Y] - c
-    w = weight_of(params, nx * points[after, DX] + ny * points[after, DY], c)
+    off = off_line(points, params, nx, ny, c, after)
+    w = weight_of(params, cosine_of(points, params, nx, ny, after), c)
     return math.copysign(max(abs(off), OUTLIER / math.sqrt(w)), off)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.scan.line_fit import LEAST_COSINE, weight_of
-from pbrg_mj.perception.scan.points import BLOCKED, DX, DY, R
+from pbrg_mj.perception.scan.cone import R, towards
+from pbrg_mj.perception.scan.line_fit import LEAST_COSINE, cosine_of, weight_of
+from pbrg_mj.perception.scan.points import BLOCKED
 
 CLEARLY_FARTHER = 4.0  # standard deviations beyond which a beam is clearly farther than the line
 RANGE_SHARE = 0.9  # of the range limit: a line nearer than that would have been seen
@@ -23,12 +24,12 @@ def beam_passes(points, params, fit, b):
         return False
     b %= len(points)
     nx, ny, c = math.cos(fit[0]), math.sin(fit[0]), fit[1]
-    cosine = nx * points[b, DX] + ny * points[b, DY]
+    cosine = cosine_of(points, params, nx, ny, b)
     if cosine < LEAST_COSINE or c > cosine * RANGE_SHARE * params.range_max:
         return False
     if not math.isfinite(points[b, R]):
         return points[b, R] != BLOCKED
-    s = _along(points, fit, b)
+    s = _along(points, params, fit, b)
     variance = 1.0 / weight_of(params, cosine, c) + s * s * fit[2] - 2.0 * s * fit[3] + fit[4]
     return points[b, R] * cosine - c > max(params.split_distance, CLEARLY_FARTHER * math.sqrt(variance))
 
@@ -36,11 +37,11 @@ def beam_passes(points, params, fit, b):
 @kernel
 def is_free(points, params, fit, b, side):
     """Tell whether a line truly ends at beam b: enough beams next to it pass, on its side -1 (clockwise) or +1."""
-    start = _along(points, fit, b)
+    start = _along(points, params, fit, b)
     for k in range(1, len(points) // 2):
         if not beam_passes(points, params, fit, b + side * k):
             return False
-        if k >= params.agree and abs(_along(points, fit, b + side * k) - start) >= params.least_gap:
+        if k >= params.agree and abs(_along(points, params, fit, b + side * k) - start) >= params.least_gap:
             return True
     return False
 
@@ -57,15 +58,18 @@ def has_gap(points, params, fit, low, high):
             agreed, start = 0, b
             continue
         agreed += 1
-        if agreed >= params.agree and _along(points, fit, b) - _along(points, fit, start) >= params.least_gap:
+        if (
+            agreed >= params.agree
+            and _along(points, params, fit, b) - _along(points, params, fit, start) >= params.least_gap
+        ):
             return True
     return False
 
 
 @kernel
-def _along(points, fit, b):
+def _along(points, params, fit, b):
     """Return where beam b meets the line, along t = (-sin, cos) [m]."""
     b %= len(points)
     nx, ny = math.cos(fit[0]), math.sin(fit[0])
-    cosine = max(nx * points[b, DX] + ny * points[b, DY], LEAST_COSINE)
-    return fit[1] * (nx * points[b, DY] - ny * points[b, DX]) / cosine
+    dx, dy = towards(points, params, b, nx, ny)
+    return fit[1] * (nx * dy - ny * dx) / max(nx * dx + ny * dy, LEAST_COSINE)

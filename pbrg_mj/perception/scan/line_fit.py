@@ -19,9 +19,10 @@ from __future__ import annotations
 import math
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.scan.points import DX, DY, X, Y
+from pbrg_mj.perception.scan.cone import X, Y, chord_normal, place, towards
 
 S, WEIGHT, RESIDUAL, COSINE = range(4)  # columns of `at`
+CONE_STEPS = 2  # more, of a fit to cones
 LEAST_COSINE = 0.1  # keeps the weight of a beam that runs along the line finite
 
 
@@ -33,14 +34,30 @@ def weight_of(params, cosine, c):
 
 
 @kernel
-def beam_incidence(points, nx, ny, c, b):
+def off_line(points, params, nx, ny, c, b):
+    """Return how far an echo is behind the line (n, c) [m], if it is of a wall like that."""
+    x, y = place(points, params, b, nx, ny)
+    return nx * x + ny * y - c
+
+
+@kernel
+def cosine_of(points, params, nx, ny, b):
+    """Return the cosine of the incidence of a beam on a line of normal (nx, ny)."""
+    dx, dy = towards(points, params, b, nx, ny)
+    return nx * dx + ny * dy
+
+
+@kernel
+def beam_incidence(points, params, nx, ny, c, b):
     """Return (n . d, s) of a beam: the cosine of its incidence, and where along the line it meets it [m].
 
     Where the beam of a point runs along the line, s is where the point is: they meet anywhere.
     """
-    cosine, across = nx * points[b, DX] + ny * points[b, DY], nx * points[b, DY] - ny * points[b, DX]
+    dx, dy = towards(points, params, b, nx, ny)
+    cosine, across = nx * dx + ny * dy, nx * dy - ny * dx
     if cosine < LEAST_COSINE:
-        return cosine, nx * points[b, Y] - ny * points[b, X]
+        x, y = place(points, params, b, nx, ny)
+        return cosine, nx * y - ny * x
     return cosine, c * across / cosine
 
 
@@ -49,9 +66,13 @@ def fit_line(points, params, members, guess):
     """Return (theta, c) of the line; `guess` (theta, c) is good enough for weights.
 
     Total least squares come near whatever the guess; one step from there solves the ranges' equations as well as the
-    noise lets one tell.
+    noise lets one tell. Where cones meet the line depends on it, so there it is done again.
     """
-    return _scored(points, params, members, _principal_axis(points, params, members, guess))
+    line = _scored(points, params, members, _principal_axis(points, params, members, guess))
+    if params.half_cone > 0.0:
+        for _ in range(CONE_STEPS):
+            line = _scored(points, params, members, _principal_axis(points, params, members, line))
+    return line
 
 
 @kernel
@@ -60,9 +81,9 @@ def _scored(points, params, members, line):
     nx, ny, c = math.cos(line[0]), math.sin(line[0]), line[1]
     total = ws = wss = we = wse = 0.0
     for b in members:
-        cosine, s = beam_incidence(points, nx, ny, c, b)
+        cosine, s = beam_incidence(points, params, nx, ny, c, b)
         w = weight_of(params, cosine, c)
-        error = nx * points[b, X] + ny * points[b, Y] - c
+        error = off_line(points, params, nx, ny, c, b)
         total += w
         ws += w * s
         wss += w * s * s
@@ -89,8 +110,9 @@ def _principal_axis(points, params, members, guess):
     nx, ny, c = math.cos(guess[0]), math.sin(guess[0]), guess[1]
     total = x = y = sxx = sxy = syy = 0.0
     for b in members:  # moments about the guess's foot point
-        w = weight_of(params, nx * points[b, DX] + ny * points[b, DY], c)
-        px, py = points[b, X] - c * nx, points[b, Y] - c * ny
+        w = weight_of(params, cosine_of(points, params, nx, ny, b), c)
+        bx, by = place(points, params, b, nx, ny)
+        px, py = bx - c * nx, by - c * ny
         total += w
         x += w * px
         y += w * py
@@ -105,8 +127,11 @@ def _principal_axis(points, params, members, guess):
 
 
 @kernel
-def chord_line(points, first, last):
+def chord_line(points, params, first, last):
     """Return (theta, c) of the line through the points of two beams, `last` counter-clockwise of `first`."""
+    if params.half_cone > 0.0:
+        nx, ny, _ = chord_normal(points, params, first, last)
+        return _outward(math.atan2(ny, nx), off_line(points, params, nx, ny, 0.0, first))
     theta = math.atan2(points[first, X] - points[last, X], points[last, Y] - points[first, Y])
     c = math.cos(theta) * points[first, X] + math.sin(theta) * points[first, Y]
     return (theta, c) if c >= 0.0 else (theta + math.pi, -c)
@@ -124,10 +149,10 @@ def extent(points, params, members, line, at):
     low, high = math.inf, -math.inf
     for i in range(len(members)):
         b = members[i]
-        cosine, s = beam_incidence(points, nx, ny, c, b)
+        cosine, s = beam_incidence(points, params, nx, ny, c, b)
         w = weight_of(params, cosine, c)
         at[i, S], at[i, WEIGHT], at[i, COSINE] = s, w, cosine
-        at[i, RESIDUAL] = nx * points[b, X] + ny * points[b, Y] - c
+        at[i, RESIDUAL] = off_line(points, params, nx, ny, c, b)
         total += w
         ws += w * s
         wss += w * s * s

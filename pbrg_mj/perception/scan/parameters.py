@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from pbrg_mj.scenario.schema import Beams, Scenario
+from pbrg_mj.scenario.schema import Beams, Scenario, beam_angles
 
 EXACT = 1e-4  # [m] of exact ranges: rounding, and bodies that tilt
 NOISE_FLOOR = 1e-3  # [m] below this, straight walls and exact ranges no longer are
@@ -32,6 +32,7 @@ class LineParameters(NamedTuple):
     least_gap: float  # along the line that beams must pass [m]
     outlier_density: float = 0.0  # density of outliers over range, against inliers [1/m]
     closed: bool = True  # the beams go all the way round: the last one is next to the first
+    half_cone: float = 0.0  # half the width of a beam's view [rad]; 0: a ray
     noise_share: float = 1.0  # of a line's variance that is of the ranges' noise and not of its floor
 
 
@@ -46,10 +47,11 @@ def line_parameters(scenario: Scenario, clearance: float) -> LineParameters:
         noise_ratio=0.0 if exact else beams.noise_ratio,
         range_max=beams.range_max,
         split_distance=estimator.split_distance,
-        min_points=estimator.min_points,
+        min_points=least_points(scenario),
         min_length=estimator.min_length,
         agree=agreeing_beams(0.0 if exact else beams.dropout + beams.outliers),
         outlier_density=0.0 if exact else _outlier_density(beams),
+        half_cone=0.0 if exact else 0.5 * math.radians(beams.cone_deg),
         closed=beams.sweep_deg == 360.0,
         noise_share=min(max(range_std, EXACT) / NOISE_FLOOR, 1.0) ** 2 if exact or beams.noise_ratio == 0.0 else 1.0,
         grazing=math.sin(math.radians(given.grazing_deg)),
@@ -61,6 +63,18 @@ def line_parameters(scenario: Scenario, clearance: float) -> LineParameters:
         least_corner=math.sin(math.radians(given.corner_deg)),
         least_gap=in_metres(given.least_gap, clearance),
     )
+
+
+def least_points(scenario: Scenario) -> int:
+    """Return the fewest beams that make a line: more than four robots abreast could give by `min_points` of rays.
+
+    A ray meets one robot. Of cones so many have one in their view as overlap.
+    """
+    beams, angles = scenario.assumed_sensors.beams, beam_angles(scenario.sensors.beams)
+    if scenario.plant == "ideal" or len(angles) < 2:
+        return scenario.estimator.min_points
+    overlap = max(math.radians(beams.cone_deg) / float(angles[1] - angles[0]), 1.0)
+    return 1 + round((scenario.estimator.min_points - 1) * overlap)
 
 
 def in_metres(clearances: float, clearance: float) -> float:

@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 
 from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.scan.cone import DX, DY, VARIANCE, R, X, Y, chord_normal, place, towards
 
-X, Y, R, DX, DY, VARIANCE = range(6)  # columns of `points`
 BLOCKED = -math.inf  # range of a beam that ends at its own robot: nearer than any wall, it says nothing of walls
 
 MAX_LOST = 1  # beams between two points of one surface that did not meet it
@@ -61,14 +61,6 @@ def apart(points, params, b, after, skipped):
 
 
 @kernel
-def chord_normal(points, a, z):
-    """Return (n_x, n_y, length) of the chord a-z; n points away from the robot when z follows a counter-clockwise."""
-    x, y = points[z, X] - points[a, X], points[z, Y] - points[a, Y]
-    length = math.sqrt(x * x + y * y)
-    return (y / length, -x / length, length) if length > 0.0 else (0.0, 0.0, 0.0)
-
-
-@kernel
 def chord_error(points, params, ends, chord, b):
     """Return how far point b lies from the chord between `ends`, in what is allowed; negative on the robot's side.
 
@@ -77,21 +69,23 @@ def chord_error(points, params, ends, chord, b):
     """
     a, z = ends
     nx, ny, length = chord
-    px, py = points[b, X] - points[a, X], points[b, Y] - points[a, Y]
+    (bx, by), (ax, ay) = place(points, params, b, nx, ny), place(points, params, a, nx, ny)
+    px, py = bx - ax, by - ay
     off = nx * px + ny * py
     if length == 0.0:
         return math.sqrt(px * px + py * py) / params.split_distance
     if abs(off) <= params.split_distance:
         return 0.0
     u = (nx * py - ny * px) / length
-    variance = _across(points, b, nx, ny)
-    variance += (1.0 - u) ** 2 * _across(points, a, nx, ny) + u**2 * _across(points, z, nx, ny)
+    variance = _across(points, params, b, nx, ny)
+    variance += (1.0 - u) ** 2 * _across(points, params, a, nx, ny) + u**2 * _across(points, params, z, nx, ny)
     return off / max(params.split_distance, CHORD_MARGIN * math.sqrt(variance))
 
 
 @kernel
-def _across(points, b, nx, ny):
-    return points[b, VARIANCE] * (nx * points[b, DX] + ny * points[b, DY]) ** 2
+def _across(points, params, b, nx, ny):
+    dx, dy = towards(points, params, b, nx, ny)
+    return points[b, VARIANCE] * (nx * dx + ny * dy) ** 2
 
 
 @kernel
@@ -134,6 +128,9 @@ def _side(points, params, a, z, b):
 
     On it is surely on it, whatever is rounded: within 0.9995 of the split distance.
     """
+    if params.half_cone > 0.0:
+        error = chord_error(points, params, (a, z), chord_normal(points, params, a, z), b)
+        return 0 if error == 0.0 else -1 if error < 0.0 else 1
     x, y = points[z, X] - points[a, X], points[z, Y] - points[a, Y]
     cross = y * (points[b, X] - points[a, X]) - x * (points[b, Y] - points[a, Y])
     if cross * cross < 0.999 * params.split_distance**2 * (x * x + y * y):
@@ -145,7 +142,7 @@ def _side(points, params, a, z, b):
 def _is_lone(points, params, beams):
     """Tell whether the third of five points is off the surface that the others lie on."""
     before, a, b, z, after = beams
-    error = chord_error(points, params, (a, z), chord_normal(points, a, z), b)
+    error = chord_error(points, params, (a, z), chord_normal(points, params, a, z), b)
     return abs(error) > 1.0 and _is_surface(points, params, (before, a, z, after), 1 if error < 0.0 else 0)
 
 
@@ -153,7 +150,7 @@ def _is_lone(points, params, beams):
 def _is_pair(points, params, beams):
     """Tell whether the third and fourth of six points are nearer than the surface that the others lie on."""
     before, a, b, c, z, after = beams
-    chord = chord_normal(points, a, z)
+    chord = chord_normal(points, params, a, z)
     if chord_error(points, params, (a, z), chord, b) >= -1.0 or chord_error(points, params, (a, z), chord, c) >= -1.0:
         return False
     return _is_surface(points, params, (before, a, z, after), 2)
@@ -165,7 +162,7 @@ def _is_surface(points, params, beams, hidden):
     before, a, z, after = beams
     if apart(points, params, before, a, 0) or apart(points, params, a, z, hidden) or apart(points, params, z, after, 0):
         return False
-    chord = chord_normal(points, before, after)
+    chord = chord_normal(points, params, before, after)
     first = chord_error(points, params, (before, after), chord, a)
     second = chord_error(points, params, (before, after), chord, z)
     return max(abs(first), abs(second)) <= 1.0

@@ -15,6 +15,8 @@ from __future__ import annotations
 import math
 
 from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.scan.cone import X, Y, chord_normal
+from pbrg_mj.perception.scan.cone_ends import drop_near_ends
 from pbrg_mj.perception.scan.line_fit import (
     COSINE,
     RESIDUAL,
@@ -22,13 +24,14 @@ from pbrg_mj.perception.scan.line_fit import (
     S,
     chi_squared_limit,
     chord_line,
+    cosine_of,
     covariance,
     extent,
     fit_line,
     straightness,
     worst_point,
 )
-from pbrg_mj.perception.scan.points import DX, DY, X, Y, range_variance
+from pbrg_mj.perception.scan.points import range_variance
 
 OUTLIER = 3.5  # standard deviations beyond which a point belongs to something else
 MAX_OUTLIERS = 2  # a segment with more of them is no line, unless
@@ -47,12 +50,18 @@ def fit_segment(points, params, members, at, fit):
     """
     count = len(members)
     outliers = 0
-    limit_checked = False
+    limit_checked, end_checked = False, False
     while outliers <= max(MAX_OUTLIERS, OUTLIER_SHARE * len(members)):
-        if count < params.min_points or _length(points, members[0], members[count - 1]) < params.min_length:
+        if count < params.min_points or _length(points, params, members[0], members[count - 1]) < params.min_length:
             return 0
         kept = members[:count]
-        line = fit_line(points, params, kept, chord_line(points, kept[0], kept[-1]))
+        line = fit_line(points, params, kept, chord_line(points, params, kept[0], kept[-1]))
+        if params.half_cone > 0.0 and not end_checked:
+            end_checked = True
+            inside = drop_near_ends(points, params, kept, line)
+            if inside < count:
+                count = inside
+                continue
         if not limit_checked:
             limit_checked = True
             inside = _drop_at_limit(points, params, kept, line)
@@ -98,7 +107,9 @@ def _is_straight(params, fit, misfit, bend):
 
 
 @kernel
-def _length(points, first, last):
+def _length(points, params, first, last):
+    if params.half_cone > 0.0:
+        return chord_normal(points, params, first, last)[2]
     return math.hypot(points[last, X] - points[first, X], points[last, Y] - points[first, Y])
 
 
@@ -111,7 +122,7 @@ def _drop_at_limit(points, params, members, line):
     nx, ny = math.cos(line[0]), math.sin(line[0])
     left = 0
     for b in members:
-        cosine = max(nx * points[b, DX] + ny * points[b, DY], 1e-6)
+        cosine = max(cosine_of(points, params, nx, ny, b), 1e-6)
         r = line[1] / cosine
         if r + LIMIT_MARGIN * math.sqrt(range_variance(params, r)) <= params.range_max:
             members[left] = b

@@ -8,7 +8,8 @@ from __future__ import annotations
 import math
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.scan.points import BLOCKED, R, X, Y, apart, chord_error, chord_normal
+from pbrg_mj.perception.scan.cone import chord_normal
+from pbrg_mj.perception.scan.points import BLOCKED, R, X, Y, apart, chord_error
 
 
 @kernel
@@ -112,7 +113,7 @@ def _split_point(points, params, order, low, high):
     """Return the point of low..high-1 that is farthest from their chord, never an end; -1 if none is too far."""
     worst, cut = 1.0, -1
     ends = (order[low], order[high - 1])
-    chord = chord_normal(points, *ends)
+    chord = chord_normal(points, params, *ends)
     for i in range(low + 1, high - 1):
         error = abs(chord_error(points, params, ends, chord, order[i]))
         if error > worst:
@@ -174,12 +175,15 @@ def _turn(points, params, order, segments, i, after, ring):
         return 0.0
     if not ring and segments[i, 2] != segments[after, 2]:
         return 0.0
-    (x0, y0), (x1, y1) = _chord(points, order, segments[i]), _chord(points, order, segments[after])
+    (x0, y0), (x1, y1) = _chord(points, params, order, segments[i]), _chord(points, params, order, segments[after])
     turn = math.atan2(x0 * y1 - y0 * x1, x0 * x1 + y0 * y1)
     return turn if params.least_curve < abs(turn) < params.most_curve else 0.0
 
 
 @kernel
-def _chord(points, order, segment):
+def _chord(points, params, order, segment):
     low, high = order[segment[0]], order[segment[1] - 1]
+    if params.half_cone > 0.0:
+        nx, ny, _ = chord_normal(points, params, low, high)
+        return -ny, nx
     return points[high, X] - points[low, X], points[high, Y] - points[low, Y]

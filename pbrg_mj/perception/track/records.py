@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.scan.parameters import in_metres
+from pbrg_mj.perception.scan.parameters import in_metres, least_points
 from pbrg_mj.scenario.schema import Scenario
 
 _REAL = ["angle", "offset", "p_aa", "p_ac", "p_cc", "e_aa", "e_ac", "e_cc", "away"]
@@ -93,7 +93,7 @@ def track_parameters(scenario: Scenario, agree: int, clearance: float) -> TrackP
         turn=float(np.deg2rad(estimator.drift_std_deg)),
         clearance=clearance,
         sigmas=estimator.sigmas,
-        min_points=estimator.min_points,
+        min_points=least_points(scenario),
         near_angle=math.radians(given.near_deg),
         near_offset=in_metres(given.near_offset, clearance),
         same_angle=math.radians(given.same_deg),

@@ -22,10 +22,10 @@ class AssumedBeams(Section):
     )
     cone_deg: Annotated[float, Field(ge=0, le=60)] | None = Field(
         default=None,
-        description="width of the horizontal fan in which a beam sees the nearest object; used by points alone [deg]",
+        description="width of the horizontal fan in which a beam sees the nearest object [deg]",
     )
     scan_time: Annotated[float, Field(ge=0, le=10)] | None = Field(
-        default=None, description="time from the first beam of a scan to the last; used by points alone [s]"
+        default=None, description="time from the first beam of a scan to the last [s]"
     )
 
 

@@ -40,7 +40,9 @@ class Estimator(Section):
     half_spaces_per_robot: Annotated[int, Field(ge=1, le=16)] = Field(
         default=4, description="most half-spaces a robot holds"
     )
-    min_points: Annotated[int, Field(ge=3, le=1080)] = Field(default=5, description="fewest beams that make a line")
+    min_points: Annotated[int, Field(ge=3, le=1080)] = Field(
+        default=5, description="fewest beams that make a line; more where the views of cones overlap"
+    )
     split_distance: Positive = Field(
         default=0.03, description="largest distance of a point from a line; beyond it the line is split [m]"
     )

@@ -1,0 +1,91 @@
+"""Where in its view a cone's echo comes from, when it comes from a straight wall.
+
+A cone tells the range of what is nearest in its view, w to either side of its axis. Of a wall with the normal theta and
+the distance c that is where the edge of the view that is nearer to the normal meets it, or the wall's foot where that
+is in view:
+
+    r = c / cos(max(|alpha - theta| - w, 0)),    alpha the direction of the axis.
+
+So a cone is a ray from the axis turned towards the normal by w, or onto it (the region of constant depth of a sonar:
+Leonard and Durrant-Whyte, "Directed Sonar Sensing for Mobile Robot Navigation", 1992), and all that is told of rays
+holds for that one. The turn depends on the line asked about. A ray, of w = 0, is not turned.
+"""
+
+from __future__ import annotations
+
+import math
+
+from pbrg_mj.kernel import kernel
+
+X, Y, R, DX, DY, VARIANCE = range(6)  # columns of `points`
+
+
+@kernel
+def towards(points, params, b, nx, ny):
+    """Return the direction (x, y) in which beam b meets a wall of normal (nx, ny)."""
+    dx, dy = points[b, DX], points[b, DY]
+    if params.half_cone == 0.0:
+        return dx, dy
+    cos, sin = math.cos(params.half_cone), math.sin(params.half_cone)
+    across = dx * ny - dy * nx
+    if dx * nx + dy * ny >= cos:
+        return nx, ny
+    if across < 0.0:
+        sin = -sin
+    return cos * dx - sin * dy, sin * dx + cos * dy
+
+
+@kernel
+def place(points, params, b, nx, ny):
+    """Return the place (x, y) of an echo [m] if it is of a wall of normal (nx, ny)."""
+    if params.half_cone == 0.0:
+        return points[b, X], points[b, Y]
+    dx, dy = towards(points, params, b, nx, ny)
+    return points[b, R] * dx, points[b, R] * dy
+
+
+@kernel
+def chord_normal(points, params, a, z):
+    """Return (n_x, n_y, length) of the chord a-z; n points away from the robot when z follows a counter-clockwise."""
+    if params.half_cone == 0.0:
+        x, y = points[z, X] - points[a, X], points[z, Y] - points[a, Y]
+        length = math.sqrt(x * x + y * y)
+        return (y / length, -x / length, length) if length > 0.0 else (0.0, 0.0, 0.0)
+    theta = math.atan2(points[a, DY], points[a, DX]) + _normal_of_two(points, params, a, z)
+    nx, ny = math.cos(theta), math.sin(theta)
+    (ax, ay), (zx, zy) = place(points, params, a, nx, ny), place(points, params, z, nx, ny)
+    return nx, ny, abs(nx * (zy - ay) - ny * (zx - ax))
+
+
+@kernel
+def _normal_of_two(points, params, a, z):
+    """Return the direction of the normal of the wall that cones a and z see, from the axis of a on [rad].
+
+    The wall's foot is before both views, behind both, between them, or in one of them: then that cone tells how far the
+    wall is, and the other one how it is turned. Of what is in both views any wall between may be; it is one that leaves
+    the edge of a view.
+    """
+    sine = points[a, DX] * points[z, DY] - points[a, DY] * points[z, DX]
+    angle, w = math.atan2(sine, points[a, DX] * points[z, DX] + points[a, DY] * points[z, DY]), params.half_cone
+    near, far = points[a, R], points[z, R]
+    foot = _foot(near, 0.0, far, angle)
+    if angle < 0.0:  # half a turn apart, or more: no wall is seen so
+        return foot
+    if foot <= 0.0:
+        return foot - w
+    if foot >= angle:
+        return foot + w
+    between = _foot(near, w, far, angle - w)
+    if w <= between <= angle - w:
+        return between
+    if near <= far:
+        return angle - w - math.acos(near / far)
+    return w + math.acos(far / near)
+
+
+@kernel
+def _foot(near, first, far, second):
+    """Return the direction of the normal of the line through places at two ranges [m] and directions [rad]."""
+    x = far * math.cos(second) - near * math.cos(first)
+    y = far * math.sin(second) - near * math.sin(first)
+    return math.atan2(-x, y)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pbrg_mj.perception.scan.cone import chord_normal, place, towards
+from pbrg_mj.perception.scan.cone import chord_normal, ray
 from pbrg_mj.perception.scan.extract_lines import extract_lines, line_workspace
 from pbrg_mj.perception.scan.points import write_points
 from tests.raycast import Scene
@@ -40,8 +40,9 @@ def test_a_cone_meets_a_wall_where_that_is_nearest_in_its_view() -> None:
             continue
         read, n = nearest_of(axis, normal, offset), (np.cos(normal), np.sin(normal))
         points = points_of(np.array([read]), np.array([axis]))
-        assert np.dot(n, place(points, CONES.params, 0, *n)) == pytest.approx(offset, abs=1e-7)
-        assert np.linalg.norm(towards(points, CONES.params, 0, *n)) == pytest.approx(1.0)
+        found = ray(points, CONES.params.half_cone, 0, *n)
+        assert np.dot(n, found[2:]) == pytest.approx(offset, abs=1e-7)
+        assert np.linalg.norm(found[:2]) == pytest.approx(1.0)
 
 
 def test_two_cones_tell_a_wall() -> None:
@@ -53,7 +54,7 @@ def test_two_cones_tell_a_wall() -> None:
         if np.any(np.cos(axes - normal) < 0.2):
             continue
         points = points_of(np.array([nearest_of(axis, normal, offset) for axis in axes]), axes)
-        nx, ny, length = chord_normal(points, CONES.params, 0, 1)
+        nx, ny, length = chord_normal(points, CONES.params.half_cone, 0, 1)
         if np.all(np.abs(axes - normal) < HALF):
             assert length == pytest.approx(0.0, abs=1e-3)  # a root of rounding
             assert np.all(np.cos(np.arctan2(ny, nx) - axes) > np.cos(HALF) - 1e-3)

@@ -21,44 +21,54 @@ X, Y, R, DX, DY, VARIANCE = range(6)  # columns of `points`
 
 
 @kernel
-def towards(points, params, b, nx, ny):
-    """Return the direction (x, y) in which beam b meets a wall of normal (nx, ny)."""
-    dx, dy = points[b, DX], points[b, DY]
-    if params.half_cone == 0.0:
-        return dx, dy
-    cos, sin = math.cos(params.half_cone), math.sin(params.half_cone)
-    across = dx * ny - dy * nx
+def ray(points, half_cone, b, nx, ny):
+    """Return the direction (x, y) in which beam b meets a wall of normal (nx, ny), and where its echo then is [m]."""
+    if half_cone > 0.0:
+        return _turned(points, half_cone, b, nx, ny)
+    return points[b, DX], points[b, DY], points[b, X], points[b, Y]
+
+
+@kernel
+def between(points, half_cone, beams, nx, ny):
+    """Return the way (x, y) from the echo of one of two `beams` (2,) to that of the other [m], both of such a wall."""
+    _, _, ax, ay = ray(points, half_cone, beams[0], nx, ny)
+    _, _, bx, by = ray(points, half_cone, beams[1], nx, ny)
+    return bx - ax, by - ay
+
+
+@kernel
+def _turned(points, half_cone, b, nx, ny):
+    """Return the same of a cone."""
+    dx, dy, r, cos, sin = points[b, DX], points[b, DY], points[b, R], math.cos(half_cone), math.sin(half_cone)
     if dx * nx + dy * ny >= cos:
-        return nx, ny
-    if across < 0.0:
+        return nx, ny, r * nx, r * ny
+    if dx * ny - dy * nx < 0.0:
         sin = -sin
-    return cos * dx - sin * dy, sin * dx + cos * dy
+    tx, ty = cos * dx - sin * dy, sin * dx + cos * dy
+    return tx, ty, r * tx, r * ty
 
 
 @kernel
-def place(points, params, b, nx, ny):
-    """Return the place (x, y) of an echo [m] if it is of a wall of normal (nx, ny)."""
-    if params.half_cone == 0.0:
-        return points[b, X], points[b, Y]
-    dx, dy = towards(points, params, b, nx, ny)
-    return points[b, R] * dx, points[b, R] * dy
-
-
-@kernel
-def chord_normal(points, params, a, z):
+def chord_normal(points, half_cone, a, z):
     """Return (n_x, n_y, length) of the chord a-z; n points away from the robot when z follows a counter-clockwise."""
-    if params.half_cone == 0.0:
-        x, y = points[z, X] - points[a, X], points[z, Y] - points[a, Y]
-        length = math.sqrt(x * x + y * y)
-        return (y / length, -x / length, length) if length > 0.0 else (0.0, 0.0, 0.0)
-    theta = math.atan2(points[a, DY], points[a, DX]) + _normal_of_two(points, params, a, z)
-    nx, ny = math.cos(theta), math.sin(theta)
-    (ax, ay), (zx, zy) = place(points, params, a, nx, ny), place(points, params, z, nx, ny)
-    return nx, ny, abs(nx * (zy - ay) - ny * (zx - ax))
+    if half_cone > 0.0:
+        return _wall_of_two(points, half_cone, a, z)
+    x, y = points[z, X] - points[a, X], points[z, Y] - points[a, Y]
+    length = math.sqrt(x * x + y * y)
+    return (y / length, -x / length, length) if length > 0.0 else (0.0, 0.0, 0.0)
 
 
 @kernel
-def _normal_of_two(points, params, a, z):
+def _wall_of_two(points, half_cone, a, z):
+    """Return (n_x, n_y, length) of the wall that cones a and z see."""
+    theta = math.atan2(points[a, DY], points[a, DX]) + _normal_of_two(points, half_cone, a, z)
+    nx, ny = math.cos(theta), math.sin(theta)
+    x, y = between(points, half_cone, (a, z), nx, ny)
+    return nx, ny, abs(nx * y - ny * x)
+
+
+@kernel
+def _normal_of_two(points, half_cone, a, z):
     """Return the direction of the normal of the wall that cones a and z see, from the axis of a on [rad].
 
     The wall's foot is before both views, behind both, between them, or in one of them: then that cone tells how far the
@@ -66,7 +76,7 @@ def _normal_of_two(points, params, a, z):
     the edge of a view.
     """
     sine = points[a, DX] * points[z, DY] - points[a, DY] * points[z, DX]
-    angle, w = math.atan2(sine, points[a, DX] * points[z, DX] + points[a, DY] * points[z, DY]), params.half_cone
+    angle, w = math.atan2(sine, points[a, DX] * points[z, DX] + points[a, DY] * points[z, DY]), half_cone
     near, far = points[a, R], points[z, R]
     foot = _foot(near, 0.0, far, angle)
     if angle < 0.0:  # half a turn apart, or more: no wall is seen so

@@ -13,7 +13,7 @@ import math
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.scan.cone import DX, DY
-from pbrg_mj.perception.scan.line_fit import LEAST_COSINE, beam_incidence, extent, fit_line, off_line, weight_of
+from pbrg_mj.perception.scan.line_fit import LEAST_COSINE, beam_incidence, extent, fit_line, weight_of
 from pbrg_mj.perception.scan.points import apart
 from pbrg_mj.perception.scan.robust_fit import OUTLIER, write_fit
 
@@ -156,7 +156,7 @@ def _own_side(points, params, fits, beam, direction, corner):
 def _expected_range(points, params, fit, beam):
     """Return the range at which a beam meets a line [m], and its variance by that of the line, `fit` (7,) [m^2]."""
     nx, ny = math.cos(fit[0]), math.sin(fit[0])
-    cosine, s = beam_incidence(points, params, nx, ny, fit[1], beam)
+    cosine, s, _ = beam_incidence(points, params, nx, ny, fit[1], beam)
     cosine = max(cosine, LEAST_COSINE)
     return fit[1] / cosine, max(fit[4] - 2.0 * s * fit[3] + s * s * fit[2], 0.0) / cosine**2
 
@@ -178,8 +178,7 @@ def _meet(points, params, order, places, corner, work):
 def _is_on(points, params, fit, beam):
     """Tell whether a point is on a line, as far as its noise lets one tell."""
     nx, ny, c = math.cos(fit[0]), math.sin(fit[0]), fit[1]
-    cosine, s = beam_incidence(points, params, nx, ny, c, beam)
-    off = off_line(points, params, nx, ny, c, beam)
+    cosine, s, off = beam_incidence(points, params, nx, ny, c, beam)
     variance = 1.0 / weight_of(params, cosine, c) + max(fit[4] - 2.0 * s * fit[3] + s * s * fit[2], 0.0)
     return cosine > LEAST_COSINE and off * off <= OUTLIER**2 * variance
 

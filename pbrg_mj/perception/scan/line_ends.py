@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.scan.cone import R, towards
+from pbrg_mj.perception.scan.cone import R, ray
 from pbrg_mj.perception.scan.line_fit import LEAST_COSINE, cosine_of, weight_of
 from pbrg_mj.perception.scan.points import BLOCKED
 
@@ -71,5 +71,5 @@ def _along(points, params, fit, b):
     """Return where beam b meets the line, along t = (-sin, cos) [m]."""
     b %= len(points)
     nx, ny = math.cos(fit[0]), math.sin(fit[0])
-    dx, dy = towards(points, params, b, nx, ny)
+    dx, dy, _, _ = ray(points, params.half_cone, b, nx, ny)
     return fit[1] * (nx * dy - ny * dx) / max(nx * dx + ny * dy, LEAST_COSINE)

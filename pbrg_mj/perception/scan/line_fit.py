@@ -19,7 +19,7 @@ from __future__ import annotations
 import math
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.scan.cone import X, Y, chord_normal, place, towards
+from pbrg_mj.perception.scan.cone import X, Y, chord_normal, ray
 
 S, WEIGHT, RESIDUAL, COSINE = range(4)  # columns of `at`
 CONE_STEPS = 2  # more, of a fit to cones
@@ -36,29 +36,29 @@ def weight_of(params, cosine, c):
 @kernel
 def off_line(points, params, nx, ny, c, b):
     """Return how far an echo is behind the line (n, c) [m], if it is of a wall like that."""
-    x, y = place(points, params, b, nx, ny)
+    _, _, x, y = ray(points, params.half_cone, b, nx, ny)
     return nx * x + ny * y - c
 
 
 @kernel
 def cosine_of(points, params, nx, ny, b):
     """Return the cosine of the incidence of a beam on a line of normal (nx, ny)."""
-    dx, dy = towards(points, params, b, nx, ny)
+    dx, dy, _, _ = ray(points, params.half_cone, b, nx, ny)
     return nx * dx + ny * dy
 
 
 @kernel
 def beam_incidence(points, params, nx, ny, c, b):
-    """Return (n . d, s) of a beam: the cosine of its incidence, and where along the line it meets it [m].
+    """Return (n . d, s, e) of a beam: the cosine of its incidence, where it meets the line and its residual [m].
 
     Where the beam of a point runs along the line, s is where the point is: they meet anywhere.
     """
-    dx, dy = towards(points, params, b, nx, ny)
+    dx, dy, x, y = ray(points, params.half_cone, b, nx, ny)
     cosine, across = nx * dx + ny * dy, nx * dy - ny * dx
+    error = nx * x + ny * y - c
     if cosine < LEAST_COSINE:
-        x, y = place(points, params, b, nx, ny)
-        return cosine, nx * y - ny * x
-    return cosine, c * across / cosine
+        return cosine, nx * y - ny * x, error
+    return cosine, c * across / cosine, error
 
 
 @kernel
@@ -81,9 +81,8 @@ def _scored(points, params, members, line):
     nx, ny, c = math.cos(line[0]), math.sin(line[0]), line[1]
     total = ws = wss = we = wse = 0.0
     for b in members:
-        cosine, s = beam_incidence(points, params, nx, ny, c, b)
+        cosine, s, error = beam_incidence(points, params, nx, ny, c, b)
         w = weight_of(params, cosine, c)
-        error = off_line(points, params, nx, ny, c, b)
         total += w
         ws += w * s
         wss += w * s * s
@@ -110,9 +109,9 @@ def _principal_axis(points, params, members, guess):
     nx, ny, c = math.cos(guess[0]), math.sin(guess[0]), guess[1]
     total = x = y = sxx = sxy = syy = 0.0
     for b in members:  # moments about the guess's foot point
-        w = weight_of(params, cosine_of(points, params, nx, ny, b), c)
-        bx, by = place(points, params, b, nx, ny)
-        px, py = bx - c * nx, by - c * ny
+        dx, dy, x_b, y_b = ray(points, params.half_cone, b, nx, ny)
+        w = weight_of(params, nx * dx + ny * dy, c)
+        px, py = x_b - c * nx, y_b - c * ny
         total += w
         x += w * px
         y += w * py
@@ -130,7 +129,7 @@ def _principal_axis(points, params, members, guess):
 def chord_line(points, params, first, last):
     """Return (theta, c) of the line through the points of two beams, `last` counter-clockwise of `first`."""
     if params.half_cone > 0.0:
-        nx, ny, _ = chord_normal(points, params, first, last)
+        nx, ny, _ = chord_normal(points, params.half_cone, first, last)
         return _outward(math.atan2(ny, nx), off_line(points, params, nx, ny, 0.0, first))
     theta = math.atan2(points[first, X] - points[last, X], points[last, Y] - points[first, Y])
     c = math.cos(theta) * points[first, X] + math.sin(theta) * points[first, Y]
@@ -149,10 +148,9 @@ def extent(points, params, members, line, at):
     low, high = math.inf, -math.inf
     for i in range(len(members)):
         b = members[i]
-        cosine, s = beam_incidence(points, params, nx, ny, c, b)
+        cosine, s, error = beam_incidence(points, params, nx, ny, c, b)
         w = weight_of(params, cosine, c)
-        at[i, S], at[i, WEIGHT], at[i, COSINE] = s, w, cosine
-        at[i, RESIDUAL] = off_line(points, params, nx, ny, c, b)
+        at[i, S], at[i, WEIGHT], at[i, RESIDUAL], at[i, COSINE] = s, w, error, cosine
         total += w
         ws += w * s
         wss += w * s * s

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.scan.cone import DX, DY, VARIANCE, R, X, Y, chord_normal, place, towards
+from pbrg_mj.perception.scan.cone import DX, DY, VARIANCE, R, X, Y, between, chord_normal, ray
 
 BLOCKED = -math.inf  # range of a beam that ends at its own robot: nearer than any wall, it says nothing of walls
 
@@ -69,8 +69,9 @@ def chord_error(points, params, ends, chord, b):
     """
     a, z = ends
     nx, ny, length = chord
-    (bx, by), (ax, ay) = place(points, params, b, nx, ny), place(points, params, a, nx, ny)
-    px, py = bx - ax, by - ay
+    px, py = points[b, X] - points[a, X], points[b, Y] - points[a, Y]
+    if params.half_cone > 0.0:
+        px, py = between(points, params.half_cone, (a, b), nx, ny)
     off = nx * px + ny * py
     if length == 0.0:
         return math.sqrt(px * px + py * py) / params.split_distance
@@ -84,7 +85,7 @@ def chord_error(points, params, ends, chord, b):
 
 @kernel
 def _across(points, params, b, nx, ny):
-    dx, dy = towards(points, params, b, nx, ny)
+    dx, dy, _, _ = ray(points, params.half_cone, b, nx, ny)
     return points[b, VARIANCE] * (nx * dx + ny * dy) ** 2
 
 
@@ -129,7 +130,7 @@ def _side(points, params, a, z, b):
     On it is surely on it, whatever is rounded: within 0.9995 of the split distance.
     """
     if params.half_cone > 0.0:
-        error = chord_error(points, params, (a, z), chord_normal(points, params, a, z), b)
+        error = chord_error(points, params, (a, z), chord_normal(points, params.half_cone, a, z), b)
         return 0 if error == 0.0 else -1 if error < 0.0 else 1
     x, y = points[z, X] - points[a, X], points[z, Y] - points[a, Y]
     cross = y * (points[b, X] - points[a, X]) - x * (points[b, Y] - points[a, Y])
@@ -142,7 +143,7 @@ def _side(points, params, a, z, b):
 def _is_lone(points, params, beams):
     """Tell whether the third of five points is off the surface that the others lie on."""
     before, a, b, z, after = beams
-    error = chord_error(points, params, (a, z), chord_normal(points, params, a, z), b)
+    error = chord_error(points, params, (a, z), chord_normal(points, params.half_cone, a, z), b)
     return abs(error) > 1.0 and _is_surface(points, params, (before, a, z, after), 1 if error < 0.0 else 0)
 
 
@@ -150,7 +151,7 @@ def _is_lone(points, params, beams):
 def _is_pair(points, params, beams):
     """Tell whether the third and fourth of six points are nearer than the surface that the others lie on."""
     before, a, b, c, z, after = beams
-    chord = chord_normal(points, params, a, z)
+    chord = chord_normal(points, params.half_cone, a, z)
     if chord_error(points, params, (a, z), chord, b) >= -1.0 or chord_error(points, params, (a, z), chord, c) >= -1.0:
         return False
     return _is_surface(points, params, (before, a, z, after), 2)
@@ -162,7 +163,7 @@ def _is_surface(points, params, beams, hidden):
     before, a, z, after = beams
     if apart(points, params, before, a, 0) or apart(points, params, a, z, hidden) or apart(points, params, z, after, 0):
         return False
-    chord = chord_normal(points, params, before, after)
+    chord = chord_normal(points, params.half_cone, before, after)
     first = chord_error(points, params, (before, after), chord, a)
     second = chord_error(points, params, (before, after), chord, z)
     return max(abs(first), abs(second)) <= 1.0

@@ -109,7 +109,7 @@ def _is_straight(params, fit, misfit, bend):
 @kernel
 def _length(points, params, first, last):
     if params.half_cone > 0.0:
-        return chord_normal(points, params, first, last)[2]
+        return chord_normal(points, params.half_cone, first, last)[2]
     return math.hypot(points[last, X] - points[first, X], points[last, Y] - points[first, Y])
 
 

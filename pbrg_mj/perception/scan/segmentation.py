@@ -113,7 +113,7 @@ def _split_point(points, params, order, low, high):
     """Return the point of low..high-1 that is farthest from their chord, never an end; -1 if none is too far."""
     worst, cut = 1.0, -1
     ends = (order[low], order[high - 1])
-    chord = chord_normal(points, params, *ends)
+    chord = chord_normal(points, params.half_cone, *ends)
     for i in range(low + 1, high - 1):
         error = abs(chord_error(points, params, ends, chord, order[i]))
         if error > worst:
@@ -184,6 +184,6 @@ def _turn(points, params, order, segments, i, after, ring):
 def _chord(points, params, order, segment):
     low, high = order[segment[0]], order[segment[1] - 1]
     if params.half_cone > 0.0:
-        nx, ny, _ = chord_normal(points, params, low, high)
+        nx, ny, _ = chord_normal(points, params.half_cone, low, high)
         return -ny, nx
     return points[high, X] - points[low, X], points[high, Y] - points[low, Y]

@@ -7,6 +7,8 @@ import pytest
 
 from pbrg_mj.perception.half_spaces import HalfSpaces
 from pbrg_mj.perception.perceive import initial, perceive
+from pbrg_mj.perception.scan.extract_lines import line_buffer
+from pbrg_mj.perception.scan.team_mates import _move_line
 from pbrg_mj.perception.setup import perception_setup
 from pbrg_mj.scenario.random_streams import Source, stream
 from pbrg_mj.sensing.beam_model import noisy_scan
@@ -62,3 +64,13 @@ def test_a_wall_behind_a_row_is_as_it_would_be_without_places() -> None:
         assert len(G) > 0
         assert np.any((G[:, 0] > 0.99) & (np.abs(h - (WALL.segments[0][0] - CLEARANCE)) < 0.03))
         assert {tuple(row) for row in G.tolist()} <= {tuple(row) for row in rows(untold)[0].tolist()}
+
+
+def test_a_line_moves_up_with_all_that_is_known_of_it() -> None:
+    lines, random = line_buffer(30), np.random.default_rng(1)
+    for column in lines:
+        column[:] = random.normal(size=column.shape)
+        column[1] = ~column[0] if column.dtype == bool else column[1]
+    _move_line(lines, 1, 0)
+    for column in lines:
+        np.testing.assert_array_equal(column[0], column[1])

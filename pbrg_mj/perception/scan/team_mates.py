@@ -109,5 +109,6 @@ def _move_line(lines, i, k):
     for row in range(2):
         for column in range(2):
             lines.covariance[k, row, column] = lines.covariance[i, row, column]
+            lines.error_covariance[k, row, column] = lines.error_covariance[i, row, column]
     lines.low[k], lines.high[k] = lines.low[i], lines.high[i]
     lines.free_low[k], lines.free_high[k] = lines.free_low[i], lines.free_high[i]

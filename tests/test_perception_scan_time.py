@@ -44,6 +44,16 @@ def drive(setup: PerceptionSetup, given: Scenario, scene: Scene, seconds: float)
     return memory
 
 
+def first_scan(setup: PerceptionSetup, ranges: np.ndarray, stds: np.ndarray, seed: int) -> PerceptionMemory:
+    """What is remembered of the first scan by a robot whose frames have noise of `stds` (3,) [m], [rad]."""
+    random, memory, nothing = np.random.default_rng([seed, 5]), initial(setup), np.full_like(ranges, np.nan)
+    for frame in range(7):
+        seen = on_arc(frame * FRAME) + stds * random.standard_normal(3)
+        readings = Readings(seen[None], ranges if frame == 6 else nothing, frame == 6, frame, int(frame == 6))
+        _, memory = perceive(readings, frame * FRAME, memory, setup)
+    return memory
+
+
 def errors(memory: PerceptionMemory) -> np.ndarray:
     """Errors (tracks, 2) of the angle [rad] and the offset [m] of all that is tracked, in the ROOM."""
     found, anchor = [], memory.anchors[0]
@@ -66,3 +76,21 @@ def test_a_scan_that_is_assumed_to_be_taken_at_once_turns_the_walls() -> None:
     given = scenario(sensors={"beams": {"preset": "lds_02"}}, estimator={"assumed": {"beams": {"scan_time": 0.0}}})
     found = errors(drive(perception_setup(given, CLEARANCE, HAND), given, ROOM, 2.0))
     assert np.abs(found[:, 0]).max() > 0.05
+
+
+def test_the_noise_of_frames_within_a_scan_is_counted_for_each_of_them() -> None:
+    """Ranges exact, frames with noise: the covariance is that of 400 robots. That of one frame's noise is too small."""
+    camera = {"position_std": 0.004, "heading_std_deg": 0.4}
+    given = scenario(sensors={"beams": EXACT, "camera": camera})
+    setup, ranges = perception_setup(given, CLEARANCE, HAND), taken(given, ROOM, 0.2)
+    stds, squares, one_frame = np.array([0.004, 0.004, np.deg2rad(0.4)]), [], []
+    for seed in range(400):
+        memory = first_scan(setup, ranges, stds, seed)
+        tracks = memory.tracks[0][memory.tracks[0]["live"] == 1]
+        k = seed % len(tracks)
+        error, track = errors(memory)[k], tracks[k]
+        P = np.array([[track["e_aa"], track["e_ac"]], [track["e_ac"], track["e_cc"]]])
+        squares.append(error @ np.linalg.solve(P, error))
+        one_frame.append(np.sum((error / stds[[2, 0]]) ** 2))
+    assert 1.8 < np.mean(squares) < 2.2
+    assert np.mean(one_frame) > 2.5

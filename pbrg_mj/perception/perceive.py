@@ -26,6 +26,7 @@ from pbrg_mj.perception.setup import PerceptionParameters, PerceptionSetup
 from pbrg_mj.perception.track.deskew import deskewed
 from pbrg_mj.perception.track.filtered_poses import equivalent_variances
 from pbrg_mj.perception.track.pose_history import PoseHistory, no_poses, poses_at_scan, with_poses
+from pbrg_mj.perception.track.pose_noise import write_pose_effects
 from pbrg_mj.perception.track.records import TrackParameters, no_tracks
 from pbrg_mj.perception.track.update import update_tracks
 from pbrg_mj.perception.track.world_frame import (
@@ -102,19 +103,21 @@ class ScanWorkspace(NamedTuple):
     beams: np.ndarray  # (beams, 2) directions in the world
     fitting: LineWorkspace
     lines: LineBuffer
+    pose_effects: np.ndarray  # (L, 6) how noise of poses moves lines, see pose_noise.py
 
 
 @kernel
 def perceive_scans(scans, packed, before, after):
     """Write to `after` what is known after the scans of all robots that have beams. All arguments are plain tuples.
 
-    - scans: ranges (R, beams) [m], directions (R or 1, beams, 2), bodies (beams or 1, n, 2) [m] of DeskewedScans; poses
-      (n, 3), variances (n, 2) and errors (n, 2), the error_variances, of PosesAtScan; time of use [s]
+    - scans: ranges (R, beams) [m], directions (R or 1, beams, 2), bodies (beams or 1, n, 2) [m] and shares (beams, J)
+      or (1, 1) of DeskewedScans; poses (n, 3), variances (n, 2) and errors (n, 2), the error_variances, of PosesAtScan;
+      time of use [s]
     - packed: the members of PerceptionParameters, in their order
     - before: tracks (n, M) of TRACK and anchors (n,) of ANCHOR, as they were after the scans before
     - after: the members of PerceptionArrays, in their order, with empty half-spaces
     """
-    (ranges, directions, bodies), poses, variances, errors, time = scans
+    (ranges, directions, bodies, shares), poses, variances, errors, time = scans
     known = PerceptionArrays(*after)
     parameters = _named(packed)
     _copy(before, known)
@@ -122,7 +125,7 @@ def perceive_scans(scans, packed, before, after):
     for row in range(len(parameters.robots)):
         robot = parameters.robots[row]
         if not math.isnan(poses[robot, 0] + poses[robot, 1] + poses[robot, 2]):  # else it cannot place a line
-            scan = ranges[row], directions[row if len(directions) > 1 else 0], bodies
+            scan = ranges[row], directions[row if len(directions) > 1 else 0], bodies, shares
             _perceive_scan(scan, (robot, poses, variances, errors, time), parameters, work, known)
 
 
@@ -154,12 +157,14 @@ def _named(packed):
 
 @kernel
 def _scan_workspace(beams):
-    return ScanWorkspace(np.empty(beams), np.empty((beams, 2)), line_workspace(beams), line_buffer(beams))
+    lines = line_buffer(beams)
+    effects = np.empty((len(lines.angle), 6))
+    return ScanWorkspace(np.empty(beams), np.empty((beams, 2)), line_workspace(beams), lines, effects)
 
 
 @kernel
 def _perceive_scan(scan, whose, parameters, work, known):
-    (read, directions, bodies), (robot, poses, variances, errors, time) = scan, whose
+    (read, directions, bodies, shares), (robot, poses, variances, errors, time) = scan, whose
     pose = pose_at_scan(poses[robot], variances[robot], time, known.anchors[robot])
     _mask_own_wheels(read, parameters.blocked, work.ranges)
     count = write_lines(work.ranges, directions, parameters.line, work.fitting, work.lines)
@@ -167,7 +172,8 @@ def _perceive_scan(scan, whose, parameters, work, known):
     count = without_team_mates(work.lines, count, work.fitting, pose, team, parameters.line)
     write_world_directions(work.beams, directions, pose.heading)
     tracks = known.tracks[robot]
-    lines = lines_in_world(work.lines, count, pose, errors[robot])
+    write_pose_effects(work.fitting, count, parameters.line, shares, work.pose_effects)
+    lines = lines_in_world(work.lines, count, pose, errors[robot], work.pose_effects)
     update_tracks(tracks, lines, (work.ranges, work.beams), pose, parameters.track)
     bound = _bound_robots(pose, parameters.teams[robot], parameters.hand_offset)
     G, h, active = known.G[robot], known.h[robot], known.active[robot]

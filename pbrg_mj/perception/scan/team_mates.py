@@ -65,6 +65,8 @@ def distance_from_arc(x, y, middle, half_cone):
 def without_team_mates(lines, count, work, pose, team, params):
     """Drop lines that team-mates alone may make; return how many of the `count` of `lines` are left, in their order.
 
+    In `work.ranking` as well.
+
     A line stays that would have points enough without those of team-mates: `team` (bodies, own, model) are the places
     of robots when a beam was taken (beams or 1, n, 2) [m], this robot's number and the TeamMateModel, `work` the
     LineWorkspace of the scan.
@@ -76,6 +78,7 @@ def without_team_mates(lines, count, work, pose, team, params):
         if _has_points_enough(work, work.ranking[i], pose, team, params):
             if left < i:
                 _move_line(lines, i, left)
+                work.ranking[left] = work.ranking[i]
             left += 1
     return left
 

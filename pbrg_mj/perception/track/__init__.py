@@ -6,6 +6,7 @@ In: the lines of a scan, the pose estimate, the tracks before. Out: the tracks a
     pose_history    where robots were at a scan, from the camera's last frames
     deskew          a scan that takes time, as if taken at once
     filtered_poses  what the poses of a filter are worth where scan after scan is averaged
+    pose_noise      how the noise of the poses between which a scan was taken moves its lines
     records         the record of a track, and the parameters
     association     which line belongs to which track; tracks of one line merged
     extent          where a track ends

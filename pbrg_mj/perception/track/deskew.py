@@ -15,6 +15,8 @@ from pbrg_mj.perception.track.pose_history import PoseHistory, scanned
 from pbrg_mj.perception.track.world_frame import PoseModel
 from pbrg_mj.sensing.readings import Readings
 
+ONE = np.ones((1, 1))
+
 
 class Scanner(Protocol):
     """How a scan is taken, as the parameters of an estimator tell it."""
@@ -46,6 +48,7 @@ class DeskewedScans(NamedTuple):
     ranges: np.ndarray  # (R, beams) [m]
     directions: np.ndarray  # (R, beams, 2) unit vectors, or (1, beams, 2): the same for all
     bodies: np.ndarray  # (beams, n, 2) places of robots when a beam was taken [m], or (1, n, 2): for all beams
+    shares: np.ndarray  # (beams, J) of the poses between which a beam was taken, or (1, 1): all are of one pose
 
 
 def deskewed(
@@ -53,10 +56,11 @@ def deskewed(
 ) -> DeskewedScans:
     """Return the readings' scans, of `robots` (R,), as if taken at their end, when robots were at `end` (n, 3)."""
     if not scanner.scan_time > 0.0 or readings.pose_frame < 0:
-        return DeskewedScans(readings.ranges, scanner.directions[None], end[None, :, :2].copy())
+        return DeskewedScans(readings.ranges, scanner.directions[None], end[None, :, :2].copy(), ONE)
     taken, count = scanned(readings.scan_frame, scanner.pose), readings.ranges.shape[1]
     early = scanner.scan_time * (1.0 - np.arange(1, count + 1) / count)
-    poses = poses_at(_until(taken, end, history), taken - early)
+    history, times = _until(taken, end, history), taken - early
+    poses = poses_at(history, times)
     own = poses[:, robots]  # (beams, R, 3)
     turn = own[:, :, 2] - own[-1, :, 2]
     cos, sin, dx, dy = np.cos(turn), np.sin(turn), scanner.directions[:, :1], scanner.directions[:, 1:]
@@ -66,7 +70,8 @@ def deskewed(
     lengths = np.linalg.norm(ends, axis=-1)
     directions = np.ascontiguousarray(np.swapaxes(ends / lengths[:, :, None], 0, 1))
     ranges = np.where(np.isnan(readings.ranges), np.nan, lengths.T)
-    return DeskewedScans(ranges, directions, np.ascontiguousarray(poses[:, :, :2]))
+    shares = ONE if readings.pose_filter is not None else _shares(history, times)  # a filter's errors are alike
+    return DeskewedScans(ranges, directions, np.ascontiguousarray(poses[:, :, :2]), shares)
 
 
 def _until(time: float, poses: np.ndarray, history: PoseHistory) -> PoseHistory:
@@ -81,13 +86,25 @@ def poses_at(history: PoseHistory, times: np.ndarray) -> np.ndarray:
 
     Before the first they were where they are then, after the last where they are then.
     """
-    time, poses = history
-    after = np.clip(np.searchsorted(time, times), 1, len(time) - 1)
-    before = after - 1
-    share = np.clip((times - time[before]) / (time[after] - time[before]), 0.0, 1.0)[:, None]
-    step = poses[after] - poses[before]
+    poses, (before, share) = history.poses, _between(history, times)
+    step = poses[before + 1] - poses[before]
     step[:, :, 2] = np.remainder(step[:, :, 2] + math.pi, 2.0 * math.pi) - math.pi
-    return poses[before] + share[:, :, None] * step
+    return poses[before] + share[:, None, None] * step
+
+
+def _between(history: PoseHistory, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the number of the pose before each of `times` (k,) [s], and how much of the way to the next is over."""
+    time = history.time
+    before = np.clip(np.searchsorted(time, times), 1, len(time) - 1) - 1
+    return before, np.clip((times - time[before]) / (time[before + 1] - time[before]), 0.0, 1.0)
+
+
+def _shares(history: PoseHistory, times: np.ndarray) -> np.ndarray:
+    """Return the shares (k, J) of the poses of the history in those at `times` (k,) [s], without poses of no share."""
+    before, share = _between(history, times)
+    shares, beams = np.zeros((len(times), len(history.time))), np.arange(len(times))
+    shares[beams, before], shares[beams, before + 1] = 1.0 - share, share
+    return np.ascontiguousarray(shares[:, before.min() : before.max() + 2])
 
 
 def _turned_back(vectors: np.ndarray, heading: np.ndarray) -> np.ndarray:

@@ -2,10 +2,10 @@
 
 python scripts/accuracy/rooms.py [--seeds 100] [--sensors generic lidar]    # the table of docs/perception-accuracy.md
 
-A room is drawn anew for each seed, convex with 4 to 6 walls or an L, and a robot drives through it on an arc. A scan
-that takes time is taken on its way, a cone tells the nearest of its rays, and no echo is too weak to be seen. The
-normalised error squared is that of one wall a room, drawn among those that bind: walls of one room share the pose's
-error.
+A room is drawn anew for each seed, convex with 4 to 6 walls, an L, or larger with 7 or 8, and a robot drives through it
+on an arc. A scan that takes time is taken on its way, a cone tells the nearest of its rays, and no echo is too weak to
+be seen. The normalised error squared is that of one wall a room, drawn among those that bind: walls of one room share
+the pose's error.
 """
 
 from __future__ import annotations
@@ -48,7 +48,15 @@ def l_room(random: np.random.Generator) -> np.ndarray:
     return corners @ np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
 
 
-ROOMS = {"convex_room": convex_room, "l_room": l_room}
+def obtuse_room(random: np.random.Generator) -> np.ndarray:
+    """Corners (7 or 8, 2) of a larger convex room, counter-clockwise, none nearer than 30 deg to the next."""
+    count = int(random.integers(7, 9))
+    gaps = np.deg2rad(30) + random.dirichlet(np.full(count, 3.0)) * (2 * np.pi - count * np.deg2rad(30))
+    angle = random.uniform(0, 2 * np.pi) + np.cumsum(gaps)
+    return random.uniform(2.0, 3.4) * np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+ROOMS = {"convex_room": convex_room, "l_room": l_room, "obtuse_room": obtuse_room}
 
 
 def walls_of(corners: np.ndarray) -> Scene:

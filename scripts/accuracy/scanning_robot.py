@@ -42,7 +42,7 @@ def _seed(sensor: str, seed: int) -> int:
 
 
 class ScanningRobot:
-    """A robot with a sensor, and what it has made of its scans so far."""
+    """A robot with a sensor, and what it has made of its scans so far; nothing moves while it scans."""
 
     def __init__(self, given: Scenario) -> None:
         self.setup, self.noise = perception_setup(given, CLEARANCE, HAND), sensor_noise(given)
@@ -50,6 +50,8 @@ class ScanningRobot:
         self.angles, self.period, self.height = ray_angles(beams), 1 / beams.rate_hz, beams.height
         self.memory: PerceptionMemory = initial(self.setup)
         self.frame = 0
+        self.camera_rate = given.sensors.camera.rate_hz
+        self.frames = round(self.camera_rate * beams.scan_time) or 1  # of the camera in a scan
 
     def scan(self, scene: Scene, pose: np.ndarray) -> None:
         """Scan a scene from a true pose (3,); low beams see the own wheels too."""
@@ -57,11 +59,21 @@ class ScanningRobot:
         raw = np.nan_to_num(cast_along(seen, pose, self.angles, self.noise.range_max), nan=-1.0)
         nearest, _ = nearest_in_cones(raw[None], self.noise.rays)
         ranges = noisy_scan(nearest[0], self.noise, stream(self.noise.seed, Source.BEAMS, 0, self.frame))
-        draw = stream(self.noise.seed, Source.CAMERA, 0, self.frame).standard_normal(3)
-        pose = pose + draw * [self.noise.position_std, self.noise.position_std, self.noise.heading_std]
-        readings = Readings(pose[None], ranges[None], True, 0, 0)
-        _, self.memory = perceive(readings, self.frame * self.period, self.memory, self.setup)
+        if self.frames == 1:
+            self._tell(Readings(self._seen(pose, self.frame)[None], ranges[None], True, 0, 0), self.frame * self.period)
+        else:  # the scan goes on from one frame of the camera to another, and each has noise of its own
+            for number in range(self.frame * self.frames + 1, (self.frame + 1) * self.frames + 1):
+                new, seen = number == (self.frame + 1) * self.frames, self._seen(pose, number)
+                readings = Readings(seen[None], ranges[None], new, number, self.frame + new)
+                self._tell(readings, number / self.camera_rate)
         self.frame += 1
+
+    def _seen(self, pose: np.ndarray, number: int) -> np.ndarray:
+        draw = stream(self.noise.seed, Source.CAMERA, 0, number).standard_normal(3)
+        return pose + draw * [self.noise.position_std, self.noise.position_std, self.noise.heading_std]
+
+    def _tell(self, readings: Readings, time: float) -> None:
+        _, self.memory = perceive(readings, time, self.memory, self.setup)
 
     @property
     def tracks(self) -> np.ndarray:

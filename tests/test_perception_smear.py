@@ -182,7 +182,8 @@ def test_a_turning_scan_is_put_where_its_echoes_were() -> None:
     beams, wall = given.sensors.beams, Scene(((-5.0, WALL, 5.0, WALL),))
     ranges = np.full((1, beams.count), np.nan)
     for k in range(beams.count):
-        pose = way(0.6 - beams.scan_time * (1.0 - (k + 1) / beams.count))[0]
+        begun = 0.6 - beams.scan_time * (1.0 - (k + 1) / beams.count)
+        pose = way(np.ceil(begun / 0.002 - 1e-6) * 0.002)[0]  # at the first step of physics that it is due
         ranges[0, k] = cast(wall, pose + np.array([0.0, 0.0, 2.0 * np.pi * k / beams.count]), 1, 8.0)[0]
     seen = deskewed(Readings(way(0.6), ranges, True, 0, 3), history, way(0.6), np.array([0]), made.parameters)
     _, y, heading = way(0.6)[0]

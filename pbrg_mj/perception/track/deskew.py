@@ -12,7 +12,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from pbrg_mj.perception.track.pose_history import PoseHistory, scanned
-from pbrg_mj.perception.track.world_frame import PoseModel
+from pbrg_mj.perception.track.world_frame import FRESH, PoseModel
 from pbrg_mj.sensing.readings import Readings
 
 ONE = np.ones((1, 1))
@@ -59,7 +59,8 @@ def deskewed(
         return DeskewedScans(readings.ranges, scanner.directions[None], end[None, :, :2].copy(), ONE)
     taken, count = scanned(readings.scan_frame, scanner.pose), readings.ranges.shape[1]
     early = scanner.scan_time * (1.0 - np.arange(1, count + 1) / count)
-    history, times = _until(taken, end, history), taken - early
+    step = scanner.pose.step  # of physics, at which beams are taken as soon as they are due
+    history, times = _until(taken, end, history), np.minimum(np.ceil((taken - early) / step - FRESH) * step, taken)
     poses = poses_at(history, times)
     own = poses[:, robots]  # (beams, R, 3)
     turn = own[:, :, 2] - own[-1, :, 2]

@@ -1,0 +1,89 @@
+"""Rooms of the families in physics, and how right robots that drive in them are about their walls.
+
+python scripts/accuracy/in_physics.py [--seeds 40] [--sensors lds_02]    # a row for each number of walls
+
+A world of `families/convex_room` or `l_room` is run for each seed, with lines and the certified governor. After 5, 10,
+20 and 40 scans the normalised error squared is that of one wall that binds a robot, drawn among them; intervals are by
+resampling worlds, 95 %.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from scanning_robot import OTHERS, SENSORS, normalised
+from table import print_table
+
+from pbrg_mj.loop.simulation import Simulation
+from pbrg_mj.perception.estimator import LineEstimator
+from pbrg_mj.scenario.load import load_scenario
+
+FAMILIES = ("families/convex_room", "families/l_room")
+SCANS = (5, 10, 20, 40)
+DURATION = 8.1  # [s] of the slowest sensor's scans
+ALIKE = np.deg2rad(30)  # a track whose normal is farther off is of no wall
+RESAMPLED = 2000
+
+
+def squares(family: str, sensor: str, seed: int) -> tuple[int, list[float]]:
+    """Return how many walls a world has, and normalised errors squared of walls that bind its robots."""
+    given = ["estimator.source=beams", "governor.kind=certified", "reference.solver=none"]
+    given += [f"seed={seed}", f"sensors.beams.preset={sensor}", f"timing.duration={DURATION}"]
+    plan = load_scenario(family, given).scenario
+    simulation, random = Simulation.build(plan), np.random.default_rng([seed, 5])
+    estimator = simulation.loop.estimator
+    assert isinstance(estimator, LineEstimator)
+    memory, found, scans = estimator.init(), [], 0
+    faces = np.array([[*wall.start, *wall.end, 0.5 * wall.thickness] for wall in plan.world.walls])
+    for tick in simulation.control_ticks():
+        _, memory = estimator.step(tick.readings, tick.time, memory)
+        scans += tick.readings.new_scan
+        if tick.readings.new_scan and scans in SCANS:
+            for tracks, anchor in zip(memory.tracks, memory.anchors, strict=True):
+                bind = tracks[(tracks["live"] == 1) & (tracks["confirmed"] == 1)]
+                if len(bind):
+                    track = bind[int(random.integers(len(bind)))]
+                    error = errors(track, np.array([anchor["x"], anchor["y"]]), faces)
+                    found += [] if error is None else [normalised(error, track, estimator.setup)]
+    return len(faces), found
+
+
+def errors(track: np.void, place: np.ndarray, faces: np.ndarray) -> np.ndarray | None:
+    """Return the errors of angle [rad] and offset [m] of a track, of the nearest wall that is alike; None for none."""
+    normal = np.array([np.cos(track["angle"]), np.sin(track["angle"])])
+    along = 0.5 * (track["low"] + track["high"])
+    middle = place + track["offset"] * normal + along * np.array([-normal[1], normal[0]])
+    best, result = np.inf, None
+    for face in faces:
+        begin, way = face[:2], face[2:4] - face[:2]
+        length = np.linalg.norm(way)
+        outward = np.array([way[1], -way[0]]) / length
+        outward *= np.sign(outward @ normal)
+        share = np.clip((middle - begin) @ way / length**2, 0.0, 1.0)
+        distance = np.linalg.norm(begin + share * way - middle)
+        if outward @ normal > np.cos(ALIKE) and distance < best:
+            turn = np.arctan2(outward[0] * normal[1] - outward[1] * normal[0], outward @ normal)
+            best, result = distance, np.array([turn, track["offset"] - outward @ (begin - place) + face[4]])
+    return result
+
+
+def rows_of(sensor: str, seeds: int) -> Iterator[list[str]]:
+    """A row for each number of walls, and one for rooms like an L."""
+    random = np.random.default_rng(1)
+    for family in FAMILIES:
+        worlds = [squares(family, sensor, seed) for seed in range(1, seeds + 1)]
+        for walls in sorted({walls for walls, _ in worlds}):
+            some = [found for count, found in worlds if count == walls and found]
+            if some:
+                picked = random.integers(len(some), size=(RESAMPLED, len(some)))
+                means = [np.mean(np.concatenate([some[k] for k in pick])) for pick in picked]
+                low, high = np.quantile(means, [0.025, 0.975])
+                every = np.concatenate(some)
+                cells = [str(len(some)), str(len(every)), f"{every.mean():.2f} [{low:.2f}, {high:.2f}]"]
+                yield [sensor, family, str(walls), *cells, f"{np.median(every):.2f}"]
+
+
+if __name__ == "__main__":
+    columns, sensors = ["sensor", "family", "walls", "worlds", "errors", "NEES", "median"], (*SENSORS, *OTHERS)
+    print_table(__doc__, columns, rows_of, 40, sensors, sensors)

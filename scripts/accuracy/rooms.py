@@ -113,6 +113,7 @@ class Drive:
         self.setup, self.noise = perception_setup(given, CLEARANCE, HAND), sensor_noise(given)
         self.beams, self.camera = given.sensors.beams, given.sensors.camera
         self.corners, self.start, self.speed, self.turn = corners, start, speed, turn
+        self.step = given.timing.physics_step  # beams of a scan that takes time are taken at the first one when due
         self.memory = initial(self.setup)
         self.readings: Readings | None = None
         self.scans, self.frame = int(self.beams.scan_time > 0), -1
@@ -146,7 +147,8 @@ class Drive:
         """Exact ranges (count * rays,) [m] of a scan that ends at a time [s], -1 for no hit; no echo is too weak."""
         walls, ranges = walls_of(self.corners), []
         for k, angles in enumerate(self.angles):
-            pose = self.pose(end - self.beams.scan_time * (1.0 - (k + 1) / self.beams.count))
+            due = end - self.beams.scan_time * (1.0 - (k + 1) / self.beams.count)
+            pose = self.pose(due if self.beams.scan_time == 0.0 else np.ceil(due / self.step - 1e-6) * self.step)
             scene = walls + wheels(pose, self.beams.height)
             ranges.append(cast_along(scene, pose, angles, self.beams.range_max))
         return np.nan_to_num(np.concatenate(ranges), nan=-1.0)

@@ -17,8 +17,9 @@ RANGE_SHARE = 0.9  # of the range limit: a line nearer than that would have been
 def beam_passes(points, params, fit, b):
     """Tell whether beam b is known to pass where the line, continued, would be.
 
-    It returned something clearly farther away, or nothing although the line would be well within range. `fit` (7,) is
-    theta, c, var theta, cov, var c, low, high. A beam that something nearer or the robot itself stopped knows nothing.
+    It returned something clearly farther away, or nothing although the line would be well within its limits. `fit` (7,)
+    is theta, c, var theta, cov, var c, low, high. A beam that something nearer or the robot itself stopped knows
+    nothing.
     """
     if not params.closed and (b < 0 or b >= len(points)):
         return False
@@ -28,7 +29,7 @@ def beam_passes(points, params, fit, b):
     if cosine < LEAST_COSINE or c > cosine * RANGE_SHARE * params.range_max:
         return False
     if not math.isfinite(points[b, R]):
-        return points[b, R] != BLOCKED
+        return points[b, R] != BLOCKED and c > cosine * params.blind_range
     s = _along(points, params, fit, b)
     variance = 1.0 / weight_of(params, cosine, c) + s * s * fit[2] - 2.0 * s * fit[3] + fit[4]
     return points[b, R] * cosine - c > max(params.split_distance, CLEARLY_FARTHER * math.sqrt(variance))

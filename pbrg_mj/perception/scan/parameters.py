@@ -9,6 +9,7 @@ from pbrg_mj.scenario.schema import Beams, Scenario, beam_angles
 
 EXACT = 1e-4  # [m] of exact ranges: rounding, and bodies that tilt
 NOISE_FLOOR = 1e-3  # [m] below this, straight walls and exact ranges no longer are
+NOISE_MARGIN = 3.0  # standard deviations of a range from the least one
 FALSE_END = 1e-3  # probability that outliers alone make a gap or an end of a line
 
 
@@ -18,6 +19,7 @@ class LineParameters(NamedTuple):
     range_std: float  # additive noise and quantisation of the ranges, at least NOISE_FLOOR [m]
     noise_ratio: float  # standard deviation of the noise per range [-]
     range_max: float  # [m]
+    blind_range: float  # a beam without an echo does not tell of what is nearer [m]
     split_distance: float  # [m]
     min_points: int
     min_length: float  # [m]
@@ -46,6 +48,7 @@ def line_parameters(scenario: Scenario, clearance: float) -> LineParameters:
         range_std=max(range_std, NOISE_FLOOR),
         noise_ratio=0.0 if exact else beams.noise_ratio,
         range_max=beams.range_max,
+        blind_range=blind_range(scenario),
         split_distance=estimator.split_distance,
         min_points=least_points(scenario),
         min_length=estimator.min_length,
@@ -63,6 +66,14 @@ def line_parameters(scenario: Scenario, clearance: float) -> LineParameters:
         least_corner=math.sin(math.radians(given.corner_deg)),
         least_gap=in_metres(given.least_gap, clearance),
     )
+
+
+def blind_range(scenario: Scenario) -> float:
+    """Return the range [m] from which on things have echoes: by noise some are below `range_min`, and lost."""
+    beams = scenario.assumed_sensors.beams
+    if scenario.plant == "ideal":
+        return beams.range_min
+    return beams.range_min + NOISE_MARGIN * math.hypot(beams.noise_std, beams.noise_ratio * beams.range_min)
 
 
 def least_points(scenario: Scenario) -> int:

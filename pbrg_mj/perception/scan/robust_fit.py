@@ -115,16 +115,17 @@ def _length(points, params, first, last):
 
 @kernel
 def _drop_at_limit(points, params, members, line):
-    """Take out points where the line is within noise of the range limit; return how many are left, first.
+    """Take out points where the line is within noise of a range limit; return how many are left, first.
 
-    There only ranges that happen to be too short are seen. The line decides, not the range: else it would be bent.
+    There only ranges that happen to be too short are seen, or at the lower limit too long ones. The line decides, not
+    the range: else it would be bent.
     """
     nx, ny = math.cos(line[0]), math.sin(line[0])
     left = 0
     for b in members:
         cosine = max(cosine_of(points, params, nx, ny, b), 1e-6)
         r = line[1] / cosine
-        if r + LIMIT_MARGIN * math.sqrt(range_variance(params, r)) <= params.range_max:
+        if r >= params.blind_range and r + LIMIT_MARGIN * math.sqrt(range_variance(params, r)) <= params.range_max:
             members[left] = b
             left += 1
     return left

@@ -63,6 +63,8 @@ def end_bound(line, scan, end, params):
         if distance > IN_RANGE * params.range_max or end * s < start:
             break
         r = ranges[k]
+        if math.isnan(r) and distance <= params.blind_range:
+            break  # as well
         if math.isnan(r):
             silent += 1
         elif r < distance - params.passed_by:

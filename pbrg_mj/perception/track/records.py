@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.scan.parameters import in_metres, least_points
+from pbrg_mj.perception.scan.parameters import blind_range, in_metres, least_points
 from pbrg_mj.scenario.schema import Scenario
 
 _REAL = ["angle", "offset", "p_aa", "p_ac", "p_cc", "e_aa", "e_ac", "e_cc", "away"]
@@ -46,6 +46,7 @@ class TrackParameters(NamedTuple):
     """Parameters of the tracks; a named tuple, so that compiled code takes it as it is."""
 
     range_max: float  # of the beams [m]
+    blind_range: float  # a beam without an echo does not tell of what is nearer [m]
     silent: int  # neighbouring beams without an echo that cannot all have been lost
     memory: float  # how long an unseen track is kept [s]
     drift: float  # growth of an unseen track's offset [m/sqrt(s)]
@@ -87,6 +88,7 @@ def track_parameters(scenario: Scenario, agree: int, clearance: float) -> TrackP
     estimator, given = scenario.estimator, scenario.estimator.thresholds
     return TrackParameters(
         range_max=scenario.sensors.beams.range_max,
+        blind_range=blind_range(scenario),
         silent=agree if scenario.assumed_sensors.beams.dropout > 0 else 1,
         memory=estimator.memory,
         drift=estimator.drift_std,

@@ -209,8 +209,8 @@ def _count_miss(track):
 def _beams_on(track, scan, params):
     """Return how many beams of a scan met a track, how many went past it that should have met it, and all echoes.
 
-    `scan` is ranges (B,) [m] and beams (B, 2). Beams stopped before it say nothing. A scan without any echo says
-    nothing: the sensor may be blind.
+    `scan` is ranges (B,) [m] and beams (B, 2). Beams stopped before it say nothing, nor do those without an echo where
+    it is nearer than beams tell. A scan without any echo says nothing: the sensor may be blind.
     """
     ranges, beams = scan
     cos, sin, offset = math.cos(track["angle"]), math.sin(track["angle"]), track["offset"]
@@ -223,7 +223,9 @@ def _beams_on(track, scan, params):
         s, distance = beam_on_line(cos, sin, offset, beams, k)
         if distance > IN_RANGE * params.range_max - params.passed_by or s < low or s > high:
             continue
-        if math.isnan(r) or r > distance + params.passed_by:
+        if math.isnan(r):
+            past += distance > params.blind_range
+        elif r > distance + params.passed_by:
             past += 1
         elif r > distance - params.passed_by:
             met += 1

@@ -199,6 +199,7 @@ def fit_segment(scan: Scan, segment: Beams) -> dict | None:
             checked = True
             r = line["offset"] / np.maximum(scan.d[some] @ line["normal"], 1e-6)
             inside = r + LIMIT_MARGIN * np.hypot(params.range_std, params.noise_ratio * r) <= params.range_max
+            inside &= r >= params.blind_range
             if not inside.all():
                 some = np.array(some)[inside].tolist()
                 continue
@@ -394,7 +395,7 @@ def passes(scan: Scan, line: dict, b: int) -> bool:
     if cosine < LEAST_COSINE or c / cosine > RANGE_SHARE * scan.params.range_max:
         return False
     if np.isnan(scan.r[b]):
-        return True
+        return bool(c / cosine > scan.params.blind_range)
     at = np.array([meets(scan, line, b), -1])
     variance = at @ line["covariance"] @ at + 1 / weights(scan, [b], line["normal"], c)[0]
     return bool(scan.r[b] * cosine - c > max(scan.params.split_distance, CLEARLY_FARTHER * math.sqrt(variance)))

@@ -92,3 +92,16 @@ def test_the_end_of_a_wall_does_not_turn_it() -> None:
     assert len(found) > 50
     assert np.all(np.abs(found[:, :2].mean(axis=0)) < 3.0 * found[:, :2].std(axis=0) / np.sqrt(len(found)))
     assert found[:, 2].mean() < 2.5
+
+
+def test_any_scan_of_cones_is_allowed() -> None:
+    random, seen = np.random.default_rng(5), 0
+    for _ in range(60):
+        of = sensor("tof_cones", count=int(random.integers(2, 40)), cone_deg=random.uniform(0.1, 60.0))
+        for _ in range(20):
+            ranges = random.choice([0.0, 1e-12, 1.0, 3.0], of.beams.count) * random.choice([1.0, 0.98], of.beams.count)
+            ranges[random.uniform(size=len(ranges)) < 0.1] = np.nan
+            lines = extract_lines(ranges, of.directions, of.params._replace(min_points=3))
+            assert np.isfinite(lines.angle).all() and np.isfinite(lines.error_covariance).all()
+            seen += len(lines)
+    assert seen > 10

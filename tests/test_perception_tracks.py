@@ -1,5 +1,7 @@
 """Walls over time: fusion, its honesty, and what is no wall."""
 
+import itertools
+
 import numpy as np
 import pytest
 from scipy.stats import chi2
@@ -167,3 +169,15 @@ def test_a_wall_behind_another_thing_is_kept() -> None:
     steps = list(walk(scenario(), lambda t: WALL if t < 1 else hidden, rests((0, 0, 0)), 40))
     track = steps[-1][3].tracks[0]
     assert np.sum(track["live"] * (np.abs(track["offset"] - 1) < 0.02) * (np.abs(track["angle"]) < 0.1)) == 1
+
+
+def test_what_is_more_often_missed_than_seen_is_no_wall() -> None:
+    """A line in the first scan, then teeth of 14 cm, of which no scan makes a line: four scans later it is gone."""
+    corners = [(1.0 + 0.07 * (-1) ** k, 0.2 * k) for k in range(-16, 17)]
+    teeth = Scene(tuple((*a, *b) for a, b in itertools.pairwise(corners)))
+    live = []
+    for _, _, _, memory in walk(scenario(), lambda t: WALL if t < 0.05 else teeth, rests((0, 0, 0.3)), 8):
+        tracks = memory.tracks[0][memory.tracks[0]["live"] == 1]
+        assert not (tracks["hits"] > 1).any()
+        live.append(bool((tracks["first"] == 0.0).any()))
+    assert live == [True] * 4 + [False] * 4

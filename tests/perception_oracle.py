@@ -13,6 +13,7 @@ from pbrg_mj.perception.scan.parameters import LineParameters
 from pbrg_mj.perception.scan.points import BREAK_MARGIN, CHORD_MARGIN, MAX_LOST
 from pbrg_mj.perception.scan.robust_fit import (
     FALSE_ALARM,
+    HIDES_KINK,
     LIMIT_MARGIN,
     MAX_BEND,
     MAX_BEND_SHORT,
@@ -225,7 +226,8 @@ def is_wall(scan: Scan, line: dict) -> bool:
     short = line["high"] - line["low"] < SHORT * scan.params.min_length
     oblique = abs(line["low"] + line["high"]) > 2 * OBLIQUE * line["offset"]
     sure = line["covariance"][0, 0] <= MAX_ANGLE_STD**2
-    return bool(straight and sure and bend <= (MAX_BEND_SHORT if short else MAX_BEND) and not (short and oblique))
+    strict = short or line["covariance"][0, 0] > HIDES_KINK**2
+    return bool(straight and sure and bend <= (MAX_BEND_SHORT if strict else MAX_BEND) and not (short and oblique))
 
 
 def joined(scan: Scan, walls: list[dict], order: Beams) -> list[dict]:

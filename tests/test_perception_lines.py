@@ -5,8 +5,9 @@ import pytest
 from scipy.stats import chi2
 
 from pbrg_mj.perception.scan.extract_lines import Lines, extract_lines
-from pbrg_mj.perception.scan.line_fit import chi_squared_limit
+from pbrg_mj.perception.scan.line_fit import RESIDUAL, WEIGHT, S, chi_squared_limit, straightness
 from pbrg_mj.perception.scan.parameters import agreeing_beams
+from pbrg_mj.perception.scan.robust_fit import HIDES_KINK, KINK, MAX_BEND
 from tests.perception_oracle import find_lines
 from tests.raycast import Scene
 from tests.scans import SENSORS, Sensor, four_robots, planted, sensor
@@ -117,3 +118,27 @@ def test_the_limit_of_chi_squared_is_near_the_exact_one() -> None:
 
 def test_enough_beams_agree() -> None:
     assert [agreeing_beams(p) for p in (0.0, 0.001, 0.02, 0.049, 0.2, 1.0)] == [2, 2, 2, 3, 5, 10]
+
+
+def test_how_much_a_kink_bends_a_line() -> None:
+    """The closed form behind HIDES_KINK, for evenly spread points of equal weight."""
+    count, length, std, kink = 2001, 1.5, 0.03, 0.1
+    at = np.zeros((count, 4))
+    at[:, S], at[:, WEIGHT] = np.linspace(-length / 2, length / 2, count), std**-2
+    at[:, RESIDUAL] = 0.5 * kink * np.abs(at[:, S])
+    total, spread = at[:, WEIGHT].sum(), (at[:, WEIGHT] * at[:, S] ** 2).sum()
+    _, bend = straightness(at, count, (total, 0.0, spread, -length / 2, length / 2))
+    assert bend == pytest.approx(np.sqrt(15) / 16 * kink * np.sqrt(spread), rel=2e-3)
+    assert pytest.approx(np.sqrt(15) / 16 * KINK / (MAX_BEND + 3.0)) == HIDES_KINK
+
+
+def test_two_walls_that_noise_makes_one_are_rarely_taken_for_one() -> None:
+    """Two walls of 1.5 m that meet at 25 degrees, 2.5 m away, with noise of 3 %."""
+    random, of, ones = np.random.default_rng(8), sensor("robotarium"), 0
+    turn = np.deg2rad(12.5)
+    one = (2.5, 0.0, 2.5 - 1.5 * np.sin(turn), 1.5 * np.cos(turn))
+    other = (2.5, 0.0, 2.5 - 1.5 * np.sin(turn), -1.5 * np.cos(turn))
+    for _ in range(400):
+        lines = extract_lines(of.look(Scene((one, other)), np.zeros(3), random), of.directions, of.params)
+        ones += bool(np.any((lines.low < -0.5) & (lines.high > 0.5)))
+    assert ones < 100  # a quarter; a third by the limit of other lines

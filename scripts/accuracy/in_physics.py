@@ -1,6 +1,6 @@
 """Rooms of the families in physics, and how right robots that drive in them are about their walls.
 
-python scripts/accuracy/in_physics.py [--seeds 40] [--sensors lds_02]    # a row for each number of walls
+python scripts/accuracy/in_physics.py [--seeds 40] [--sensors lds_02]    # rows for rooms of few walls, and of many
 
 A world of `families/convex_room` or `l_room` is run for each seed, with lines and the certified governor. After 5, 10,
 20 and 40 scans the normalised error squared is that of one wall that binds a robot, drawn among them; intervals are by
@@ -23,6 +23,7 @@ FAMILIES = ("families/convex_room", "families/l_room")
 SCANS = (5, 10, 20, 40)
 DURATION = 8.1  # [s] of the slowest sensor's scans
 ALIKE = np.deg2rad(30)  # a track whose normal is farther off is of no wall
+MOST_WALLS = 6
 RESAMPLED = 2000
 
 
@@ -69,19 +70,20 @@ def errors(track: np.void, place: np.ndarray, faces: np.ndarray) -> np.ndarray |
 
 
 def rows_of(sensor: str, seeds: int) -> Iterator[list[str]]:
-    """A row for each number of walls, and one for rooms like an L."""
+    """A row for convex rooms of up to MOST_WALLS walls, one for those of more, and one for rooms like an L."""
     random = np.random.default_rng(1)
     for family in FAMILIES:
         worlds = [squares(family, sensor, seed) for seed in range(1, seeds + 1)]
-        for walls in sorted({walls for walls, _ in worlds}):
-            some = [found for count, found in worlds if count == walls and found]
+        for more in (False, True):
+            some = [found for walls, found in worlds if (walls > MOST_WALLS) == more and found]
             if some:
                 picked = random.integers(len(some), size=(RESAMPLED, len(some)))
                 means = [np.mean(np.concatenate([some[k] for k in pick])) for pick in picked]
                 low, high = np.quantile(means, [0.025, 0.975])
                 every = np.concatenate(some)
                 cells = [str(len(some)), str(len(every)), f"{every.mean():.2f} [{low:.2f}, {high:.2f}]"]
-                yield [sensor, family, str(walls), *cells, f"{np.median(every):.2f}"]
+                cells += [f"{np.median(every):.2f}"]
+                yield [sensor, family, f"{MOST_WALLS + 1} or more" if more else f"up to {MOST_WALLS}", *cells]
 
 
 if __name__ == "__main__":

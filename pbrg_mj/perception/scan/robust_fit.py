@@ -38,6 +38,10 @@ MAX_OUTLIERS = 2  # a segment with more of them is no line, unless
 OUTLIER_SHARE = 0.05  # they are no more than this of its points
 FALSE_ALARM = 3.09  # score of a normal variable: a share of 1e-3 of straight walls fails the residuals' test, per scan
 MAX_BEND, MAX_BEND_SHORT = 3.0, 2.0  # standard deviations of the curvature
+KINK = math.radians(15.0)  # of two walls that are not to pass for one
+# Evenly spread points with a kink in their middle are bent by sqrt(15) / 16 KINK / std on average, std that of their
+# direction. Where that is less than 3 beyond MAX_BEND, noise lets some pass.
+HIDES_KINK = math.sqrt(15.0) / 16.0 * KINK / (MAX_BEND + 3.0)  # [rad]
 SHORT = 2.0  # least lengths up to which a segment may be a row of robots
 LIMIT_MARGIN = 3.0  # standard deviations of a range from the range limit
 
@@ -98,8 +102,11 @@ def _is_straight(params, fit, misfit, bend):
     """Return whether a segment is long, certain and straight enough; `misfit` is a share of what is allowed.
 
     A short segment may be a row of robots. It must be straighter, and not seen so obliquely that the gaps are hidden.
+    So must one be whose noise may hide that it is two walls, which meet at an obtuse corner.
     """
     if fit[2] > params.direction_std**2 or misfit > 1.0 or bend > MAX_BEND:
+        return False
+    if fit[2] > HIDES_KINK**2 and bend > MAX_BEND_SHORT:
         return False
     if fit[6] - fit[5] >= SHORT * params.min_length:
         return True

@@ -38,7 +38,7 @@ MAX_OUTLIERS = 2  # a segment with more of them is no line, unless
 OUTLIER_SHARE = 0.05  # they are no more than this of its points
 FALSE_ALARM = 3.09  # score of a normal variable: a share of 1e-3 of straight walls fails the residuals' test, per scan
 MAX_BEND, MAX_BEND_SHORT = 3.0, 2.0  # standard deviations of the curvature
-KINK = math.radians(15.0)  # of two walls that are not to pass for one
+KINK = math.radians(30.0)  # of two walls that are not to pass for one
 # Evenly spread points with a kink in their middle are bent by sqrt(15) / 16 KINK / std on average, std that of their
 # direction. Where that is less than 3 beyond MAX_BEND, noise lets some pass.
 HIDES_KINK = math.sqrt(15.0) / 16.0 * KINK / (MAX_BEND + 3.0)  # [rad]

@@ -265,7 +265,7 @@ def test_a_wall_near_the_range_limit_is_not_pulled_in() -> None:
     scene = planted(0.0, 3.2, -6.0, 6.0)
     found = [extract_lines(of.look(scene, np.zeros(3), random), of.directions, of.params) for _ in range(1500)]
     offsets = np.array([lines.offset[0] for lines in found if len(lines) > 0])
-    assert len(offsets) > 1450
+    assert len(offsets) > 1400  # so much noise may hide a kink: one of twenty is not straight enough
     assert abs(offsets.mean() - 3.2) < 0.003  # one scan scatters by 0.028
 
 

@@ -21,7 +21,7 @@ PASSED_SHARE = 0.6  # of them must
 
 SEEN_SHARE = 0.02  # of the drift while in sight: nothing is known for ever
 MAX_CONTRADICTIONS = 3  # scans against a track before it is deleted, and scans an unconfirmed one may be out of sight
-MORE_MISSES = 3  # than sightings: what was seen was no line
+FEW_HITS, MORE_MISSES = 3, 3  # seen at most so often, and missed so much more often: what was seen was no line
 CLOCK_ROUNDING = 1e-9  # [s] rounding of the clock
 
 
@@ -188,12 +188,12 @@ def _count_miss(track):
     """Take back a sighting for a scan whose beams met the track, and that showed no line there.
 
     A wall hardly ever fails to be a line. What fails often, as two walls at an obtuse corner do, is a line only in
-    scans whose noise makes it look straight. Such sightings are wrong alike. What fails more often than it is seen is
-    no wall.
+    scans whose noise makes it look straight. Such sightings are wrong alike. What has hardly been seen and fails more
+    often is no wall; one that was seen often and is no line from where the robot stands now stays.
     """
     counted = track["hits"] - track["missed"]
     track["missed"] += 1
-    if track["missed"] >= track["hits"] + MORE_MISSES:
+    if track["hits"] <= FEW_HITS and track["missed"] >= track["hits"] + MORE_MISSES:
         track["live"] = 0
     if counted > 1:
         grows = counted / (counted - 1.0)

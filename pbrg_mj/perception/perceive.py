@@ -26,7 +26,7 @@ from pbrg_mj.perception.setup import PerceptionParameters, PerceptionSetup
 from pbrg_mj.perception.track.deskew import deskewed
 from pbrg_mj.perception.track.filtered_poses import equivalent_variances
 from pbrg_mj.perception.track.pose_history import PoseHistory, no_poses, poses_at_scan, with_poses
-from pbrg_mj.perception.track.pose_noise import write_pose_effects
+from pbrg_mj.perception.track.pose_noise import write_pose_covariances
 from pbrg_mj.perception.track.records import TrackParameters, no_tracks
 from pbrg_mj.perception.track.update import update_tracks
 from pbrg_mj.perception.track.world_frame import (
@@ -103,7 +103,7 @@ class ScanWorkspace(NamedTuple):
     beams: np.ndarray  # (beams, 2) directions in the world
     fitting: LineWorkspace
     lines: LineBuffer
-    pose_effects: np.ndarray  # (L, 6) how noise of poses moves lines, see pose_noise.py
+    pose_covariances: np.ndarray  # (L, 6) of lines by unit variances of poses, see pose_noise.py
 
 
 @kernel
@@ -158,8 +158,8 @@ def _named(packed):
 @kernel
 def _scan_workspace(beams):
     lines = line_buffer(beams)
-    effects = np.empty((len(lines.angle), 6))
-    return ScanWorkspace(np.empty(beams), np.empty((beams, 2)), line_workspace(beams), lines, effects)
+    covariances = np.empty((len(lines.angle), 6))
+    return ScanWorkspace(np.empty(beams), np.empty((beams, 2)), line_workspace(beams), lines, covariances)
 
 
 @kernel
@@ -172,8 +172,8 @@ def _perceive_scan(scan, whose, parameters, work, known):
     count = without_team_mates(work.lines, count, work.fitting, pose, team, parameters.line)
     write_world_directions(work.beams, directions, pose.heading)
     tracks = known.tracks[robot]
-    write_pose_effects(work.fitting, count, parameters.line, shares, work.pose_effects)
-    lines = lines_in_world(work.lines, count, pose, errors[robot], work.pose_effects)
+    write_pose_covariances(work.fitting, count, parameters.line, shares, work.pose_covariances)
+    lines = lines_in_world(work.lines, count, pose, errors[robot], work.pose_covariances)
     update_tracks(tracks, lines, (work.ranges, work.beams), pose, parameters.track)
     bound = _bound_robots(pose, parameters.teams[robot], parameters.hand_offset)
     G, h, active = known.G[robot], known.h[robot], known.active[robot]

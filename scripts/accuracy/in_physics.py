@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+from rooms import normals, wall_errors
 from scanning_robot import OTHERS, SENSORS, normalised
 from table import print_table
 
@@ -22,7 +23,6 @@ from pbrg_mj.scenario.load import load_scenario
 FAMILIES = ("families/convex_room", "families/l_room")
 SCANS = (5, 10, 20, 40)
 DURATION = 8.1  # [s] of the slowest sensor's scans
-ALIKE = np.deg2rad(30)  # a track whose normal is farther off is of no wall
 MOST_WALLS = 6
 RESAMPLED = 2000
 
@@ -36,7 +36,7 @@ def squares(family: str, sensor: str, seed: int) -> tuple[int, list[float]]:
     estimator = simulation.loop.estimator
     assert isinstance(estimator, LineEstimator)
     memory, found, scans = estimator.init(), [], 0
-    faces = np.array([[*wall.start, *wall.end, 0.5 * wall.thickness] for wall in plan.world.walls])
+    walls = np.array([[*wall.start, *wall.end, 0.5 * wall.thickness] for wall in plan.world.walls])
     for tick in simulation.control_ticks():
         _, memory = estimator.step(tick.readings, tick.time, memory)
         scans += tick.readings.new_scan
@@ -45,28 +45,18 @@ def squares(family: str, sensor: str, seed: int) -> tuple[int, list[float]]:
                 bind = tracks[(tracks["live"] == 1) & (tracks["confirmed"] == 1)]
                 if len(bind):
                     track = bind[int(random.integers(len(bind)))]
-                    error = errors(track, np.array([anchor["x"], anchor["y"]]), faces)
+                    error = face_errors(track, np.array([anchor["x"], anchor["y"]]), walls)
                     found += [] if error is None else [normalised(error, track, estimator.setup)]
-    return len(faces), found
+    return len(walls), found
 
 
-def errors(track: np.void, place: np.ndarray, faces: np.ndarray) -> np.ndarray | None:
-    """Return the errors of angle [rad] and offset [m] of a track, of the nearest wall that is alike; None for none."""
-    normal = np.array([np.cos(track["angle"]), np.sin(track["angle"])])
-    along = 0.5 * (track["low"] + track["high"])
-    middle = place + track["offset"] * normal + along * np.array([-normal[1], normal[0]])
-    best, result = np.inf, None
-    for face in faces:
-        begin, way = face[:2], face[2:4] - face[:2]
-        length = np.linalg.norm(way)
-        outward = np.array([way[1], -way[0]]) / length
-        outward *= np.sign(outward @ normal)
-        share = np.clip((middle - begin) @ way / length**2, 0.0, 1.0)
-        distance = np.linalg.norm(begin + share * way - middle)
-        if outward @ normal > np.cos(ALIKE) and distance < best:
-            turn = np.arctan2(outward[0] * normal[1] - outward[1] * normal[0], outward @ normal)
-            best, result = distance, np.array([turn, track["offset"] - outward @ (begin - place) + face[4]])
-    return result
+def face_errors(track: np.void, place: np.ndarray, walls: np.ndarray) -> np.ndarray | None:
+    """Do what `wall_errors` does for the seen faces of `walls` (w, 5), centre lines and half thicknesses [m]."""
+    a, b = walls[:, :2], walls[:, 2:4]
+    outward = normals(a, b)
+    outward *= np.sign(outward @ [np.cos(track["angle"]), np.sin(track["angle"])])[:, None]
+    inward = -walls[:, 4:] * outward
+    return wall_errors(track, place, a + inward, b + inward, outward)
 
 
 def rows_of(sensor: str, seeds: int) -> Iterator[list[str]]:

@@ -34,10 +34,7 @@ ALIKE = np.deg2rad(30)  # a track whose normal is farther off is of no wall
 
 def convex_room(random: np.random.Generator) -> np.ndarray:
     """Corners (4 to 6, 2) of a convex room, counter-clockwise: on a circle, none nearer than 40 deg to the next."""
-    count = int(random.integers(4, 7))
-    gaps = np.deg2rad(40) + random.dirichlet(np.full(count, 3.0)) * (2 * np.pi - count * np.deg2rad(40))
-    angle = random.uniform(0, 2 * np.pi) + np.cumsum(gaps)
-    return random.uniform(1.2, 2.5) * np.column_stack([np.cos(angle), np.sin(angle)])
+    return _on_circle(random, (4, 6), np.deg2rad(40), (1.2, 2.5))
 
 
 def l_room(random: np.random.Generator) -> np.ndarray:
@@ -50,10 +47,17 @@ def l_room(random: np.random.Generator) -> np.ndarray:
 
 def obtuse_room(random: np.random.Generator) -> np.ndarray:
     """Corners (7 or 8, 2) of a larger convex room, counter-clockwise, none nearer than 30 deg to the next."""
-    count = int(random.integers(7, 9))
-    gaps = np.deg2rad(30) + random.dirichlet(np.full(count, 3.0)) * (2 * np.pi - count * np.deg2rad(30))
+    return _on_circle(random, (7, 8), np.deg2rad(30), (2.0, 3.4))
+
+
+def _on_circle(
+    random: np.random.Generator, counts: tuple[int, int], gap: float, radii: tuple[float, float]
+) -> np.ndarray:
+    """Corners on a circle, of a number and a radius [m] from one to another, none nearer than a gap [rad]."""
+    count = int(random.integers(counts[0], counts[1] + 1))
+    gaps = gap + random.dirichlet(np.full(count, 3.0)) * (2 * np.pi - count * gap)
     angle = random.uniform(0, 2 * np.pi) + np.cumsum(gaps)
-    return random.uniform(2.0, 3.4) * np.column_stack([np.cos(angle), np.sin(angle)])
+    return random.uniform(*radii) * np.column_stack([np.cos(angle), np.sin(angle)])
 
 
 ROOMS = {"convex_room": convex_room, "l_room": l_room, "obtuse_room": obtuse_room}
@@ -96,12 +100,11 @@ def inside(place: np.ndarray, corners: np.ndarray) -> bool:
 
 
 def _room(place: np.ndarray, corners: np.ndarray) -> float:
-    return float(distances(place, corners).min())
+    return float(distances(place, *_sides(corners)).min())
 
 
-def distances(place: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Distances (c,) [m] of a place from the walls of a room."""
-    a, b = _sides(corners)
+def distances(place: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Distances (w,) [m] of a place from walls from a to b (w, 2)."""
     along = np.clip(np.sum((place - a) * (b - a), axis=1) / np.sum((b - a) ** 2, axis=1), 0, 1)
     return np.linalg.norm(a + along[:, None] * (b - a) - place, axis=1)
 
@@ -158,29 +161,37 @@ class Drive:
         return pose_at(self.start, self.speed, self.turn, time)
 
     def errors(self) -> list[tuple[float, float, float]]:
-        """Angle error [rad], offset error [m] and normalised error squared of each track that binds.
-
-        A track is of the wall nearest to the middle of its extent among those alike in angle; of none it is no wall.
-        """
+        """Angle error [rad], offset error [m] and normalised error squared of each track of a wall that binds."""
         tracks, anchor = self.memory.tracks[0], self.memory.anchors[0]
         place = np.array([anchor["x"], anchor["y"]])
-        found = (self._errors(track, place) for track in tracks[(tracks["live"] == 1) & (tracks["confirmed"] == 1)])
-        return [errors for errors in found if errors is not None]
+        bind, (a, b) = tracks[(tracks["live"] == 1) & (tracks["confirmed"] == 1)], _sides(self.corners)
+        found = ((track, wall_errors(track, place, a, b, normals(a, b))) for track in bind)
+        return [(*error.tolist(), normalised(error, track, self.setup)) for track, error in found if error is not None]
 
-    def _errors(self, track: np.void, place: np.ndarray) -> tuple[float, float, float] | None:
-        normal = np.array([np.cos(track["angle"]), np.sin(track["angle"])])
-        middle = 0.5 * (track["low"] + track["high"])
-        point = place + track["offset"] * normal + middle * np.array([-normal[1], normal[0]])
-        a, b = _sides(self.corners)
-        along = (b - a) / np.linalg.norm(b - a, axis=1)[:, None]
-        outward = np.column_stack([along[:, 1], -along[:, 0]])
-        off = np.where(outward @ normal > np.cos(ALIKE), distances(point, self.corners), np.inf)
-        k = int(np.argmin(off))
-        if np.isinf(off[k]):
-            return None
-        turn = track["angle"] - np.arctan2(outward[k, 1], outward[k, 0])
-        error = np.array([np.angle(np.exp(1j * turn)), track["offset"] - outward[k] @ (a[k] - place)])
-        return float(error[0]), float(error[1]), normalised(error, track, self.setup)
+
+def normals(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Unit normals (w, 2) of walls from a to b (w, 2), to their right."""
+    along = (b - a) / np.linalg.norm(b - a, axis=1)[:, None]
+    return np.column_stack([along[:, 1], -along[:, 0]])
+
+
+def wall_errors(
+    track: np.void, place: np.ndarray, a: np.ndarray, b: np.ndarray, outward: np.ndarray
+) -> np.ndarray | None:
+    """Errors (2,) of a track's angle [rad] and offset from the place of its anchor [m]; None if it is of no wall.
+
+    It is of the wall nearest to the middle of its extent among those alike in angle. Faces are from a to b (w, 2), and
+    their normals (w, 2) point outward.
+    """
+    normal = np.array([np.cos(track["angle"]), np.sin(track["angle"])])
+    middle = 0.5 * (track["low"] + track["high"])
+    point = place + track["offset"] * normal + middle * np.array([-normal[1], normal[0]])
+    off = np.where(outward @ normal > np.cos(ALIKE), distances(point, a, b), np.inf)
+    k = int(np.argmin(off))
+    if np.isinf(off[k]):
+        return None
+    turn = track["angle"] - np.arctan2(outward[k, 1], outward[k, 0])
+    return np.array([np.angle(np.exp(1j * turn)), track["offset"] - outward[k] @ (a[k] - place)])
 
 
 def drive(given: Scenario, room: str, scans: tuple[int, ...]) -> np.ndarray:

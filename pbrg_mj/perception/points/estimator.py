@@ -90,8 +90,8 @@ class PointEstimator:
         known = _as_known(memory.half_spaces if memory.scans > 0 else HalfSpaces.empty(n, self.slots))
         targets = np.full(self.formation.shape, np.nan) if m is None else m + self.formation
         at = poses_at_scan(history, readings, self.parameters.pose)
-        seen = tuple(deskewed(readings, history, at.poses, self.robots, self.parameters))[:3]
-        scans = (seen, at.poses, at.variances, time, memory.scans + 1)
+        seen = deskewed(readings, history, at.poses, self.robots, self.parameters)
+        scans = ((seen.ranges, seen.directions, seen.bodies), at.poses, at.variances, time, memory.scans + 1)
         after = (
             points,
             anchors,

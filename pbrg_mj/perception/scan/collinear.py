@@ -6,7 +6,7 @@ import math
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.scan.line_ends import has_gap
-from pbrg_mj.perception.scan.line_fit import cosine_of, extent, fit_line, off_line, weight_of
+from pbrg_mj.perception.scan.line_fit import extent, fit_line, incidence_cosine, residual, weight_of
 from pbrg_mj.perception.scan.robust_fit import write_fit
 
 NOISE_MARGIN = 4.0  # standard deviations of a point from its line, or of an angle
@@ -90,9 +90,9 @@ def _near(points, params, members, line):
     """Tell whether all points are on the line: within the split distance, or the noise if that is larger."""
     nx, ny, c = math.cos(line[0]), math.sin(line[0]), line[1]
     for b in members:
-        off = abs(off_line(points, params, nx, ny, c, b))
+        off = abs(residual(points, params, nx, ny, c, b))
         if off > params.split_distance:
-            w = weight_of(params, cosine_of(points, params, nx, ny, b), c)
+            w = weight_of(params, incidence_cosine(points, params, nx, ny, b), c)
             if off > NOISE_MARGIN / math.sqrt(w):
                 return False
     return True

@@ -29,7 +29,7 @@ def ray(points, half_cone, b, nx, ny):
 
 
 @kernel
-def between(points, half_cone, beams, nx, ny):
+def displacement(points, half_cone, beams, nx, ny):
     """Return the way (x, y) from the echo of one of two `beams` (2,) to that of the other [m], both of such a wall."""
     _, _, ax, ay = ray(points, half_cone, beams[0], nx, ny)
     _, _, bx, by = ray(points, half_cone, beams[1], nx, ny)
@@ -63,7 +63,7 @@ def _wall_of_two(points, half_cone, a, z):
     """Return (n_x, n_y, length) of the wall that cones a and z see."""
     theta = math.atan2(points[a, DY], points[a, DX]) + _normal_of_two(points, half_cone, a, z)
     nx, ny = math.cos(theta), math.sin(theta)
-    x, y = between(points, half_cone, (a, z), nx, ny)
+    x, y = displacement(points, half_cone, (a, z), nx, ny)
     return nx, ny, abs(nx * y - ny * x)
 
 
@@ -85,9 +85,9 @@ def _normal_of_two(points, half_cone, a, z):
         return foot - w
     if foot >= angle:
         return foot + w
-    between = _foot(near, w, far, angle - w)
-    if w <= between <= angle - w:
-        return between
+    foot = _foot(near, w, far, angle - w)
+    if w <= foot <= angle - w:
+        return foot
     if near <= far:
         return angle - w - math.acos(near / far)
     return w + math.acos(far / near)

@@ -12,7 +12,7 @@ import math
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.scan.cone import DX, DY, VARIANCE, R
-from pbrg_mj.perception.scan.line_fit import LEAST_COSINE, cosine_of
+from pbrg_mj.perception.scan.line_fit import LEAST_COSINE, incidence_cosine
 
 END_ERROR = 0.3  # standard deviations of a range that an end may be farther than the line
 
@@ -23,14 +23,11 @@ def drop_near_ends(points, params, members, line):
 
     `line` (2,) is theta, c.
     """
-    count = len(members)
     first = _seeing_end(points, params, members, -1, line)
     final = _seeing_end(points, params, members, 1, line)
-    left = 0
-    for i in range(count):
-        if first <= i < count - final:
-            members[left] = members[i]
-            left += 1
+    left = max(len(members) - first - final, 0)
+    for i in range(left):
+        members[i] = members[first + i]
     return left
 
 
@@ -50,7 +47,7 @@ def _seeing_end(points, params, members, outward, line):
         turn = -outward * _turn(points, b, nx, ny)
         if turn - params.half_cone >= nearest:
             break
-        farther = line[1] / math.cos(nearest) - line[1] / cosine_of(points, params, nx, ny, b)
+        farther = line[1] / math.cos(nearest) - line[1] / incidence_cosine(points, params, nx, ny, b)
         if farther > END_ERROR * math.sqrt(points[b, VARIANCE]):
             seeing = i + 1
     return seeing
@@ -59,7 +56,7 @@ def _seeing_end(points, params, members, outward, line):
 @kernel
 def _is_nearer(points, params, b, line):
     """Tell whether a beam met something nearer than a line."""
-    cosine = cosine_of(points, params, math.cos(line[0]), math.sin(line[0]), b)
+    cosine = incidence_cosine(points, params, math.cos(line[0]), math.sin(line[0]), b)
     return math.isfinite(points[b, R]) and points[b, R] * max(cosine, 0.0) < line[1]
 
 

@@ -158,7 +158,7 @@ def _expected_range(points, params, fit, beam):
     nx, ny = math.cos(fit[0]), math.sin(fit[0])
     cosine, s, _ = beam_incidence(points, params, nx, ny, fit[1], beam)
     cosine = max(cosine, LEAST_COSINE)
-    return fit[1] / cosine, max(fit[4] - 2.0 * s * fit[3] + s * s * fit[2], 0.0) / cosine**2
+    return fit[1] / cosine, _variance_along(fit, s) / cosine**2
 
 
 @kernel
@@ -179,7 +179,7 @@ def _is_on(points, params, fit, beam):
     """Tell whether a point is on a line, as far as its noise lets one tell."""
     nx, ny, c = math.cos(fit[0]), math.sin(fit[0]), fit[1]
     cosine, s, off = beam_incidence(points, params, nx, ny, c, beam)
-    variance = 1.0 / weight_of(params, cosine, c) + max(fit[4] - 2.0 * s * fit[3] + s * s * fit[2], 0.0)
+    variance = 1.0 / weight_of(params, cosine, c) + _variance_along(fit, s)
     return cosine > LEAST_COSINE and off * off <= OUTLIER**2 * variance
 
 
@@ -216,7 +216,12 @@ def _corner(one, other, least_sine):
 @kernel
 def _variance_at(fit, x, y):
     """Return the variance [m^2] of a line's place at x, y."""
-    s = math.cos(fit[0]) * y - math.sin(fit[0]) * x
+    return _variance_along(fit, math.cos(fit[0]) * y - math.sin(fit[0]) * x)
+
+
+@kernel
+def _variance_along(fit, s):
+    """Return the variance [m^2] of the place of a line, `fit` (7,), at a coordinate s along it [m]."""
     return max(fit[4] - 2.0 * s * fit[3] + s * s * fit[2], 0.0)
 
 

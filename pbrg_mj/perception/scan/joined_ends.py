@@ -25,10 +25,10 @@ from pbrg_mj.perception.scan.line_fit import (
     RESIDUAL,
     WEIGHT,
     S,
-    cosine_of,
     covariance,
     extent,
-    off_line,
+    incidence_cosine,
+    residual,
     weight_of,
     wrapped,
 )
@@ -188,6 +188,6 @@ def _probability(deviation, offset, odds):
 def _offset_after(points, params, fit, after):
     """Return the offset of the point after the last [m], no nearer than its noise reaches: it is not on the line."""
     nx, ny, c = math.cos(fit[0]), math.sin(fit[0]), fit[1]
-    off = off_line(points, params, nx, ny, c, after)
-    w = weight_of(params, cosine_of(points, params, nx, ny, after), c)
+    off = residual(points, params, nx, ny, c, after)
+    w = weight_of(params, incidence_cosine(points, params, nx, ny, after), c)
     return math.copysign(max(abs(off), OUTLIER / math.sqrt(w)), off)

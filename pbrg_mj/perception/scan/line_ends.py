@@ -6,7 +6,7 @@ import math
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.scan.cone import R, ray
-from pbrg_mj.perception.scan.line_fit import LEAST_COSINE, cosine_of, weight_of
+from pbrg_mj.perception.scan.line_fit import LEAST_COSINE, incidence_cosine, weight_of
 from pbrg_mj.perception.scan.points import BLOCKED
 
 CLEARLY_FARTHER = 4.0  # standard deviations beyond which a beam is clearly farther than the line
@@ -25,7 +25,7 @@ def beam_passes(points, params, fit, b):
         return False
     b %= len(points)
     nx, ny, c = math.cos(fit[0]), math.sin(fit[0]), fit[1]
-    cosine = cosine_of(points, params, nx, ny, b)
+    cosine = incidence_cosine(points, params, nx, ny, b)
     if cosine < LEAST_COSINE or c > cosine * RANGE_SHARE * params.range_max:
         return False
     if not math.isfinite(points[b, R]):

@@ -34,14 +34,14 @@ def weight_of(params, cosine, c):
 
 
 @kernel
-def off_line(points, params, nx, ny, c, b):
+def residual(points, params, nx, ny, c, b):
     """Return how far an echo is behind the line (n, c) [m], if it is of a wall like that."""
     _, _, x, y = ray(points, params.half_cone, b, nx, ny)
     return nx * x + ny * y - c
 
 
 @kernel
-def cosine_of(points, params, nx, ny, b):
+def incidence_cosine(points, params, nx, ny, b):
     """Return the cosine of the incidence of a beam on a line of normal (nx, ny)."""
     dx, dy, _, _ = ray(points, params.half_cone, b, nx, ny)
     return nx * dx + ny * dy
@@ -130,7 +130,7 @@ def chord_line(points, params, first, last):
     """Return (theta, c) of the line through the points of two beams, `last` counter-clockwise of `first`."""
     if params.half_cone > 0.0:
         nx, ny, _ = chord_normal(points, params.half_cone, first, last)
-        return _outward(math.atan2(ny, nx), off_line(points, params, nx, ny, 0.0, first))
+        return _outward(math.atan2(ny, nx), residual(points, params, nx, ny, 0.0, first))
     theta = math.atan2(points[first, X] - points[last, X], points[last, Y] - points[first, Y])
     c = math.cos(theta) * points[first, X] + math.sin(theta) * points[first, Y]
     return (theta, c) if c >= 0.0 else (theta + math.pi, -c)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.scan.cone import DX, DY, VARIANCE, R, X, Y, between, chord_normal, ray
+from pbrg_mj.perception.scan.cone import DX, DY, VARIANCE, R, X, Y, chord_normal, displacement, ray
 
 BLOCKED = -math.inf  # range of a beam that ends at its own robot: nearer than any wall, it says nothing of walls
 
@@ -71,7 +71,7 @@ def chord_error(points, params, ends, chord, b):
     nx, ny, length = chord
     px, py = points[b, X] - points[a, X], points[b, Y] - points[a, Y]
     if params.half_cone > 0.0:
-        px, py = between(points, params.half_cone, (a, b), nx, ny)
+        px, py = displacement(points, params.half_cone, (a, b), nx, ny)
     off = nx * px + ny * py
     if length == 0.0:
         return math.sqrt(px * px + py * py) / params.split_distance

@@ -24,10 +24,10 @@ from pbrg_mj.perception.scan.line_fit import (
     S,
     chi_squared_limit,
     chord_line,
-    cosine_of,
     covariance,
     extent,
     fit_line,
+    incidence_cosine,
     straightness,
     worst_point,
 )
@@ -54,14 +54,14 @@ def fit_segment(points, params, members, at, fit):
     """
     count = len(members)
     outliers = 0
-    limit_checked, end_checked = False, False
+    limit_checked, ends_checked = False, params.half_cone == 0.0
     while outliers <= max(MAX_OUTLIERS, OUTLIER_SHARE * len(members)):
         if count < params.min_points or _length(points, params, members[0], members[count - 1]) < params.min_length:
             return 0
         kept = members[:count]
         line = fit_line(points, params, kept, chord_line(points, params, kept[0], kept[-1]))
-        if params.half_cone > 0.0 and not end_checked:
-            end_checked = True
+        if not ends_checked:
+            ends_checked = True
             inside = drop_near_ends(points, params, kept, line)
             if inside < count:
                 count = inside
@@ -130,7 +130,7 @@ def _drop_at_limit(points, params, members, line):
     nx, ny = math.cos(line[0]), math.sin(line[0])
     left = 0
     for b in members:
-        cosine = max(cosine_of(points, params, nx, ny, b), 1e-6)
+        cosine = max(incidence_cosine(points, params, nx, ny, b), 1e-6)
         r = line[1] / cosine
         if r >= params.blind_range and r + LIMIT_MARGIN * math.sqrt(range_variance(params, r)) <= params.range_max:
             members[left] = b

@@ -64,7 +64,7 @@ def end_bound(line, scan, end, params):
             break
         r = ranges[k]
         if math.isnan(r) and distance <= params.blind_range:
-            break  # as well
+            break  # too near for an echo: so may be the rest
         if math.isnan(r):
             silent += 1
         elif r < distance - params.passed_by:

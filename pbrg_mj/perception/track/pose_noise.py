@@ -15,28 +15,28 @@ from pbrg_mj.perception.scan.line_fit import WEIGHT, S, covariance, extent
 
 
 @kernel
-def write_pose_effects(work, count, params, shares, effects):
-    """Write how unit variances of all poses move lines to `effects` (L, 6): of positions aa, ac, cc, and of headings.
+def write_pose_covariances(work, count, params, shares, covariances):
+    """Write `covariances` (L, 6) of lines by unit variances of all poses: aa, ac, cc by positions, and by headings.
 
     `work` is the LineWorkspace of a scan of `count` lines, `shares` (B, J) those of J poses in its beams, or (1, 1).
     """
     for i in range(count):
-        effect = effects[i]
-        effect[:] = 0.0
+        by_poses = covariances[i]
+        by_poses[:] = 0.0
         if shares.shape[1] == 1:
-            effect[2], effect[3] = 1.0, 1.0
+            by_poses[2], by_poses[3] = 1.0, 1.0
             continue
         line, size = work.ranking[i], 0
         for b in range(len(work.owner)):
             if work.owner[b] == line:
                 work.members[size] = b
                 size += 1
-        _add_effects(work, work.members[:size], work.fits[line], params, shares, effect)
+        _add_poses(work, work.members[:size], work.fits[line], params, shares, by_poses)
 
 
 @kernel
-def _add_effects(work, members, fit, params, shares, effect):
-    """Add to the `effect` (6,) of a line those of all poses; `members` (N,) are its beams, `fit` (7,) is the line."""
+def _add_poses(work, members, fit, params, shares, by_poses):
+    """Add up what all poses do to a line in `by_poses` (6,); `members` (N,) are its beams, `fit` (7,) is the line."""
     total, mean, spread, _, _ = extent(work.points, params, members, (fit[0], fit[1]), work.at)
     paa, pac, pcc = covariance(total, mean, spread)
     for j in range(shares.shape[1]):
@@ -45,5 +45,9 @@ def _add_effects(work, members, fit, params, shares, effect):
             s, w = work.at[i, S], work.at[i, WEIGHT] * shares[members[i], j]
             turn, shift = turn + w * (paa * s - pac), shift + w * (pac * s - pcc)
             turned, shifted = turned + w * s * (paa * s - pac), shifted + w * s * (pac * s - pcc)
-        effect[0], effect[1], effect[2] = effect[0] + turn**2, effect[1] + turn * shift, effect[2] + shift**2
-        effect[3], effect[4], effect[5] = effect[3] + turned**2, effect[4] + turned * shifted, effect[5] + shifted**2
+        by_poses[0] += turn**2
+        by_poses[1] += turn * shift
+        by_poses[2] += shift**2
+        by_poses[3] += turned**2
+        by_poses[4] += turned * shifted
+        by_poses[5] += shifted**2

@@ -110,21 +110,22 @@ def pose_at_scan(estimate, variances, time, last):
 
 
 @kernel
-def lines_in_world(lines, count, pose, errors, effects):
+def lines_in_world(lines, count, pose, errors, covariances):
     """Return the first `count` of `lines` (a LineBuffer) in the world, as records LINE (count,).
 
     The noise of the ScanPose `pose` is added to every line: with the robot's own position as the anchor, an error of
-    the heading turns the line and an error of the position shifts it, whatever the distance, or what the `effects`
-    (L, 6) of `write_pose_effects` tell. The `errors` (2,) are `error_variances` of position and heading.
+    the heading turns the line and an error of the position shifts it, whatever the distance, or what the
+    `covariances` (L, 6) of `write_pose_covariances` tell. The `errors` (2,) are `error_variances` of position and
+    heading.
     """
     turned = np.empty(count, LINE)
     for i in range(count):
         line = turned[i]
         line["angle"], line["offset"] = lines.angle[i] + pose.heading, lines.offset[i]
-        aa, ac, cc = _by_poses(effects[i], pose.position_var, pose.heading_var)
+        aa, ac, cc = _by_poses(covariances[i], pose.position_var, pose.heading_var)
         line["c_aa"], line["c_ac"] = lines.covariance[i, 0, 0] + aa, lines.covariance[i, 0, 1] + ac
         line["c_cc"] = lines.covariance[i, 1, 1] + cc
-        aa, ac, cc = _by_poses(effects[i], errors[0], errors[1])
+        aa, ac, cc = _by_poses(covariances[i], errors[0], errors[1])
         line["e_aa"], line["e_ac"] = lines.error_covariance[i, 0, 0] + aa, lines.error_covariance[i, 0, 1] + ac
         line["e_cc"] = lines.error_covariance[i, 1, 1] + cc
         line["low"], line["high"] = lines.low[i], lines.high[i]
@@ -134,10 +135,10 @@ def lines_in_world(lines, count, pose, errors, effects):
 
 
 @kernel
-def _by_poses(effect, position_var, heading_var):
-    """Return the covariance aa, ac, cc of a line by poses of such variances [m^2], [rad^2]; `effect` (6,) is theirs."""
-    aa, ac = position_var * effect[0] + heading_var * effect[3], position_var * effect[1] + heading_var * effect[4]
-    return aa, ac, position_var * effect[2] + heading_var * effect[5]
+def _by_poses(unit, position_var, heading_var):
+    """Return the covariance aa, ac, cc of a line by poses of such variances [m^2], [rad^2], from `unit` (6,) by 1."""
+    aa, ac = position_var * unit[0] + heading_var * unit[3], position_var * unit[1] + heading_var * unit[4]
+    return aa, ac, position_var * unit[2] + heading_var * unit[5]
 
 
 @kernel

@@ -40,12 +40,16 @@ def test_a_robot_that_rests_at_a_wall_comes_near_it(preset: str, most: float) ->
     assert taken.min() > 0.0
 
 
-def seen_at(scene: Scene, lost: tuple[int, ...] = (), scans: int = 4) -> PointMemory:
-    """Return what a robot at the origin remembers; in the last scan no echo comes to the beams `lost`."""
+def seen_at(scene: Scene, lost: tuple[int, ...] = (), scans: int = 4, headings: tuple[float, ...] = ()) -> PointMemory:
+    """Return what a robot at the origin remembers; in the last scan no echo comes to the beams `lost`.
+
+    Its headings are 0, or in the first scans `headings` and then the last of them [deg].
+    """
     made, given = estimator()
     memory = made.init()
     for frame in range(scans):
-        one = scan(given, scene, np.zeros((1, 3)), frame)
+        heading = np.deg2rad(headings[min(frame, len(headings) - 1)]) if headings else 0.0
+        one = scan(given, scene, np.array([[0.0, 0.0, heading]]), frame)
         if frame == scans - 1:
             one.ranges[0, list(lost)] = np.nan
         _, memory = made.step_towards(one, frame * PERIOD, memory, None)
@@ -69,4 +73,22 @@ def test_neighbours_that_are_lost_once_make_no_corner() -> None:
         points = seen_at(LONG, lost).points[0]
         newest = points[points["live"] & (points["scan"] == 4) & (np.abs(points["y"]) < 0.02)]
         assert len(newest) == 1
-        assert newest["protrusion"][0] == 0.0
+        assert newest["protrusion"][0] < (0.015 if lost else 1e-9)  # half a gap is 0.044 m
+
+
+def test_a_robot_that_has_turned_knows_no_end_by_the_beam_that_met_the_face_there_before() -> None:
+    """A beam that met the face between two others is the last on it now: its corner is as far off as ever.
+
+    At -3.6 deg beams meet the face at 21.4 and 26.4 deg, and it ends at 26.6 deg. At -1.5 deg one meets it at 23.5 deg,
+    next to where that of 21.4 deg has told of no corner, and the next one passes.
+    """
+    turned, never = (
+        seen_at(SHORT, scans=12, headings=headings).points[0] for headings in ((-3.6, -3.6, -1.5), (-1.5,))
+    )
+    bounds = []
+    for points in (turned, never):
+        last = points[points["live"] & (points["scan"] == 12) & (np.abs(points["y"] - 0.435) < 0.02)]
+        assert len(last) == 1
+        bounds.append(min(last["protrusion"][0], abs(last["along_y"][0]) + last["slack"][0]))
+    assert bounds[1] > 0.04
+    assert bounds[0] > 0.9 * bounds[1]

@@ -4,7 +4,8 @@ An echo on the line through its neighbours is beside none. Beside another the co
 way to the next beam, in whatever direction (Thales). Where the echo and two others in a row lie on a line, it is on a
 face that is known, and so is the corner: no farther along it than the next beam, and not before it; nor farther than a
 gap between beams at that range, since the echo on its other face is nearer to it then. Echoes of several scans at one
-place share what one of them knows: a neighbour that was lost once makes no corner.
+place share what one of them knows: a neighbour that was lost once makes no corner. What lies aside of a place, as when
+the robot has turned between two scans, is not told there.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from pbrg_mj.perception.points.beams import next_beam
 
 OFF_LINE = 16.0  # squared standard deviations: of the 400 echoes in a memory none is off the line by chance
 ROUNDING = 1e-9  # [m] of exact ranges
+ALONG = 2.0  # how far a face goes while beams go 1 across: echoes on it are joined up to 60 degrees of incidence
 MOST_LOST = 1  # beams without an echo between two of one thing
 
 
@@ -61,7 +63,11 @@ def corner_bound(echoes, ranges, k, joins, parameters):
 
 @kernel
 def share_corner_bounds(points, beams):
-    """Give all echoes at one place, those of the beam that met it last, the corner of the one that knows most."""
+    """Let echoes at one place, those of the beam that met it last, share what the one of least slack tells of a corner.
+
+    It tells nothing of what is beyond its own next beam. So for an echo aside of it the bounds grow by as much as its
+    next beam meets the face before the other's.
+    """
     best, least = np.zeros(beams + 1, np.int64), np.full(beams + 1, math.inf)  # last, of points at no echo's place
     for i in range(len(points)):
         point = points[i]
@@ -75,8 +81,12 @@ def share_corner_bounds(points, beams):
         beam = point["beam"] if point["live"] & (point["beam"] >= 0) else beams
         if least[beam] < point["slack"]:
             known = points[best[beam]]
-            point["protrusion"], point["slack"] = known["protrusion"], known["slack"]
-            point["along_x"], point["along_y"] = known["along_x"], known["along_y"]
+            aside = point["ux"] * (known["y"] - point["y"]) - point["uy"] * (known["x"] - point["x"])
+            untold = ALONG * abs(aside)
+            if known["slack"] + untold < point["slack"]:
+                point["protrusion"] = min(known["protrusion"] + untold, point["protrusion"])
+                point["slack"] = known["slack"] + untold
+                point["along_x"], point["along_y"] = known["along_x"], known["along_y"]
 
 
 @kernel

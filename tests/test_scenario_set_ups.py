@@ -1,5 +1,7 @@
 """What `set_up=NAME` stands for, whatever the plant and wherever it is among the overrides."""
 
+from pathlib import Path
+
 import pytest
 
 import pbrg_mj as pbrg
@@ -86,3 +88,10 @@ def test_of_a_family_it_is_in_the_world_that_is_drawn():
 def test_a_name_that_there_is_not_is_refused(name: str):
     with pytest.raises(InputError, match=r"set_up=.*allowed: set_up=recommended"):
         load_scenario("families/boxes", [f"set_up={name}"])
+
+
+def test_a_file_that_has_it_as_a_key_is_told_how_to_give_it(tmp_path: Path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(f"{pbrg.template()}\nset_up: recommended\n")
+    with pytest.raises(InputError, match=r"mine.yaml:\d+: set_up: is an override.*--set set_up=recommended"):
+        load_scenario(str(path))

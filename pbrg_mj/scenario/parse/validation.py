@@ -16,6 +16,7 @@ from pbrg_mj.scenario.checks.plug_ins import plug_ins
 from pbrg_mj.scenario.checks.presets import earlier_preset
 from pbrg_mj.scenario.diagnostics import Diagnostic, KeyPath, dotted_key, yaml_text
 from pbrg_mj.scenario.parse.document import Document
+from pbrg_mj.scenario.parse.set_ups import SET_UP, SET_UPS
 from pbrg_mj.scenario.schema import Scenario, Section
 from pbrg_mj.scenario.schema.describe import describe_at, describe_field, keys, section_at
 
@@ -132,6 +133,8 @@ def _locate(loc: tuple[str | int, ...], data: Any) -> tuple[KeyPath, Any]:
 
 
 def _unknown(path: KeyPath, root: type[Section]) -> str:
+    if path == (SET_UP,):
+        return f"is an override, not a key of a file: --set {SET_UP}={SET_UPS[0]}"
     near = _nearest(path, root)
     return f"is unknown; did you mean `{near}`?" if near else f"is unknown; known: {', '.join(_known(path, root))}"
 

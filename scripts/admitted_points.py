@@ -1,0 +1,130 @@
+"""How near to what stands the half-spaces of points let robots in, in physics; prints a table.
+
+python scripts/admitted_points.py 5101-5112 [--sensors generic lds_02] [--families boxes notched] [--within 1.0]
+
+Worlds of families run for 6 s under the recommended set-up. In every fifth scan after the first second the faces
+that a robot sees `within` that distance of its hand point are held against its half-spaces. A place on a face is too
+near when they let in a point that is nearer to it than the clearance, by more than 1 cm. What a team-mate hides is not
+seen, with a sensor of cones as far as a cone that meets the team-mate goes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from accuracy.raycast import PLATE, Scene, cast_along
+from regions.polygon import cut, distance, inside_disc
+from regions.views import ROBOT, scene_of
+
+import pbrg_mj as pbrg
+from pbrg_mj.analysis.metrics.obstacles import footprints, outlines
+from pbrg_mj.api.seeds import seeds_of
+from pbrg_mj.scenario.schema import Scenario
+
+SENSORS = ("ideal", "generic", "lidar", "lds_02", "robotarium", "tof_ring", "tof_cones")
+FAMILIES = ("notched", "boxes", "columns", "boards", "clutter")  # all at rest
+DURATION, FROM, EVERY = 6.0, 1.0, 5  # [s], [s], scans
+STEP = 0.02  # [m] between places on a face
+NOTED = 0.01  # [m] by which a place must be too near to be counted
+EDGE = 1e-3  # of the way to a place: that a beam ends there, and not before
+REACH = 3.0  # [m] of the polygon that half-spaces are cut from, more than any place is off
+
+
+class Look(NamedTuple):
+    """What a robot knows of its surroundings after a scan, and where everybody is."""
+
+    robot: int
+    bodies: np.ndarray  # (n, 3) true poses
+    hand: np.ndarray  # (2,) [m]
+    G: np.ndarray  # (k, 2) of the half-spaces that bind it
+    h: np.ndarray  # (k,) [m]
+
+
+def looks(run: pbrg.Run) -> Iterator[Look]:
+    """Yield what every robot knows after every fifth scan."""
+    bodies = np.concatenate([run["body_true_m"], run["heading_true_rad"][..., None]], axis=2)
+    scans = np.flatnonzero((np.diff(run["scan_frame"], prepend=-1) > 0) & (run.time_s > FROM))
+    for tick in scans[::EVERY]:
+        for robot in range(bodies.shape[1]):
+            held = run["half_space_active"][tick] & run["half_space_binds"][tick, :, :, robot]
+            G, h = run["half_space_G"][tick][held], run["half_space_h_m"][tick][held]
+            yield Look(robot, bodies[tick], run.q_true_m[tick, robot], G, h)
+
+
+def faces(scenario: Scenario) -> np.ndarray:
+    """Return places (f, 2) on all faces of what stands [m]."""
+    places = []
+    for corners in outlines(footprints(scenario)):
+        for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+            share = np.linspace(0.0, 1.0, max(2, math.ceil(float(np.linalg.norm(b - a)) / STEP)))
+            places.append(a + share[:, None] * (b - a))
+    return np.concatenate(places)
+
+
+def seen(places: np.ndarray, look: Look, solids: Scene, half_cone: float) -> np.ndarray:
+    """Return which places (f, 2) beams from the body's centre meet first."""
+    body, others = look.bodies[look.robot], np.delete(look.bodies, look.robot, axis=0)[:, :2]
+    way = places - body[:2]
+    length = np.linalg.norm(way, axis=1)
+    angles = np.arctan2(way[:, 1], way[:, 0]) - body[2]
+    free = ~(cast_along(solids, body, angles, REACH) < (1.0 - EDGE) * length)
+    for mate in others - body[:2]:
+        apart = float(np.linalg.norm(mate))
+        off = np.abs(np.angle(np.exp(1j * (angles + body[2] - np.arctan2(mate[1], mate[0])))))
+        hidden = math.asin(min(PLATE / apart, 1.0)) + 2.0 * half_cone
+        free &= (off > hidden) | (length < apart - PLATE)
+    return free
+
+
+def too_near(look: Look, places: np.ndarray, clearance: float) -> float:
+    """Return by how much [m] a point is let in that is nearer to a place than the clearance; 0 if none is."""
+    behind = np.max(places @ look.G.T - look.h, axis=1, initial=-np.inf)
+    near = places[behind < clearance]  # no point that is let in is nearer to the others
+    corners = cut(inside_disc(look.hand, REACH), look.G, look.h)
+    return max((clearance - distance(place, corners) for place in near), default=0.0)
+
+
+def row(sensor: str, family: str, seeds: tuple[int, ...], within: float) -> tuple[int, list[tuple[float, float]]]:
+    """Return in how many scans robots were looked at, and where too near, by how much and how far off [m]."""
+    count, found = 0, []
+    for seed in seeds:
+        given = {"set_up": "recommended", "sensors.beams.preset": sensor, "reference.solver": "none"}
+        run = pbrg.run(pbrg.load(f"families/{family}", given, seed=seed, duration=DURATION))
+        scenario = run.scenario.settings
+        places, solids = faces(scenario), scene_of(footprints(scenario))
+        half_cone = 0.5 * math.radians(scenario.sensors.beams.cone_deg)
+        for look in looks(run):
+            count += 1
+            off = np.linalg.norm(places - look.hand, axis=1)
+            some = places[off < within]
+            some = some[seen(some, look, solids, half_cone)] if len(some) else some
+            by = too_near(look, some, ROBOT.clearance) if len(some) else 0.0
+            if by > NOTED:
+                found.append((by, float(off.min())))
+    return count, found
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument("seeds", help="of the worlds, for example 5101-5112")
+    options.add_argument("--sensors", nargs="+", default=SENSORS, metavar="NAME")
+    options.add_argument("--families", nargs="+", default=FAMILIES, metavar="NAME")
+    options.add_argument("--within", type=float, default=1.0, help="[m] of the hand point")
+    given = options.parse_args()
+    print("| sensor | scans of a robot | too near in | by at most [cm] | in which families |\n|---|---|---|---|---|")
+    for sensor in given.sensors:
+        count, found, where = 0, [], []
+        for family in given.families:
+            scans, those = row(sensor, family, seeds_of(given.seeds), given.within)
+            count, found = count + scans, found + those
+            where += [f"{family} {len(those)}"] * bool(those)
+        worst = f"{100 * max(by for by, _ in found):.1f}" if found else "-"
+        print(f"| {sensor} | {count} | {len(found)} | {worst} | {', '.join(where) or '-'} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

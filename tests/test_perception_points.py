@@ -131,6 +131,30 @@ def test_rows_of_team_mates_bind_nobody(preset: str, speed: float):
     assert heard > 100
 
 
+@pytest.mark.parametrize("preset", ["ideal", "default", "tof_ring"])
+def test_team_mates_near_by_bind_nobody_however_wrong_places_are(preset: str):
+    """With exact ranges all echoes of a team-mate are off its disc by the error of both robots' places, at once."""
+    row = np.array([[0.0, 0.0, 0.0], [0.2, 0.0, 0.0], [0.0, 0.22, 0.0], [-0.18, 0.0, 0.0], [0.0, -0.25, 0.0]])
+    made, given = estimator(sensor(preset), formation=tuple((x, y) for x, y, _ in row))
+    memory, bodies = made.init(), Scene((), tuple((x, y, ROBOT.body_radius) for x, y, _ in row[1:]))
+    for frame in range(600):
+        one = scan(given, [bodies, *[Scene()] * 4], row, frame)
+        known, memory = made.step_towards(one, frame * PERIOD, memory, np.zeros((5, 2)))
+        assert not known.active[0].any()
+
+
+@pytest.mark.parametrize(("beams", "bind"), [((43, 45, 47), False), ((43, 44, 45), False), ((42, 43, 45, 47), True)])
+def test_outliers_in_a_row_bind_no_sooner_than_a_lone_one_is_confirmed(beams: tuple[int, ...], bind: bool):
+    """With `robotarium` a lone echo needs three others: three outliers near each other come once in 10^4 scans."""
+    made, given = estimator(sensor("robotarium"))
+    assert made.parameters.confirmations == 3
+    one = scan(given, Scene(), np.zeros((1, 3)), 0)
+    one.ranges[0] = np.nan
+    one.ranges[0, list(beams)] = 2.5
+    known, _ = made.step_towards(one, 0.0, made.init(), np.array([[0.0, -3.0]]))
+    assert known.active.any() == bind
+
+
 def test_a_lone_echo_binds_when_a_second_confirms_it():
     made, given = estimator()
     post = Scene((), ((1.0, 0.0, 0.01),))

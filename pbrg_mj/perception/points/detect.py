@@ -44,10 +44,10 @@ def add_scan(points, scan, beams, pose, team, before, parameters):
 
     `before` are the past and past_poses of `unexpected_echoes`.
 
-    Echoes in a row, neighbours nearer than `JOINING` gaps between beams or `least_joining`, bind at once: two where one
-    earlier echo at its place confirms a lone one, three where outliers are so frequent that it needs more. What is less
-    binds when earlier echoes at its place make up for it. An echo where the scan before saw nothing is a lone one if
-    its neighbours are not.
+    Echoes in a row, neighbours nearer than `JOINING` gaps between beams or `least_joining`, bind at once if they are
+    one more than the earlier echoes at its place that confirm a lone one: two where one does, more where outliers are
+    more frequent. What is less binds when earlier echoes at its place make up for it. An echo where the scan before
+    saw nothing is a lone one if its neighbours are not.
     """
     echoes = _echoes(beams, pose, team, parameters)
     _write_which_bind(echoes, points, (scan, beams.ranges), before, pose, parameters)
@@ -112,7 +112,8 @@ def _echoes(seen, pose, team, parameters):
         variance[k] = parameters.range_std**2 + (parameters.noise_ratio * r) ** 2
         turn_std[k] = r * math.sqrt(pose.heading_var)
         pose_std[k] = math.sqrt(pose.position_var + turn_std[k] ** 2)
-        reach = reach_of_team_mate(parameters.body_radius, math.sqrt(variance[k]) + pose_std[k])
+        places_std = math.sqrt(pose_std[k] ** 2 + pose.position_var)
+        reach = reach_of_team_mate(parameters.body_radius, math.sqrt(variance[k]), places_std)
         mates, start = places[min(k, len(places) - 1)], (pose.x, pose.y)
         if len(places) > 1:
             start = mates[own, 0], mates[own, 1]
@@ -148,17 +149,19 @@ def _is_lone(expected, k, joins):
 
 @kernel
 def _run(echoes, ranges, k, joins, parameters):
-    """Return how many echoes in a row an echo is one of: 1, 2, or that of a thing that binds at once.
+    """Return how many echoes in a row an echo is one of, no more than bind at once.
 
-    `joins` are the echoes before and after it, -1 for none.
+    `joins` (2,) are the echoes before and after it, -1 for none.
     """
-    before, after = joins
-    if (before < 0 and after < 0) or (parameters.outliers and _stands_alone(echoes, ranges, k, joins, parameters)):
+    if parameters.outliers and _stands_alone(echoes, ranges, k, joins, parameters):
         return 1
-    if before >= 0 and after >= 0:
-        return parameters.confirmations + 1
-    other, step = (before, -1) if before >= 0 else (after, 1)
-    return 2 if _neighbour(echoes, ranges, other, step, parameters) < 0 else parameters.confirmations + 1
+    count, enough = 1, parameters.confirmations + 1
+    for side in range(2):
+        other, step = joins[side], 2 * side - 1
+        while other >= 0 and count < enough:
+            count += 1
+            other = _neighbour(echoes, ranges, other, step, parameters) if count < enough else -1
+    return count
 
 
 @kernel

@@ -8,6 +8,8 @@ from typing import NamedTuple
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.scan.points import VARIANCE, R, X, Y
 
+RANGE_SIGMAS = 3.0  # standard deviations: a lone echo beyond binds only if another one confirms it
+PLACE_SIGMAS = 4.5  # the places are wrong by the same for all echoes of a scan: one scan in 10^5
 TILTED = 1e-3  # [m] that a body which tilts, as it drives off and brakes, is wider than its radius
 
 
@@ -19,9 +21,12 @@ class TeamMateModel(NamedTuple):
 
 
 @kernel
-def reach_of_team_mate(body_radius, std):
-    """Return how far from a team-mate's place its echoes may be [m]; `std` is the deviation of both from each other."""
-    return body_radius + max(3.0 * std, TILTED)
+def reach_of_team_mate(body_radius, range_std, places_std):
+    """Return how far from a team-mate's place its echoes may be [m].
+
+    `range_std` is the standard deviation of a range, `places_std` that of both robots' places together [m].
+    """
+    return body_radius + max(RANGE_SIGMAS * range_std + PLACE_SIGMAS * places_std, TILTED)
 
 
 @kernel
@@ -95,8 +100,8 @@ def _has_points_enough(work, line, pose, team, params):
         if work.owner[b] == line:
             point = work.points[b]
             echo = pose.x + cos * point[X] - sin * point[Y], pose.y + sin * point[X] + cos * point[Y]
-            pose_std = math.sqrt(pose.position_var + point[R] ** 2 * pose.heading_var)
-            reach = reach_of_team_mate(model.body_radius, math.sqrt(point[VARIANCE]) + pose_std)
+            places_std = math.sqrt(2.0 * pose.position_var + point[R] ** 2 * pose.heading_var)
+            reach = reach_of_team_mate(model.body_radius, math.sqrt(point[VARIANCE]), places_std)
             places = bodies[b if len(bodies) > 1 else 0]
             if not is_team_mate(echo, places[own], reach, (places, own), model.half_cone):
                 count += 1

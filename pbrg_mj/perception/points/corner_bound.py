@@ -63,30 +63,34 @@ def corner_bound(echoes, ranges, k, joins, parameters):
 
 @kernel
 def share_corner_bounds(points, beams):
-    """Let echoes at one place, those of the beam that met it last, share what the one of least slack tells of a corner.
+    """Let echoes at one place, those of the beam that met it last, share what each of them tells of a corner.
 
-    It tells nothing of what is beyond its own next beam. So for an echo aside of it the bounds grow by as much as its
-    next beam meets the face before the other's.
+    An echo tells nothing of what is beyond its own next beam. So for one aside of it the bounds grow by as much as that
+    one's next beam meets the face later.
     """
-    best, least = np.zeros(beams + 1, np.int64), np.full(beams + 1, math.inf)  # last, of points at no echo's place
+    last, before = np.full(beams, -1), np.full(len(points), -1)  # echoes of a beam, each with the one before it
     for i in range(len(points)):
         point = points[i]
-        beam = point["beam"] if point["live"] & (point["beam"] >= 0) else beams
-        knows_more = point["slack"] < least[beam]
-        best[beam] = i if knows_more else best[beam]
-        least[beam] = point["slack"] if knows_more else least[beam]
-    least[beams] = math.inf
+        if point["live"] and point["beam"] >= 0:
+            before[i], last[point["beam"]] = last[point["beam"]], i
     for i in range(len(points)):
         point = points[i]
-        beam = point["beam"] if point["live"] & (point["beam"] >= 0) else beams
-        if least[beam] < point["slack"]:
-            known = points[best[beam]]
-            aside = point["ux"] * (known["y"] - point["y"]) - point["uy"] * (known["x"] - point["x"])
-            untold = ALONG * abs(aside)
-            if known["slack"] + untold < point["slack"]:
-                point["protrusion"] = min(known["protrusion"] + untold, point["protrusion"])
-                point["slack"] = known["slack"] + untold
-                point["along_x"], point["along_y"] = known["along_x"], known["along_y"]
+        if point["slack"] > 0.0 and point["live"] and point["beam"] >= 0:
+            k = last[point["beam"]]
+            while k >= 0:
+                _learn_of_corner(point, points[k])
+                k = before[k]
+
+
+@kernel
+def _learn_of_corner(point, other):
+    """Let a point know what another one at its place tells of a corner."""
+    aside = point["ux"] * (other["y"] - point["y"]) - point["uy"] * (other["x"] - point["x"])
+    untold = ALONG * abs(aside)
+    point["protrusion"] = min(other["protrusion"] + untold, point["protrusion"])
+    if other["slack"] + untold < point["slack"]:
+        point["slack"] = other["slack"] + untold
+        point["along_x"], point["along_y"] = other["along_x"], other["along_y"]
 
 
 @kernel

@@ -65,8 +65,8 @@ def corner_bound(echoes, ranges, k, joins, parameters):
 def share_corner_bounds(points, beams):
     """Let echoes at one place, those of the beam that met it last, share what each of them tells of a corner.
 
-    An echo tells nothing of what is beyond its own next beam. So for one aside of it the bounds grow by as much as that
-    one's next beam meets the face later.
+    An echo tells nothing of what is beyond its own next beam. So for one aside of it, towards the side on which that
+    one has no neighbour, the bounds grow by as much as its next beam meets the face later.
     """
     last, before = np.full(beams, -1), np.full(len(points), -1)  # echoes of a beam, each with the one before it
     for i in range(len(points)):
@@ -84,9 +84,13 @@ def share_corner_bounds(points, beams):
 
 @kernel
 def _learn_of_corner(point, other):
-    """Let a point know what another one at its place tells of a corner."""
+    """Let a point know what another one at its place tells of a corner.
+
+    The point's corner is on the side of `along`, or on either.
+    """
     aside = point["ux"] * (other["y"] - point["y"]) - point["uy"] * (other["x"] - point["x"])
-    untold = ALONG * abs(aside)
+    side = point["ux"] * point["along_y"] - point["uy"] * point["along_x"]
+    untold = ALONG * (abs(aside) if side == 0.0 else max(-aside if side > 0.0 else aside, 0.0))
     point["protrusion"] = min(other["protrusion"] + untold, point["protrusion"])
     if other["slack"] + untold < point["slack"]:
         point["slack"] = other["slack"] + untold

@@ -92,3 +92,12 @@ def test_a_robot_that_has_turned_knows_no_end_by_the_beam_that_met_the_face_ther
         bounds.append(min(last["protrusion"][0], abs(last["along_y"][0]) + last["slack"][0]))
     assert bounds[1] > 0.04
     assert bounds[0] > 0.9 * bounds[1]
+
+
+@pytest.mark.parametrize(("lost", "least", "most"), [((1, 2), 0.0, 0.01), ((70, 71), 0.03, 0.05)])
+def test_an_echo_beside_another_knows_what_is_on_its_side(lost: tuple[int, ...], least: float, most: float) -> None:
+    """Turned by 1.5 deg to the right, with two beams silent: on the left echoes of before go on, on the right not."""
+    points = seen_at(LONG, lost, headings=(1.5, 1.5, 1.5, 0.0)).points[0]
+    newest = points[points["live"] & (points["scan"] == 4) & (np.abs(points["y"]) < 0.02)]
+    assert len(newest) == 1
+    assert least <= newest["protrusion"][0] < most

@@ -3,9 +3,10 @@
 An echo on the line through its neighbours is beside none. Beside another the corner lies no farther out than half the
 way to the next beam, in whatever direction (Thales). Where the echo and two others in a row lie on a line, it is on a
 face that is known, and so is the corner: no farther along it than the next beam, and not before it; nor farther than a
-gap between beams at that range, since the echo on its other face is nearer to it then. Echoes of several scans at one
-place share what one of them knows: a neighbour that was lost once makes no corner. What lies aside of a place, as when
-the robot has turned between two scans, is not told there.
+gap between beams at that range, since the echo on its other face is nearer to it then. Where no echo follows, a thing
+may end anywhere up to the next beam; no more than half a gap is counted, or robots with few beams would pass no doorway
+(docs/points.md, "What is let in too near"). Echoes of several scans at one place share what one of them knows: a
+neighbour that was lost once makes no corner. What is beyond its own next beam it does not know.
 """
 
 from __future__ import annotations

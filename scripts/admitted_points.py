@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 from accuracy.raycast import PLATE, Scene, cast_along
+from regions.measures import NOTED
 from regions.polygon import cut, distance, inside_disc
 from regions.views import ROBOT, scene_of
 
@@ -29,7 +30,6 @@ SENSORS = ("ideal", "generic", "lidar", "lds_02", "robotarium", "tof_ring", "tof
 FAMILIES = ("notched", "boxes", "columns", "boards", "clutter")  # all at rest
 DURATION, FROM, EVERY = 6.0, 1.0, 5  # [s], [s], scans
 STEP = 0.02  # [m] between places on a face
-NOTED = 0.01  # [m] by which a place must be too near to be counted
 EDGE = 1e-3  # of the way to a place: that a beam ends there, and not before
 REACH = 3.0  # [m] of the polygon that half-spaces are cut from, more than any place is off
 
@@ -88,8 +88,8 @@ def too_near(look: Look, places: np.ndarray, clearance: float) -> float:
     return max((clearance - distance(place, corners) for place in near), default=0.0)
 
 
-def row(sensor: str, family: str, seeds: tuple[int, ...], within: float) -> tuple[int, list[tuple[float, float]]]:
-    """Return in how many scans robots were looked at, and where too near, by how much and how far off [m]."""
+def row(sensor: str, family: str, seeds: tuple[int, ...], within: float) -> tuple[int, list[float]]:
+    """Return in how many scans robots were looked at, and by how much [m] those are too near that are by over NOTED."""
     count, found = 0, []
     for seed in seeds:
         given = {"set_up": "recommended", "sensors.beams.preset": sensor, "reference.solver": "none"}
@@ -99,12 +99,11 @@ def row(sensor: str, family: str, seeds: tuple[int, ...], within: float) -> tupl
         half_cone = 0.5 * math.radians(scenario.sensors.beams.cone_deg)
         for look in looks(run):
             count += 1
-            off = np.linalg.norm(places - look.hand, axis=1)
-            some = places[off < within]
+            some = places[np.linalg.norm(places - look.hand, axis=1) < within]
             some = some[seen(some, look, solids, half_cone)] if len(some) else some
             by = too_near(look, some, ROBOT.clearance) if len(some) else 0.0
             if by > NOTED:
-                found.append((by, float(off.min())))
+                found.append(by)
     return count, found
 
 
@@ -122,7 +121,7 @@ def main() -> None:
             scans, those = row(sensor, family, seeds_of(given.seeds), given.within)
             count, found = count + scans, found + those
             where += [f"{family} {len(those)}"] * bool(those)
-        worst = f"{100 * max(by for by, _ in found):.1f}" if found else "-"
+        worst = f"{100 * max(found):.1f}" if found else "-"
         print(f"| {sensor} | {count} | {len(found)} | {worst} | {', '.join(where) or '-'} |", flush=True)
 
 

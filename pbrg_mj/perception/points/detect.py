@@ -112,8 +112,7 @@ def _echoes(seen, pose, team, parameters):
         variance[k] = parameters.range_std**2 + (parameters.noise_ratio * r) ** 2
         turn_std[k] = r * math.sqrt(pose.heading_var)
         pose_std[k] = math.sqrt(pose.position_var + turn_std[k] ** 2)
-        places_std = math.sqrt(pose_std[k] ** 2 + pose.position_var)
-        reach = reach_of_team_mate(parameters.body_radius, math.sqrt(variance[k]), places_std)
+        reach = reach_of_team_mate(parameters.body_radius, r, variance[k], pose)
         mates, start = places[min(k, len(places) - 1)], (pose.x, pose.y)
         if len(places) > 1:
             start = mates[own, 0], mates[own, 1]

@@ -21,12 +21,13 @@ class TeamMateModel(NamedTuple):
 
 
 @kernel
-def reach_of_team_mate(body_radius, range_std, places_std):
-    """Return how far from a team-mate's place its echoes may be [m].
+def reach_of_team_mate(body_radius, distance, variance, pose):
+    """Return how far from a team-mate's place an echo may be [m]: `distance` off, its variance [m^2], seen at a pose.
 
-    `range_std` is the standard deviation of a range, `places_std` that of both robots' places together [m].
+    The camera knows both robots' places equally well.
     """
-    return body_radius + max(RANGE_SIGMAS * range_std + PLACE_SIGMAS * places_std, TILTED)
+    places_std = math.sqrt(2.0 * pose.position_var + distance**2 * pose.heading_var)
+    return body_radius + max(RANGE_SIGMAS * math.sqrt(variance) + PLACE_SIGMAS * places_std, TILTED)
 
 
 @kernel
@@ -100,8 +101,7 @@ def _has_points_enough(work, line, pose, team, params):
         if work.owner[b] == line:
             point = work.points[b]
             echo = pose.x + cos * point[X] - sin * point[Y], pose.y + sin * point[X] + cos * point[Y]
-            places_std = math.sqrt(2.0 * pose.position_var + point[R] ** 2 * pose.heading_var)
-            reach = reach_of_team_mate(model.body_radius, math.sqrt(point[VARIANCE]), places_std)
+            reach = reach_of_team_mate(model.body_radius, point[R], point[VARIANCE], pose)
             places = bodies[b if len(bodies) > 1 else 0]
             if not is_team_mate(echo, places[own], reach, (places, own), model.half_cone):
                 count += 1

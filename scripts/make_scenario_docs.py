@@ -6,6 +6,7 @@ python scripts/make_scenario_docs.py --check   # exit with 1 if one of them is o
 
 from __future__ import annotations
 
+import inspect
 import json
 import re
 import sys
@@ -80,7 +81,7 @@ def tables(section: type[Section], path: str) -> Iterator[str]:
     inner = {name: inside for name, field in keys(section).items() if (inside := section_inside(field.annotation))}
     rows = [row(name, field) for name, field in keys(section).items() if name not in inner or is_list(field)]
     title = f"`{path}`" if path else "Top level"
-    yield f"\n## {title}\n\n{section.__doc__}\n"
+    yield f"\n## {title}\n\n{inspect.cleandoc(section.__doc__ or '')}\n"
     if rows:
         yield "\n| key | allowed | unit | default | meaning |\n|---|---|---|---|---|\n" + "".join(rows)
     if not path:

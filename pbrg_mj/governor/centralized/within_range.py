@@ -39,6 +39,9 @@ class WithinRange:
 
 
 def _is_far(problem: Problem, m: np.ndarray) -> bool:
-    (x, y), (r_x, r_y) = problem.p.mean(axis=0).tolist(), problem.mean_reference
+    (m_x, m_y), (r_x, r_y) = m.tolist(), problem.mean_reference
+    if math.hypot(m_x - r_x, m_y - r_y) <= problem.reference_range:
+        return False  # wherever c is, by the triangle inequality, and most optima are so near
+    x, y = problem.p.mean(axis=0).tolist()
     limit = problem.reference_range + 2.0 * math.hypot(r_x - x, r_y - y)
-    return math.hypot(m[0] - x, m[1] - y) > limit
+    return math.hypot(m_x - x, m_y - y) > limit

@@ -79,7 +79,11 @@ def speed_ratio(settings: Scenario) -> float:
 def run(job: tuple[str, int]) -> tuple[str, int, list[Any]]:
     """Return a world's row but for the version."""
     kind, seed = job
-    settings = loaded(kind, seed).settings
+    return kind, seed, measured(loaded(kind, seed).settings)
+
+
+def measured(settings: Scenario) -> list[Any]:
+    """Run a world and return `COLUMNS` of it but for the version."""
     histories = run_world(settings)
     (world,) = world_metrics(histories, settings)
     margins = (float(one.min()) for one in (histories.wall_margin, histories.moving_margin))
@@ -87,7 +91,7 @@ def run(job: tuple[str, int]) -> tuple[str, int, list[Any]]:
     events = [int(getattr(world, event)) for event in EVENTS.values()]
     boxes = len(settings.world.moving_boxes)
     what = settings.sensors.beams.preset, world.robots, boxes, round(speed_ratio(settings), 3)
-    return kind, seed, [*what, *events, *rounded]
+    return [*what, *events, *rounded]
 
 
 def read() -> Worlds:
@@ -117,8 +121,11 @@ def table() -> str:
 
 
 def worlds_of(data: Worlds, kind: str) -> list[dict[str, Any]]:
-    worlds = data.get(kind, {}).items()
-    return [{"seed": int(seed), **dict(zip(COLUMNS, row, strict=True))} for seed, row in worlds]
+    return [as_world(int(seed), row) for seed, row in data.get(kind, {}).items()]
+
+
+def as_world(seed: int, row: list[Any]) -> dict[str, Any]:
+    return {"seed": seed, **dict(zip(COLUMNS, row, strict=True))}
 
 
 def by_sensor(data: Worlds) -> list[str]:

@@ -13,6 +13,7 @@ five worlds the reference changes on the way, up to three times, indoors in all.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -30,14 +31,17 @@ GENERIC = 1.0, 0.1
 UNTIL = {"static": 8.0, "moving": 8.0, "robots": 16.0, "indoor": 25.0, "conditions": 25.0}  # [s]
 
 
-def scenario(kind: str, seed: int) -> dict[str, Any]:
-    """Return a world; whatever is drawn is drawn again until the team's start is free."""
+def scenario(kind: str, seed: int, robots: int | None = None) -> dict[str, Any]:
+    """Return a world; whatever is drawn is drawn again until the team's start is free.
+
+    With `robots` the team has so many in place of two to six, and where it has more than four as much room for each.
+    """
     rng = np.random.default_rng([KINDS.index(kind), seed])
     others = kind == "robots" or (kind in INDOORS and rng.random() < 0.4)
     add = CONDITIONS[condition_of(seed)] if kind == "conditions" else None
-    robots = [one for one in ROBOTS if one != "omni" or add not in ON_WHEELS]
-    robot = str(rng.choice(robots)) if others else "generic"
-    while (found := _drawn(kind, rng, robot)) is None:
+    models = [one for one in ROBOTS if one != "omni" or add not in ON_WHEELS]
+    robot = str(rng.choice(models)) if others else "generic"
+    while (found := _drawn(kind, rng, robot, robots)) is None:
         pass
     if add is not None:
         add(Drawn(rng, found))
@@ -45,11 +49,14 @@ def scenario(kind: str, seed: int) -> dict[str, Any]:
     return found
 
 
-def _drawn(kind: str, rng: np.random.Generator, robot: str) -> dict[str, Any] | None:
+def _drawn(kind: str, rng: np.random.Generator, robot: str, robots: int | None) -> dict[str, Any] | None:
     scale, clearance = ROBOTS.get(robot, GENERIC)
     count = int(rng.integers(2, 7))
-    start = _apart(rng, count, scale * rng.uniform(0.45, 0.9), 2 * clearance + 0.05 * scale)
-    formation = _apart(rng, count, scale * rng.uniform(0.3, 0.7), 2 * clearance + 0.03)
+    room = 1.0
+    if robots is not None:
+        count, room = robots, max(1.0, math.sqrt(robots / 4))
+    start = _apart(rng, count, room * scale * rng.uniform(0.45, 0.9), 2 * clearance + 0.05 * scale)
+    formation = _apart(rng, count, room * scale * rng.uniform(0.3, 0.7), 2 * clearance + 0.03)
     heading, direction = rng.uniform(-np.pi, np.pi, count), rng.uniform(0, 2 * np.pi)
     if start is None or formation is None:
         return None
@@ -69,7 +76,7 @@ def _drawn(kind: str, rng: np.random.Generator, robot: str) -> dict[str, Any] | 
         return None
     sensor = str(rng.choice(SENSORS))
     world = {name: section for name, section in {**solids.sections, "moving_boxes": boxes}.items() if section}
-    leaders = rng.choice(count, int(rng.integers(1, 3)), replace=False) + 1
+    leaders = rng.choice(count, min(int(rng.integers(1, 3)), count), replace=False) + 1
     return {
         "description": " ".join(["moving boxes"] * bool(boxes) + list(map(str, shapes))),
         "timing": {"duration": UNTIL[kind]},

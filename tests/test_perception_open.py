@@ -7,6 +7,8 @@ import pytest
 
 import pbrg_mj as pbrg
 
+SENSORS = ("ideal", "generic", "lidar", "lds_02", "robotarium", "tof_ring", "tof_cones")
+
 
 def places(random: np.random.Generator, count: int, reach: float, apart: float) -> list[list[float]]:
     """Return random places in a square, no two nearer than `apart` [m]."""
@@ -31,6 +33,32 @@ def team(seed: int) -> dict:
         "timing": {"duration": 7.0},
         "seed": seed,
     }
+
+
+def row(seed: int, speed: float) -> dict:
+    """Return a scenario of five robots in a row, 0.23 to 0.34 m apart, that creep ahead, and two that watch them."""
+    random = np.random.default_rng([seed, 79])
+    along = np.array([np.cos(0.7 * seed), np.sin(0.7 * seed)])
+    ahead, apart = np.array([-along[1], along[0]]), random.uniform(0.23, 0.34)
+    places = [*((k - 2) * apart * along for k in range(5)), 0.1 * along - 0.6 * ahead, 0.9 * ahead - 0.2 * along]
+    formation = [place.round(3).tolist() for place in places]
+    headings = random.uniform(-180.0, 180.0, 7).round(1).tolist()
+    way = [{"time": float(t), "reference": (speed * t * ahead).tolist()} for t in range(6)]
+    return {
+        "team": {"start": formation, "formation": formation, "leaders": [1], "heading_deg": headings},
+        "operator": {"waypoints": way},
+        "world": {"walls": []},
+        "timing": {"duration": 6.0},
+        "seed": seed,
+    }
+
+
+@pytest.mark.parametrize("preset", SENSORS)
+@pytest.mark.parametrize("speed", [0.0, 0.01], ids=["rest", "creep"])
+def test_rows_of_team_mates_give_no_half_space(preset: str, speed: float) -> None:
+    keys = {"set_up": "recommended", "reference.solver": "none", "sensors.beams.preset": preset}
+    run = pbrg.run(pbrg.load(row(1, speed), keys))
+    assert not run["half_space_active"][run.time_s > 0.45].any()
 
 
 @pytest.mark.parametrize("preset", ["ideal", "generic", "tof_ring", "tof_cones"])

@@ -54,7 +54,8 @@ The ideal plant refuses what it would ignore: `drive`, `radio`, `disturbances`, 
 `world.thresholds`, `world.ramps`, `world.floor_friction` and `world.rolling_resistance` may be given with their
 defaults only. A key of `governor` that belongs to another `kind` or `optimizer` than the scenario's is a warning of
 `pbrg validate` and `pbrg run`; those of the paper's algorithm, such as `alpha`, are none: scenarios that have them are
-run with other kinds, too.
+run with other kinds, too. So is `control.separation: auto` where it is null beside `estimator.source: points`, with
+`rollout`, `centralized`, `cbf` and `potential_field`.
 
 A beam's range becomes a reading in this order: the nearest thing in its cone, echoes lost for want of light, bias,
 additive and multiplicative Gaussian noise, quantisation, range limits, outliers, dropout. Keys given beside

@@ -62,7 +62,8 @@ def loaded(kind: str, seed: int) -> pbrg.Scenario:
 def speed_ratio(settings: Scenario) -> float:
     """Return how fast the fastest moving box of a run is, by how fast robots may drive in the best direction.
 
-    That is what wheels can do, or what the lags of camera and radio leave to steer.
+    That is what wheels can do, or what the lags of camera and radio leave to steer. Raises ValueError where boxes move
+    and robots keep no distance: the filter that does knows it.
     """
     fastest = 0.0
     for box in settings.world.moving_boxes:
@@ -70,7 +71,11 @@ def speed_ratio(settings: Scenario) -> float:
             if one.time < settings.timing.duration:
                 way = np.subtract(after.center, one.center)
                 fastest = max(fastest, float(np.linalg.norm(way)) / (after.time - one.time))
-    keeper = next(one for one in velocity_filters(settings) if isinstance(one, SeparationFilter))
+    if fastest == 0.0:
+        return 0.0
+    keeper = next((one for one in velocity_filters(settings) if isinstance(one, SeparationFilter)), None)
+    if keeper is None:
+        raise ValueError("boxes move, and there is no control.separation")
     angle = np.linspace(0.0, 2.0 * np.pi, 720)
     inverse = (keeper.facets @ [np.cos(angle), np.sin(angle)]).max(axis=0)
     return fastest * float(inverse.min())

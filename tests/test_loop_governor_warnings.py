@@ -65,6 +65,20 @@ def test_run_and_validate_tell_it_once(tmp_path, capsys, caplog):
     assert [record.getMessage() for record in caplog.records] == [f"paper/simulation_near: {warning}"]
 
 
+def test_points_without_a_separation_are_warned_of():
+    """`auto` is a distance with the certified governor alone; who gives a distance, or null, has chosen."""
+
+    def warned(**keys):
+        named = {key.replace("__", "."): value for key, value in keys.items()}
+        settings = pbrg.load("obstacles/box", {"set_up": "recommended"} | named).settings
+        return [one for one in governor_warnings(settings) if one.startswith("control.separation")]
+
+    assert len(warned(governor__kind="rollout")) == len(warned(governor__kind="cbf")) == 1
+    assert warned() == warned(governor__kind="rollout", control__separation=0.22) == []
+    assert warned(governor__kind="rollout", control__separation=None) == []
+    assert warned(governor__kind="rollout", estimator__source="beams") == []
+
+
 def test_nothing_bundled_has_keys_without_effect():
     """Scenarios and families as they are and recommended, and the suites' governors in their worlds."""
     for one in pbrg.list_scenarios():

@@ -83,7 +83,7 @@ def least_margin(worlds: list[World]) -> str:
 def table_by_size() -> str:
     """Return in how many worlds of few things all robots got past them within 25 s, by the size of the largest."""
     data, versions = read()
-    newest, whole = versions[-1], versions[versions.index(LAST_OF_8_S) + 1 :]
+    whole = versions[versions.index(LAST_OF_8_S) + 1 :]
     met = [
         (name, largest(name, int(seed)), world)
         for name in SINGLE
@@ -95,6 +95,7 @@ def table_by_size() -> str:
     for low, high in pairwise(SIZES):
         lines += [row_of_size(f"{low:g} to {high:g}", [one for one in met if low < one[1] <= high])]
     lines += [row_of_size("**up to 0.6**", [one for one in met if one[1] <= 0.6]), row_of_size("**all**", met)]
+    newest = max((one[2]["version"] for one in met), key=whole.index)  # that drew the sensor, too
     latest = [one for one in met if one[2]["version"] == newest]
     lines += [row_of_size(f"**up to 0.6**, {newest}", [one for one in latest if one[1] <= 0.6])]
     lines += [row_of_size(f"**all**, {newest}", latest)]

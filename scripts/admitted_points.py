@@ -1,6 +1,7 @@
 """How near to what stands the half-spaces of points let robots in, in physics; prints a table.
 
 python scripts/admitted_points.py 5101-5112 [--sensors generic lds_02] [--families boxes notched] [--within 1.0]
+python scripts/admitted_points.py 5301-5308 --sensors generic --set sensors.camera.delay=0.06
 
 Worlds of families run for 6 s under the recommended set-up. In every fifth scan after the first second the faces
 that a robot sees `within` that distance of its hand point are held against its half-spaces. A place on a face is too
@@ -88,12 +89,14 @@ def too_near(look: Look, places: np.ndarray, clearance: float) -> float:
     return max((clearance - distance(place, corners) for place in near), default=0.0)
 
 
-def row(sensor: str, family: str, seeds: tuple[int, ...], within: float) -> tuple[int, list[float]]:
-    """Return in how many scans robots were looked at, and by how much [m] those are too near that are by over NOTED."""
+def row(family: str, seeds: tuple[int, ...], within: float, keys: list[str]) -> tuple[int, list[float]]:
+    """Return in how many scans robots were looked at, and by how much [m] those are too near that are by over NOTED.
+
+    `keys` are KEY=VALUE of the scenario.
+    """
     count, found = 0, []
     for seed in seeds:
-        given = {"set_up": "recommended", "sensors.beams.preset": sensor, "reference.solver": "none"}
-        run = pbrg.run(pbrg.load(f"families/{family}", given, seed=seed, duration=DURATION))
+        run = pbrg.run(pbrg.load(f"families/{family}", seed=seed, duration=DURATION).override(keys))
         scenario = run.scenario.settings
         places, solids = faces(scenario), scene_of(footprints(scenario))
         half_cone = 0.5 * math.radians(scenario.sensors.beams.cone_deg)
@@ -113,12 +116,14 @@ def main() -> None:
     options.add_argument("--sensors", nargs="+", default=SENSORS, metavar="NAME")
     options.add_argument("--families", nargs="+", default=FAMILIES, metavar="NAME")
     options.add_argument("--within", type=float, default=1.0, help="[m] of the hand point")
+    options.add_argument("--set", nargs="+", default=[], metavar="KEY=VALUE", help="of the scenario")
     given = options.parse_args()
     print("| sensor | scans of a robot | too near in | by at most [cm] | in which families |\n|---|---|---|---|---|")
     for sensor in given.sensors:
         count, found, where = 0, [], []
         for family in given.families:
-            scans, those = row(sensor, family, seeds_of(given.seeds), given.within)
+            keys = ["set_up=recommended", f"sensors.beams.preset={sensor}", "reference.solver=none", *given.set]
+            scans, those = row(family, seeds_of(given.seeds), given.within, keys)
             count, found = count + scans, found + those
             where += [f"{family} {len(those)}"] * bool(those)
         worst = f"{100 * max(found):.1f}" if found else "-"

@@ -25,9 +25,9 @@ from regions.views import ROBOT, scene_of
 import pbrg_mj as pbrg
 from pbrg_mj.analysis.metrics.obstacles import footprints, outlines
 from pbrg_mj.api.seeds import seeds_of
-from pbrg_mj.scenario.schema import Scenario
+from pbrg_mj.scenario.schema import PRESETS, Scenario
 
-SENSORS = ("ideal", "generic", "lidar", "lds_02", "robotarium", "tof_ring", "tof_cones")
+SENSORS = ("generic", *PRESETS)
 FAMILIES = ("notched", "boxes", "columns", "boards", "clutter")  # all at rest
 DURATION, FROM, EVERY = 6.0, 1.0, 5  # [s], [s], scans
 STEP = 0.02  # [m] between places on a face

@@ -24,10 +24,10 @@ from pbrg_mj.api.seeds import seeds_of
 Job = tuple[str, int, int | None, tuple[str, ...]]  # kind, seed, robots, KEY=VALUE
 
 
-def run(job: Job) -> dict[str, Any]:
+def run(job: Job) -> tuple[int, list[Any]]:
     kind, seed, robots, overrides = job
     loaded = pbrg.load(scenario(kind, seed, robots)).override(["set_up=recommended", *overrides])
-    return as_world(seed, [version(), *measured(loaded.settings)])
+    return seed, measured(loaded.settings)
 
 
 def main(arguments: list[str]) -> None:
@@ -39,7 +39,9 @@ def main(arguments: list[str]) -> None:
     sizes = [int(one) for one in own["robots"].split(",")] if "robots" in own else [None]
     jobs = [(kind, seed, sizes[k % len(sizes)], overrides) for k, seed in enumerate(seeds_of(seeds))]
     with multiprocessing.get_context("spawn").Pool(int(own.get("processes", 1))) as pool:
-        worlds = list(pool.imap_unordered(run, jobs))
+        found = list(pool.imap_unordered(run, jobs))
+    now = version()
+    worlds = [as_world(seed, [now, *row]) for seed, row in found]
     for world in worlds:
         if happened := [key for key in (*CONTACTS, *EVENTS.values()) if world[key]]:
             print(world["seed"], world["sensor"], *dict.fromkeys(happened), file=sys.stderr)

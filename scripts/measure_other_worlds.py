@@ -89,13 +89,14 @@ def run(job: tuple[str, int]) -> tuple[str, int, list[Any]]:
 
 def measured(settings: Scenario) -> list[Any]:
     """Run a world and return `COLUMNS` of it but for the version."""
+    ratio = round(speed_ratio(settings), 3)
     histories = run_world(settings)
     (world,) = world_metrics(histories, settings)
     margins = (float(one.min()) for one in (histories.wall_margin, histories.moving_margin))
     rounded = [round(one, 5) if np.isfinite(one) else None for one in margins]
     events = [int(getattr(world, event)) for event in EVENTS.values()]
     boxes = len(settings.world.moving_boxes)
-    what = settings.sensors.beams.preset, world.robots, boxes, round(speed_ratio(settings), 3)
+    what = settings.sensors.beams.preset, world.robots, boxes, ratio
     return [*what, *events, *rounded]
 
 

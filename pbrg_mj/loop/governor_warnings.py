@@ -44,9 +44,8 @@ def _keys_without_effect(governor: Governor) -> list[str]:
 
 def _robots_are_no_obstacles(scenario: Scenario) -> list[str]:
     """Return a line where points, which the recommended set-up has, come with a kind for which `auto` is null."""
-    alone = scenario.plant != "physics" or len(scenario.team.start) == 1
     by_default = scenario.estimator.source == "points" and scenario.control.separation == "auto"
-    if alone or not by_default or scenario.governor.kind not in COMPARED:
+    if scenario.governor.kind not in COMPARED or not by_default or len(scenario.team.start) == 1:
         return []
     kind = f"`governor.kind: {scenario.governor.kind}`"
     lacks = "nothing keeps robots off each other, and no filter off what stands; a distance [m] does both"

@@ -91,7 +91,9 @@ def _learn_of_corner(point, other):
     """
     aside = point["ux"] * (other["y"] - point["y"]) - point["uy"] * (other["x"] - point["x"])
     side = point["ux"] * point["along_y"] - point["uy"] * point["along_x"]
-    untold = ALONG * (abs(aside) if side == 0.0 else max(-aside if side > 0.0 else aside, 0.0))
+    if side != 0.0:
+        aside = max(-aside if side > 0.0 else aside, 0.0)
+    untold = ALONG * abs(aside)
     point["protrusion"] = min(other["protrusion"] + untold, point["protrusion"])
     if other["slack"] + untold < point["slack"]:
         point["slack"] = other["slack"] + untold

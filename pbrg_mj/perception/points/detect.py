@@ -14,7 +14,7 @@ from pbrg_mj.perception.points.corner_bound import MOST_LOST, corner_bound, shar
 from pbrg_mj.perception.points.memory import free_slot, write_point
 from pbrg_mj.perception.points.replaced import delete_replaced
 from pbrg_mj.perception.points.unexpected import EXPECTED, UNEXPECTED, unexpected_echoes
-from pbrg_mj.perception.scan.team_mates import is_team_mate, reach_of_team_mate
+from pbrg_mj.perception.scan.team_mates import gating_radius, is_team_mate
 
 
 class Echoes(NamedTuple):
@@ -112,11 +112,11 @@ def _echoes(seen, pose, team, parameters):
         variance[k] = parameters.range_std**2 + (parameters.noise_ratio * r) ** 2
         turn_std[k] = r * math.sqrt(pose.heading_var)
         pose_std[k] = math.sqrt(pose.position_var + turn_std[k] ** 2)
-        reach = reach_of_team_mate(parameters.body_radius, r, variance[k], pose)
+        radius = gating_radius(parameters.body_radius, r, variance[k], pose)
         mates, start = places[min(k, len(places) - 1)], (pose.x, pose.y)
         if len(places) > 1:
             start = mates[own, 0], mates[own, 1]
-        echoes.external[k] = not is_team_mate((x[k], y[k]), start, reach, (mates, own), parameters.half_cone)
+        echoes.external[k] = not is_team_mate((x[k], y[k]), start, radius, (mates, own), parameters.half_cone)
     return echoes
 
 

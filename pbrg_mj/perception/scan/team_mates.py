@@ -21,7 +21,7 @@ class TeamMateModel(NamedTuple):
 
 
 @kernel
-def reach_of_team_mate(body_radius, distance, variance, pose):
+def gating_radius(body_radius, distance, variance, pose):
     """Return how far from a team-mate's place an echo may be [m]: `distance` off, its variance [m^2], seen at a pose.
 
     The camera knows both robots' places equally well.
@@ -31,8 +31,8 @@ def reach_of_team_mate(body_radius, distance, variance, pose):
 
 
 @kernel
-def is_team_mate(echo, start, reach, team, half_cone):
-    """Tell whether an echo of the beam that began at `start` may be within `reach` [m] of another robot's place.
+def is_team_mate(echo, start, radius, team, half_cone):
+    """Tell whether an echo of the beam that began at `start` may be within `radius` [m] of another robot's place.
 
     All in the world [m]: `echo` (x, y), `start` (2,); `team` are the robots' places (n, 2 or more) and this robot's own
     number.
@@ -46,7 +46,7 @@ def is_team_mate(echo, start, reach, team, half_cone):
                 squared = distance_from_arc(dx, dy, (x - start[0], y - start[1]), half_cone)
             else:
                 squared = (x - places[j, 0]) ** 2 + (y - places[j, 1]) ** 2
-            found = squared < reach * reach
+            found = squared < radius * radius
     return found
 
 
@@ -101,9 +101,9 @@ def _has_points_enough(work, line, pose, team, params):
         if work.owner[b] == line:
             point = work.points[b]
             echo = pose.x + cos * point[X] - sin * point[Y], pose.y + sin * point[X] + cos * point[Y]
-            reach = reach_of_team_mate(model.body_radius, point[R], point[VARIANCE], pose)
+            radius = gating_radius(model.body_radius, point[R], point[VARIANCE], pose)
             places = bodies[b if len(bodies) > 1 else 0]
-            if not is_team_mate(echo, places[own], reach, (places, own), model.half_cone):
+            if not is_team_mate(echo, places[own], radius, (places, own), model.half_cone):
                 count += 1
                 if count >= params.min_points:
                     return True

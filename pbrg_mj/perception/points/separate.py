@@ -126,7 +126,8 @@ def _write(face, normal_and_nearest, before, half_spaces, parameters):
     write_line(line, lines, k)
     nearest, h[k] = offset(face[0], face[1], normal, parameters)
     if line.found:
-        h[k] = line.offset - parameters.clearance - parameters.sigmas * line.std
+        nearest = line.offset - parameters.clearance
+        h[k] = nearest - parameters.sigmas * line.std
     return (normal, nearest, h[k]), line
 
 

@@ -2,7 +2,8 @@
 
 Noise of ranges is independent from echo to echo. The errors of a pose are the same for all echoes of a scan, and
 independent from scan to scan. A face may be a little bent, c q(s) with q the quadratic that is orthogonal to 1 and s
-(Forsythe, J. SIAM 5(2), 1957): the line goes through where the bent face is nearest.
+(Forsythe, J. SIAM 5(2), 1957): the line goes through where the bent face is nearest, or through a part of it that is
+nearer still.
 
 No line is what is off it by more than `OFF_LINE` deviations, one place or the mean of those in a part of it, and by
 more than `LONE_OFF_LINE` a place ahead that has no other beside it: things that lie against a wall are kept off echo by
@@ -49,7 +50,8 @@ def straight_face(face, about, parameters):
     if approach < 0.0:
         return nothing
     shares = _shares(window, weighted, (low, high))
-    if not _is_straight((window, normal, weighted), fit, (low, high), (shares, pose_var), parameters):
+    parts = _parts(weighted, fit, (low, high), (shares, pose_var))
+    if not _is_straight((window, normal, weighted), fit, parts, parameters):
         return nothing
     for i in range(size):
         if weighted[2, i] == 0.0 and weighted[1, i] < fit.mean:
@@ -57,7 +59,8 @@ def straight_face(face, about, parameters):
     pose_var *= ((shares.sum(axis=0) / fit.weight) ** 2).sum()
     (bulge, bulge_std), (gx, gy), x0, y0 = _bulge(weighted, fit, (low, high)), normal, window.x[0], window.y[0]
     variance = _variance_beside(path, (normal, x0, y0), fit, (low, high)) + pose_var + bulge_std**2
-    offset, along = gx * x0 + gy * y0 + fit.mean - bulge - approach, gx * y0 - gy * x0
+    ahead = max(bulge, _surely_ahead(parts))
+    offset, along = gx * x0 + gy * y0 + fit.mean - ahead - approach, gx * y0 - gy * x0
     return Line(True, gx, gy, offset, math.sqrt(variance), along + low, along + high, speed)
 
 
@@ -153,14 +156,32 @@ def _approach(window, weighted, fit, pose_var, rest_speed):
 
 
 @kernel
-def _is_straight(places, fit, ends, noise, parameters):
+def _parts(weighted, fit, ends, noise):
+    """Return the mean of y off the line in each part of a face (PARTS,) [m], and its variance (PARTS,) [m^2].
+
+    `noise` are the shares (PARTS, SCANS) and pose_var of `_shares` and `_pose_variance`: places of one scan are off by
+    the error of the same pose. A part without places is on the line, and nobody knows how surely.
+    """
+    (shares, pose_var), ratio = noise, PARTS / (ends[1] - ends[0])
+    off, variance = np.zeros(PARTS), np.full(PARTS, math.inf)
+    for i in range(weighted.shape[1]):
+        if weighted[2, i] > 0.0:
+            part = min(int((weighted[0, i] - ends[0]) * ratio), PARTS - 1)
+            off[part] += weighted[2, i] * (weighted[1, i] - fit.mean)
+    for part in range(PARTS):
+        weight, squared = shares[part].sum(), (shares[part] ** 2).sum()
+        if weight > 0.0:
+            off[part], variance[part] = off[part] / weight, (weight + pose_var * squared) / (weight * weight)
+    return off, variance
+
+
+@kernel
+def _is_straight(places, fit, parts, parameters):
     """Tell whether no place and no part of a face is off its line.
 
-    `places` are (window, normal, weighted), `noise` the shares (PARTS, SCANS) and pose_var of `_shares` and
-    `_pose_variance`: places of one scan are off by the error of the same pose.
+    `places` are (window, normal, weighted), `parts` those of `_parts`.
     """
-    (window, normal, weighted), (shares, pose_var), joining = places, noise, parameters.least_joining
-    off, ratio = np.zeros(PARTS), PARTS / (ends[1] - ends[0])
+    (window, normal, weighted), (off, variance), joining = places, parts, parameters.least_joining
     for i in range(weighted.shape[1]):
         y = weighted[1, i] - fit.mean
         deviations = y * y * weighted[2, i]
@@ -168,13 +189,20 @@ def _is_straight(places, fit, ends, noise, parameters):
             deviations > LONE_OFF_LINE or y > 0.0 or has_support(window, normal, i, -y, joining)
         ):
             return False
-        if weighted[2, i] > 0.0:
-            off[min(int((weighted[0, i] - ends[0]) * ratio), PARTS - 1)] += weighted[2, i] * y
+    return not (off**2 > OFF_LINE * variance).any()
+
+
+@kernel
+def _surely_ahead(parts):
+    """Return by how much more than a standard deviation a part of a face is ahead of its line [m], at least 0.
+
+    `parts` are off (PARTS,) and variance (PARTS,) of `_parts`. Noise may hide a corner or a step that no part shows by
+    five deviations.
+    """
+    (off, variance), most = parts, 0.0
     for part in range(PARTS):
-        weight, squared = shares[part].sum(), (shares[part] ** 2).sum()
-        if off[part] ** 2 > OFF_LINE * (weight + pose_var * squared):
-            return False
-    return True
+        most = max(most, -off[part] - math.sqrt(variance[part]))
+    return most
 
 
 @kernel

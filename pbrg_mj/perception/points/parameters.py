@@ -56,6 +56,7 @@ class PointParameters(NamedTuple):
     outliers: bool  # an echo may be anywhere along its beam
     confirmations: int  # echoes of recent scans that a lone one needs at its place, or one more of
     confirming: int  # so many earlier scans
+    near: float  # where as many of these as of the recent ones confirm a lone echo, as few outliers are so near [m]
     memory: float  # how long a point out of sight is kept [s]
     closed_beyond: bool  # what no beam has shown to be free binds
     silence_is_free: bool  # a beam without an echo shows its way to be free
@@ -80,6 +81,7 @@ def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
     blocked = blocked_beams(beams, scenario.robot)
     room = blind_radius(robot, scenario.estimator.sigmas * math.sqrt(pose.position_var))
     remembered = max(math.floor(scenario.estimator.memory / pose.scan_period), recent)
+    confirming = remembered if exact else confirming_scans(beams, needed + 1, recent, remembered)
     return PointParameters(
         directions=np.column_stack([np.cos(angles), np.sin(angles)]),
         blocked=blocked,
@@ -105,7 +107,8 @@ def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
         reaction=pose.scan_period if exact else pose.scan_period + pose.frame_period + robot.time_constant + scan_time,
         outliers=not exact and beams.outliers > 0.0,
         confirmations=needed,
-        confirming=remembered if exact else confirming_scans(beams, needed + 1, recent, remembered),
+        confirming=confirming,
+        near=beams.range_max if exact else near_range(beams, needed, confirming),
         memory=scenario.estimator.memory,
         closed_beyond=scenario.estimator.unknown != "free",
         silence_is_free=scenario.estimator.unknown != "strict",
@@ -154,6 +157,13 @@ def confirming_scans(beams: Beams, needed: int, least: int, most: int) -> int:
     while scans < most and _false_echoes(beams, needed, scans + 1) <= FALSELY_CONFIRMED:
         scans += 1
     return scans
+
+
+def near_range(beams: Beams, needed: int, scans: int) -> float:
+    """Return the range [m] within which so many echoes of so many earlier scans confirm outliers as seldom."""
+    false = _false_echoes(beams, needed, scans)
+    span = beams.range_max - beams.range_min
+    return beams.range_max if false <= FALSE_ECHOES else beams.range_min + span * FALSE_ECHOES / false
 
 
 def _false_echoes(beams: Beams, needed: int, scans: int) -> float:

@@ -56,7 +56,7 @@ class PointParameters(NamedTuple):
     outliers: bool  # an echo may be anywhere along its beam
     confirmations: int  # echoes of recent scans that a lone one needs at its place, or one more of
     confirming: int  # so many earlier scans
-    near: float  # where as many of these as of the recent ones confirm a lone echo, as few outliers are so near [m]
+    near: float  # nearer than that as many of these as of the recent ones confirm it: few outliers are so near [m]
     memory: float  # how long a point out of sight is kept [s]
     closed_beyond: bool  # what no beam has shown to be free binds
     silence_is_free: bool  # a beam without an echo shows its way to be free

@@ -8,7 +8,7 @@ import pytest
 from pbrg_mj.perception.points import parameters
 from pbrg_mj.perception.points.confirm import confirm_echo, earlier_echoes
 from pbrg_mj.perception.points.memory import no_points
-from pbrg_mj.perception.points.parameters import near_range
+from pbrg_mj.perception.points.parameters import confirmation_range
 from pbrg_mj.perception.track.world_frame import ScanPose
 from pbrg_mj.scenario.schema import Beams
 from tests.seeing_points import estimator
@@ -19,7 +19,7 @@ NEAR = 1.2  # [m]
 
 
 def test_points_at_one_place_are_found_and_no_others():
-    made, draws, told = estimator()[0].parameters._replace(near=NEAR), np.random.default_rng(3), []
+    made, draws, told = estimator()[0].parameters._replace(confirmation_range=NEAR), np.random.default_rng(3), []
     for _ in range(1000):
         echo = (*draws.uniform(-1.5, 1.5, 2), draws.uniform(0.0, 0.02), draws.uniform(0.0, 0.02))
         points = _points(draws, echo)
@@ -47,7 +47,7 @@ def test_outliers_that_are_near_confirm_each_other_as_seldom(monkeypatch: pytest
     """Twice in a thousand scans here, of outliers drawn anywhere along their beams."""
     monkeypatch.setattr(parameters, "FALSE_ECHOES", 2e-3)
     beams = Beams(preset="tof_ring", outliers=0.02)
-    near = near_range(beams, 2, 54)
+    near = confirmation_range(beams, 2, 54)
     assert beams.range_min < near < 0.5 * beams.range_max
     draws, scans, found = np.random.default_rng(4), 200_000, 0
     std = np.hypot(beams.noise_std, beams.noise_ratio * beams.range_max / 2)
@@ -61,7 +61,7 @@ def test_outliers_that_are_near_confirm_each_other_as_seldom(monkeypatch: pytest
 
 
 def test_where_outliers_are_seldom_all_echoes_are_near():
-    assert near_range(Beams(outliers=0.0), 1, 100) == Beams().range_max
+    assert confirmation_range(Beams(outliers=0.0), 1, 100) == Beams().range_max
 
 
 def _points(draws: np.random.Generator, echo) -> np.ndarray:

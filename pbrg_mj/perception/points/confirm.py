@@ -48,7 +48,7 @@ def earlier_echoes(points, scan, recent, confirming):
 def confirm_echo(points, earlier, asked, pose, parameters):
     """Confirm an echo if as many recent ones as are needed lie at its place, or one more of all earlier ones.
 
-    Where it is nearer than `parameters.near`, so many of all earlier ones are enough. Then these bind, too. Return how
+    Within `parameters.confirmation_range` so many of all earlier ones are enough. Then these bind, too. Return how
     far the nearest of them is [m], infinite where the echo is not confirmed.
 
     `asked` are the echo (x, y, std, pose_std) [m], the last two its range's standard deviation and its pose's, and how
@@ -59,7 +59,7 @@ def confirm_echo(points, earlier, asked, pose, parameters):
     ux, uy = echo[0] - pose.x, echo[1] - pose.y
     distance = math.sqrt(ux * ux + uy * uy)
     ux, uy = ux / distance, uy / distance
-    enough = needed if distance < parameters.near else needed + 1
+    enough = needed if distance < parameters.confirmation_range else needed + 1
     found, recent, beam = 0, 0, (ux, uy, parameters.gap * distance)
     poses = 3.0 * (echo[3] + earlier.pose_std) + APART
     most, ray = ((3.0 * (echo[2] + earlier.std) + poses) * ABOVE, (beam[2] + poses) * ABOVE), (echo[0], echo[1], ux, uy)

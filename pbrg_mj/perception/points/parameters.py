@@ -56,7 +56,7 @@ class PointParameters(NamedTuple):
     outliers: bool  # an echo may be anywhere along its beam
     confirmations: int  # echoes of recent scans that a lone one needs at its place, or one more of
     confirming: int  # so many earlier scans
-    near: float  # nearer than that as many of these as of the recent ones confirm it: few outliers are so near [m]
+    confirmation_range: float  # within it as many of these as of the recent ones do: few outliers are so near [m]
     memory: float  # how long a point out of sight is kept [s]
     closed_beyond: bool  # what no beam has shown to be free binds
     silence_is_free: bool  # a beam without an echo shows its way to be free
@@ -77,11 +77,10 @@ def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
     cone = 0.0 if exact else math.radians(beams.cone_deg)
     gap = float(angles[1] - angles[0]) if len(angles) > 1 else 2.0 * math.pi
     recent = min(max(math.ceil(ENOUGH / beams.count), 2), 6)
-    needed = 1 if exact else confirmations(beams, recent)
     blocked = blocked_beams(beams, scenario.robot)
     room = blind_radius(robot, scenario.estimator.sigmas * math.sqrt(pose.position_var))
     remembered = max(math.floor(scenario.estimator.memory / pose.scan_period), recent)
-    confirming = remembered if exact else confirming_scans(beams, needed + 1, recent, remembered)
+    needed, confirming, near = confirmation_rule(beams, exact, recent, remembered)
     return PointParameters(
         directions=np.column_stack([np.cos(angles), np.sin(angles)]),
         blocked=blocked,
@@ -108,7 +107,7 @@ def point_parameters(scenario: Scenario, robot: RobotModel) -> PointParameters:
         outliers=not exact and beams.outliers > 0.0,
         confirmations=needed,
         confirming=confirming,
-        near=beams.range_max if exact else near_range(beams, needed, confirming),
+        confirmation_range=near,
         memory=scenario.estimator.memory,
         closed_beyond=scenario.estimator.unknown != "free",
         silence_is_free=scenario.estimator.unknown != "strict",
@@ -143,6 +142,19 @@ def grid_size(room: float, robot: RobotModel) -> int:
     return 2 * math.ceil((room / robot.clearance + ROOM) * CELLS) + 1
 
 
+def confirmation_rule(beams: Beams, exact: bool, recent: int, remembered: int) -> tuple[int, int, float]:
+    """Return the numbers of an M-of-N rule for lone echoes, by which outliers hardly ever confirm each other.
+
+    They are how many recent echoes are needed, of how many earlier scans, at most `remembered`, one more is enough, and
+    the range [m] within which as many of these are.
+    """
+    if exact:
+        return 1, remembered, beams.range_max
+    needed = confirmations(beams, recent)
+    confirming = confirming_scans(beams, needed + 1, recent, remembered)
+    return needed, confirming, confirmation_range(beams, needed, confirming)
+
+
 def confirmations(beams: Beams, recent: int) -> int:
     """Return how many recent echoes confirm a lone one, so that outliers hardly ever confirm each other."""
     needed = 1
@@ -159,7 +171,7 @@ def confirming_scans(beams: Beams, needed: int, least: int, most: int) -> int:
     return scans
 
 
-def near_range(beams: Beams, needed: int, scans: int) -> float:
+def confirmation_range(beams: Beams, needed: int, scans: int) -> float:
     """Return the range [m] within which so many echoes of so many earlier scans confirm outliers as seldom."""
     false = _false_echoes(beams, needed, scans)
     span = beams.range_max - beams.range_min

@@ -124,10 +124,11 @@ def _write(face, normal_and_nearest, before, half_spaces, parameters):
     G[k, 0], G[k, 1] = normal
     nearest_places[k, 0], nearest_places[k, 1] = nearest_place
     write_line(line, lines, k)
-    nearest, h[k] = offset(face[0], face[1], normal, parameters)
     if line.found:
         nearest = line.offset - parameters.clearance
         h[k] = nearest - parameters.sigmas * line.std
+    else:
+        nearest, h[k] = offset(face[0], face[1], normal, parameters)
     return (normal, nearest, h[k]), line
 
 

@@ -199,10 +199,8 @@ def _surely_ahead(parts):
     `parts` are off (PARTS,) and variance (PARTS,) of `_parts`. Noise may hide a corner or a step that no part shows by
     five deviations.
     """
-    (off, variance), most = parts, 0.0
-    for part in range(PARTS):
-        most = max(most, -off[part] - math.sqrt(variance[part]))
-    return most
+    off, variance = parts
+    return max((-off - np.sqrt(variance)).max(), 0.0)
 
 
 @kernel

@@ -1,18 +1,21 @@
 """How near to what stands the half-spaces of points let robots in, in physics; prints a table.
 
-python scripts/admitted_points.py 5101-5112 [--sensors generic lds_02] [--families boxes notched] [--within 1.0]
+python scripts/admitted_points.py 5101-5112 [--sensors generic lds_02] [--families boxes notched] [--processes 2]
 python scripts/admitted_points.py 5301-5308 --sensors generic --set sensors.camera.delay=0.06
 
 Worlds of families run for 6 s under the recommended set-up. In every fifth scan after the first second the faces
 that a robot sees `within` that distance of its hand point are held against its half-spaces. A place on a face is too
 near when they let in a point that is nearer to it than the clearance, by more than 1 cm. What a team-mate hides is not
-seen, with a sensor of cones as far as a cone that meets the team-mate goes.
+seen, with a sensor of cones as far as a cone that meets the team-mate goes. Intervals are by resampling worlds, 95 %:
+scans of one world show the same things.
 """
 
 from __future__ import annotations
 
 import argparse
 import math
+import multiprocessing
+from collections import Counter
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -32,6 +35,7 @@ FAMILIES = ("notched", "boxes", "columns", "boards", "clutter")  # all at rest
 DURATION, FROM, EVERY = 6.0, 1.0, 5  # [s], [s], scans
 STEP = 0.02  # [m] between places on a face
 EDGE = 1e-3  # of the way to a place: that a beam ends there, and not before
+RESAMPLED = 2000  # times
 REACH = 3.0  # [m] of the polygon that half-spaces are cut from, more than any place is off
 
 
@@ -89,45 +93,74 @@ def too_near(look: Look, places: np.ndarray, clearance: float) -> float:
     return max((clearance - distance(place, corners) for place in near), default=0.0)
 
 
-def row(family: str, seeds: tuple[int, ...], within: float, keys: list[str]) -> tuple[int, list[float]]:
-    """Return in how many scans robots were looked at, and by how much [m] those are too near that are by over NOTED.
+class World(NamedTuple):
+    """What is run: `keys` are KEY=VALUE of the scenario."""
 
-    `keys` are KEY=VALUE of the scenario.
-    """
+    family: str
+    seed: int
+    within: float  # [m]
+    keys: tuple[str, ...]
+
+
+def measure(world: World) -> tuple[int, list[float]]:
+    """Return in how many scans robots were looked at, and by how much [m] those are too near that are by over NOTED."""
+    run = pbrg.run(pbrg.load(f"families/{world.family}", seed=world.seed, duration=DURATION).override(world.keys))
+    scenario = run.scenario.settings
+    places, solids = faces(scenario), scene_of(footprints(scenario))
+    half_cone = 0.5 * math.radians(scenario.sensors.beams.cone_deg)
     count, found = 0, []
-    for seed in seeds:
-        run = pbrg.run(pbrg.load(f"families/{family}", seed=seed, duration=DURATION).override(keys))
-        scenario = run.scenario.settings
-        places, solids = faces(scenario), scene_of(footprints(scenario))
-        half_cone = 0.5 * math.radians(scenario.sensors.beams.cone_deg)
-        for look in looks(run):
-            count += 1
-            some = places[np.linalg.norm(places - look.hand, axis=1) < within]
-            some = some[seen(some, look, solids, half_cone)] if len(some) else some
-            by = too_near(look, some, ROBOT.clearance) if len(some) else 0.0
-            if by > NOTED:
-                found.append(by)
+    for look in looks(run):
+        count += 1
+        some = places[np.linalg.norm(places - look.hand, axis=1) < world.within]
+        some = some[seen(some, look, solids, half_cone)] if len(some) else some
+        by = too_near(look, some, ROBOT.clearance) if len(some) else 0.0
+        if by > NOTED:
+            found.append(by)
     return count, found
+
+
+def share(scans: np.ndarray, near: np.ndarray) -> str:
+    """Return the share of scans (worlds,) that are too `near` (worlds,), with its interval by resampling worlds.
+
+    Where none is too near, that tells no interval.
+    """
+    if not near.any():
+        return "0"
+    random = np.random.default_rng(0)
+    drawn = random.integers(0, len(scans), (RESAMPLED, len(scans)))
+    low, high = np.quantile(near[drawn].sum(axis=1) / scans[drawn].sum(axis=1), [0.025, 0.975])
+    return f"{near.sum() / scans.sum():.2%} [{100 * low:.2f}, {100 * high:.2f}]".replace("%", " %")
+
+
+def row(sensor: str, worlds: list[World], measured: list[tuple[int, list[float]]]) -> str:
+    """Return a row of the table."""
+    scans, near = (np.array(values) for values in zip(*((n, len(found)) for n, found in measured), strict=True))
+    most = max((by for _, found in measured for by in found), default=0.0)
+    counts = Counter({world.family: 0 for world in worlds})
+    for world, found in zip(worlds, near, strict=True):
+        counts[world.family] += int(found)
+    where = ", ".join(f"{family} {count}" for family, count in counts.items() if count)
+    cells = scans.sum(), near.sum(), share(scans, near), np.count_nonzero(near), f"{100 * most:.1f}", where or "-"
+    return f"| {sensor} | {' | '.join(map(str, cells))} |"
 
 
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    options.add_argument("seeds", help="of the worlds, for example 5101-5112")
+    options.add_argument("seeds", help="of the worlds, for example 5101-5112 or 5201-5224,5401-5448")
     options.add_argument("--sensors", nargs="+", default=SENSORS, metavar="NAME")
     options.add_argument("--families", nargs="+", default=FAMILIES, metavar="NAME")
     options.add_argument("--within", type=float, default=1.0, help="[m] of the hand point")
     options.add_argument("--set", nargs="+", default=[], metavar="KEY=VALUE", help="of the scenario")
+    options.add_argument("--processes", type=int, default=1, help="worlds at a time")
     given = options.parse_args()
-    print("| sensor | scans of a robot | too near in | by at most [cm] | in which families |\n|---|---|---|---|---|")
-    for sensor in given.sensors:
-        count, found, where = 0, [], []
-        for family in given.families:
-            keys = ["set_up=recommended", f"sensors.beams.preset={sensor}", "reference.solver=none", *given.set]
-            scans, those = row(family, seeds_of(given.seeds), given.within, keys)
-            count, found = count + scans, found + those
-            where += [f"{family} {len(those)}"] * bool(those)
-        worst = f"{100 * max(found):.1f}" if found else "-"
-        print(f"| {sensor} | {count} | {len(found)} | {worst} | {', '.join(where) or '-'} |", flush=True)
+    print("| sensor | scans of a robot | too near in | share [95 %] | in worlds | by at most [cm] | families |")
+    print("|---|---|---|---|---|---|---|")
+    with multiprocessing.get_context("spawn").Pool(given.processes) as pool:
+        for sensor in given.sensors:
+            keys = ("set_up=recommended", f"sensors.beams.preset={sensor}", "reference.solver=none", *given.set)
+            families, seeds = given.families, seeds_of(given.seeds)
+            worlds = [World(family, seed, given.within, keys) for family in families for seed in seeds]
+            print(row(sensor, worlds, pool.map(measure, worlds, chunksize=1)), flush=True)
 
 
 if __name__ == "__main__":

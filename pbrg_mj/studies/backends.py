@@ -24,6 +24,10 @@ from pbrg_mj.studies.task import Task
 BACKENDS = ("joblib", "dask")
 IDLE_TIMEOUT = 20  # [s] without work after which a process ends, also where the one that gave it work was killed
 WARNINGS = "PYTHONWARNINGS"  # by which Python decides what to warn of, in a process that begins
+EXPECTED = (
+    ".*have been cancelled",  # as Ctrl-C means them to be
+    "A worker stopped while some jobs",  # loky ends one that has grown by 300 MB, after its run, and starts another
+)
 SCHEDULER_TIMEOUT = 10.0  # [s] for a scheduler to answer
 R = TypeVar("R")
 
@@ -90,7 +94,8 @@ def in_processes(
         with _hangup_blocked(), _warnings_ignored():
             made: Any = pool(one(*given, parent=os.getpid(), place=place) for given in arguments)
         with warnings.catch_warnings(), closing(made) as results:
-            warnings.filterwarnings("ignore", ".*have been cancelled")  # as Ctrl-C means them to be
+            for expected in EXPECTED:
+                warnings.filterwarnings("ignore", expected)
             yield from results
         finished = True
     except TerminatedWorkerError:

@@ -25,8 +25,11 @@ class PbrgError(Exception):
 class InputError(PbrgError):
     """The input is wrong: bad file, key, value or argument. The command line exits with 2.
 
-    `str(error)` is one line: `file:line: key: what is wrong and what is allowed`, as far as each is known.
+    `str(error)` is one line: `file:line: key: what is wrong and what is allowed`, as far as each is known. `others` are
+    what else is wrong with the same file, in the order of its lines.
     """
+
+    others: tuple[InputError, ...] = ()
 
     def __init__(self, message: str, *, file: str | None = None, line: int | None = None, key: str | None = None):
         self.message, self.file, self.line, self.key = message, file, line, key

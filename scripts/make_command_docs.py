@@ -33,7 +33,14 @@ stderr, a line each. Where no output stands below, there is none.
 | 130, 143, 129 | ended by Ctrl-C, SIGTERM, SIGHUP; the log so far is whole |
 | 141 | standard output is closed, as by `head`; nothing is printed |
 """
-WRONG = "team:\n  start: [[0, 0]]\n  formation: [[0, 0]]\n  leaders: [2]\noperator: {reference: [1, 0]}\n"
+WRONG = """\
+team:
+  start: [[0, 0]]
+  formation: [[0, 0]]
+  leaders: [2]
+operator: {reference: [1, 0]}
+sensors: {beams: {robots: [3]}}
+"""
 SWEEP = "scenario: paper/simulation_near\nseeds: 1-4\nduration: 2\ngrid: {governor.rounds: [2, 10]}\n"
 TUNE = """\
 scenario: paper/simulation_near

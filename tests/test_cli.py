@@ -14,7 +14,9 @@ from pbrg_mj.analysis.metrics.table import COLUMN_WIDTH, LAYOUT, cell, compariso
 from pbrg_mj.api import doctor as checkup
 from pbrg_mj.api import logs as api_logs
 from pbrg_mj.cli.main import main
+from pbrg_mj.errors import InputError
 from pbrg_mj.log.read import run as reader
+from pbrg_mj.scenario.load import load_scenario
 from pbrg_mj.text import plain
 from pbrg_mj.video import gl
 from tests.needs import need_module
@@ -102,8 +104,23 @@ def test_validate_reports_every_file(ideal, capsys):
     assert main(["validate", "bad.yaml", "ideal.yaml"]) == 2
     captured = capsys.readouterr()
     assert captured.out == "ideal.yaml: ok, 2 robots, ideal plant, 0.5 s\n"
-    assert one_line(captured.err)
-    assert "bad.yaml:1" in captured.err
+    assert all(line.startswith("error: bad.yaml:1: ") for line in captured.err.splitlines())
+    assert captured.err
+
+
+def test_validate_tells_all_that_is_wrong_with_a_file_a_line_each(ideal, capsys):
+    text = Path("ideal.yaml").read_text()
+    Path("bad.yaml").write_text(
+        f"{text}seeed: 1\nworld: {{boxes: [{{center: [1, 2]}}]}}\nsensors: {{beams: {{count: 0}}}}\n"
+    )
+    assert main(["validate", "bad.yaml"]) == 2
+    end = text.count("\n")
+    told = [line.split(": is ")[0] for line in capsys.readouterr().err.splitlines()]
+    keys = "seeed", "world.boxes.0.size", "sensors.beams.count"
+    assert told == [f"error: bad.yaml:{end + number}: {key}" for number, key in enumerate(keys, 1)]
+    with pytest.raises(InputError) as error:
+        load_scenario("bad.yaml")
+    assert str(error.value).endswith(" (and 2 more)") and len(error.value.others) == 2
 
 
 def test_list_names_the_bundled_scenarios(capsys):

@@ -104,7 +104,8 @@ def validate(
             scenario = pbrg.load(file)
             warnings = _validated(scenario, plain(file))
         except InputError as error:
-            note(f"error: {error}")
+            for one in (error, *error.others):
+                note(f"error: {one}")
             wrong += 1
         else:
             one = scenario.settings

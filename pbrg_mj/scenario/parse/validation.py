@@ -52,20 +52,24 @@ def read_section(kind: type[AnySection], data: Any, document: Document, file: st
 
 
 def first_error(diagnostics: Sequence[Diagnostic], document: Document, file: str) -> InputError:
-    """Return the error that reports the first diagnostic, and how many more there are.
+    """Return the error that reports the first diagnostic, and how many more there are: its `others`.
 
     First are those that an override caused, then those of the file in the order of its lines.
     """
     origins = [origin(diagnostic.path, document) for diagnostic in diagnostics]
-    order = [0 if isinstance(one, str) else one for one in origins]
-    first = min(range(len(diagnostics)), key=lambda k: (order[k], k))
-    diagnostic, where = diagnostics[first], origins[first]
-    more = f" (and {len(diagnostics) - 1} more)" if len(diagnostics) > 1 else ""
+    found = sorted(zip(diagnostics, origins, strict=True), key=lambda one: 0 if isinstance(one[1], str) else one[1])
+    (diagnostic, where), *rest = found
+    first = _error(diagnostic, where, file, f" (and {len(rest)} more)" if rest else "")
+    first.others = tuple(_error(diagnostic, where, file) for diagnostic, where in rest)
+    return first
+
+
+def _error(diagnostic: Diagnostic, where: int | str, file: str, more: str = "") -> InputError:
+    """Return the error that reports a diagnostic: of a line of the file, or of an override."""
+    key = dotted_key(diagnostic.path)
     if isinstance(where, str):
-        return InputError(
-            f"{diagnostic.message}; set by override {yaml_text(where)}{more}", key=dotted_key(diagnostic.path)
-        )
-    return InputError(diagnostic.message + more, file=file, line=where, key=dotted_key(diagnostic.path))
+        return InputError(f"{diagnostic.message}; set by override {yaml_text(where)}{more}", key=key)
+    return InputError(diagnostic.message + more, file=file, line=where, key=key)
 
 
 def origin(path: KeyPath, document: Document) -> int | str:

@@ -162,6 +162,13 @@ def test_what_an_ending_is_called(ending: Ending, kind: str | None) -> None:
     assert (found and found[0]) == kind
 
 
+@pytest.mark.parametrize(("more", "fine"), [("error: b\n", True), ("", False), ("error: b\nerror: c\n", False)])
+def test_where_all_errors_are_told_there_are_as_many_as_the_first_one_says(more: str, fine: bool) -> None:
+    ending = used(code=2, stderr=f"error: a (and 1 more)\n{more}")
+    assert (fault(ending, all_told=True) is None) == fine
+    assert (fault(ending) is None) == (not more)
+
+
 def test_what_is_left_behind_by_wrong_input_is_a_fault() -> None:
     wrong = used(code=2, stderr="error: no\n")
     assert fault(wrong, ["out.mcap"]) == ("left behind", "out.mcap")

@@ -39,7 +39,7 @@ def attack(seed: int, codes: Counter[str]) -> Iterator[Failure]:
     for command in ([["validate", FILE]] if not one.overrides and seed % 4 == 0 else []) + [arguments]:
         ending = run_apart(lambda command=command: main(command))
         codes[f"{command[0]} {ending.code}"] += 1
-        found = fault(ending, _left(), json_wanted=command[0] == "run")
+        found = fault(ending, _left(), json_wanted=command[0] == "run", all_told=command[0] == "validate")
         if found:
             yield Failure(seed, f"{command[0]}: {found[0]}", f"pbrg {shlex.join(command)} # {one.origin}", found[1])
         if found or ending.code:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import signal
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,10 +23,12 @@ class Failure:
     detail: str
 
 
-def fault(ending: Ending, left: Sequence[str] = (), json_wanted: bool = False) -> tuple[str, str] | None:
+def fault(
+    ending: Ending, left: Sequence[str] = (), json_wanted: bool = False, all_told: bool = False
+) -> tuple[str, str] | None:
     """Return what is wrong with an ending, as a kind and details; None if nothing is.
 
-    `left` are the files that the command left behind.
+    `left` are the files that the command left behind. Where `all_told`, as many errors follow the first as it says.
     """
     lines = ending.stderr.splitlines()
     last = lines[-1][:300] if lines else ""
@@ -43,13 +46,20 @@ def fault(ending: Ending, left: Sequence[str] = (), json_wanted: bool = False) -
         return f"exit {ending.code}", last
     if stray:
         return "stray line on stderr", stray[0][:300]
-    if len(errors) != (ending.code == 2) and not (ending.code == 1 and len(errors) <= 1):
+    asked = (1 + _announced(errors) if all_told else 1) if ending.code == 2 else 0
+    if len(errors) != asked and not (ending.code == 1 and len(errors) <= 1):
         return "lines that begin with error", f"{len(errors)} with exit {ending.code}: {last}"
     if ending.code == 2 and left:
         return "left behind", ", ".join(left)
     if json_wanted and ending.code in (0, 1) and not errors and not _is_json(ending.stdout):
         return "no JSON", ending.stdout[:200]
     return None
+
+
+def _announced(errors: Sequence[str]) -> int:
+    """Return how many more errors the first one says that there are."""
+    found = re.search(r" \(and (\d+) more\)$", errors[0]) if errors else None
+    return int(found[1]) if found else 0
 
 
 def _place(lines: Sequence[str]) -> str:

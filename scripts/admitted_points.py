@@ -21,6 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 from accuracy.raycast import PLATE, Scene, cast_along
+from accuracy.table import line
 from regions.measures import NOTED
 from regions.polygon import cut, distance, inside_disc
 from regions.views import ROBOT, scene_of
@@ -32,6 +33,7 @@ from pbrg_mj.scenario.schema import PRESETS, Scenario
 
 SENSORS = ("generic", *PRESETS)
 FAMILIES = ("notched", "boxes", "columns", "boards", "clutter")  # all at rest
+COLUMNS = ("sensor", "scans of a robot", "too near in", "share [95 %]", "in worlds", "by at most [cm]", "families")
 DURATION, FROM, EVERY = 6.0, 1.0, 5  # [s], [s], scans
 STEP = 0.02  # [m] between places on a face
 EDGE = 1e-3  # of the way to a place: that a beam ends there, and not before
@@ -134,14 +136,14 @@ def share(scans: np.ndarray, near: np.ndarray) -> str:
 
 def row(sensor: str, worlds: list[World], measured: list[tuple[int, list[float]]]) -> str:
     """Return a row of the table."""
-    scans, near = (np.array(values) for values in zip(*((n, len(found)) for n, found in measured), strict=True))
+    scans, near = np.array([count for count, _ in measured]), np.array([len(found) for _, found in measured])
     most = max((by for _, found in measured for by in found), default=0.0)
-    counts = Counter({world.family: 0 for world in worlds})
+    counts: Counter[str] = Counter()
     for world, found in zip(worlds, near, strict=True):
         counts[world.family] += int(found)
     where = ", ".join(f"{family} {count}" for family, count in counts.items() if count)
-    cells = scans.sum(), near.sum(), share(scans, near), np.count_nonzero(near), f"{100 * most:.1f}", where or "-"
-    return f"| {sensor} | {' | '.join(map(str, cells))} |"
+    numbers = str(scans.sum()), str(near.sum()), share(scans, near), str(np.count_nonzero(near))
+    return line([sensor, *numbers, f"{100 * most:.1f}", where or "-"])
 
 
 def main() -> None:
@@ -153,8 +155,7 @@ def main() -> None:
     options.add_argument("--set", nargs="+", default=[], metavar="KEY=VALUE", help="of the scenario")
     options.add_argument("--processes", type=int, default=1, help="worlds at a time")
     given = options.parse_args()
-    print("| sensor | scans of a robot | too near in | share [95 %] | in worlds | by at most [cm] | families |")
-    print("|---|---|---|---|---|---|---|")
+    print(f"{line(COLUMNS)}\n|{'---|' * len(COLUMNS)}")
     with multiprocessing.get_context("spawn").Pool(given.processes) as pool:
         for sensor in given.sensors:
             keys = ("set_up=recommended", f"sensors.beams.preset={sensor}", "reference.solver=none", *given.set)

@@ -11,7 +11,7 @@ import pytest
 import pbrg_mj as pbrg
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.governor.problem.rows import Rows
-from pbrg_mj.governor.velocity_filter.evasion import AHEAD, FASTEST, evasive_velocity
+from pbrg_mj.governor.velocity_filter.evasion import AHEAD, FASTEST, evasion_of_team_mates, evasive_velocity
 from pbrg_mj.governor.velocity_filter.separation import SeparationFilter
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.perception.half_spaces import HalfSpaces
@@ -203,3 +203,65 @@ def touched(settings: Scenario) -> float:
     """Return for how many ticks a moving box touches some robot."""
     simulation = Simulation.build(settings)
     return sum(float(simulation.loop.world.truth().moving_contact.any()) for _ in simulation.control_ticks())
+
+
+def beside_a_team_mate(ahead: float, back: float, turn: float, away: float) -> tuple[HalfSpaces, np.ndarray]:
+    """A face that comes at 0.2 m/s along x at robot 1, a wall behind this, and robot 0, which knows both, beside it.
+
+    Robot 0 is `away` [m] off, `turn` [rad] from along the face; this goes from 1 m below robot 1 to 0.3 m above it.
+    """
+    q = np.array([away * np.array([np.sin(turn), np.cos(turn)]), [0.0, 0.0]])
+    face, wall = ([1.0, 0.0], MARGIN + ahead, 0.2, (-1.0, 0.3)), ([-1.0, 0.0], MARGIN + back, 0.0, (0.0, 0.0))
+    return known_to_one([face, wall], 2), q
+
+
+@pytest.mark.parametrize(
+    ("ahead", "back", "turn", "makes_room"),
+    [
+        (0.1, 0.1, 0.0, True),  # pressed after 1 s, beside the face after 0.3 s: it goes within 1.4 s of that
+        (0.1, 0.1, 0.6, True),
+        (0.1, 0.1, np.pi - 0.6, True),  # it is on the other side, 1 m from the end: in time nevertheless
+        (0.3, 0.3, 0.0, False),  # pressed after 3 s
+        (-0.3, 0.1, 0.0, False),  # it is on the other side of what comes
+    ],
+)
+def test_room_is_made_for_who_goes_out_of_the_way(ahead: float, back: float, turn: float, makes_room: bool) -> None:
+    rng = np.random.default_rng(504)
+    for angle in (0.0, *rng.uniform(-np.pi, np.pi, 20)):
+        spaces, q = beside_a_team_mate(ahead, back, turn, 0.25)
+        R, shift = turned(angle), rng.normal(size=2)
+        G = spaces.G @ R.T
+        tangents = np.stack([-G[..., 1], G[..., 0]], axis=-1)
+        spans = spaces.spans + (tangents @ shift)[..., None]
+        moved = replace(spaces, G=G, h=spaces.h + G @ shift, spans=spans)
+        found = evasion_of_team_mates(moved.arrays, q @ R.T + shift, 0, (DISTANCE, MARGIN))
+        np.testing.assert_allclose(found, [0.0, FASTEST * abs(np.cos(turn)) * makes_room], atol=1e-12)
+
+
+def test_no_room_is_made_before_what_rests_or_ends_before_the_robot() -> None:
+    spaces, q = beside_a_team_mate(0.1, 0.1, 0.0, 0.25)
+    assert evasion_of_team_mates(spaces.arrays, q, 0, (DISTANCE, MARGIN))[1] == FASTEST
+    for other in (
+        replace(spaces, closing=0.0 * spaces.closing),
+        replace(spaces, spans=spaces.spans + 1.1),
+        replace(spaces, spans=np.where(spaces.spans == 0.3, np.inf, spaces.spans)),
+        replace(spaces, active=np.zeros_like(spaces.active)),
+    ):
+        assert not evasion_of_team_mates(other.arrays, q, 0, (DISTANCE, MARGIN)).any()
+
+
+@pytest.mark.parametrize(("ahead", "knows"), [(0.1, True), (0.3, True), (0.1, False)])
+def test_a_team_mate_in_the_way_out_goes_before_it_is_come_near_to(ahead: float, knows: bool) -> None:
+    """It rests at its place, farther off than robots keep: it goes as fast as whoever evades may come, if it knows."""
+    keeper = SeparationFilter(np.zeros((2, 2)), DISTANCE, MARGIN, 1.7, np.zeros((0, 2)), 0.02)
+    spaces, q = beside_a_team_mate(ahead, 0.1, 0.0, 0.25)
+    spaces.binds[0] = [knows, True]
+    spaces.spans[0, 0] = -1.0, 0.2  # the team-mate is beside the face and does not go out of its way itself
+    rows = Rows(np.zeros((2, 1)), np.zeros((2, 1, 2)), np.zeros((2, 1)), np.zeros((2, 1), dtype=bool))
+    problem = Problem(
+        network_of_edges([(0, 1)], np.ones(2)), q, np.zeros((2, 2)), rows, np.zeros(2), spaces, np.zeros(2)
+    )
+    driven = driven_by(keeper, problem, q, np.zeros((2, 2)))
+    presses = (ahead + 0.1) / 0.2 < 0.2 / FASTEST + AHEAD
+    expected = FASTEST - 1.7 * (0.25 - DISTANCE) if knows and presses else 0.0
+    np.testing.assert_allclose(driven[0, 1], expected, atol=1e-9)

@@ -34,7 +34,7 @@ distance that it needs for that will be c before long; so j keeps
 Where that and retreats of its own are not to be had together, it makes no room.
 
 Where what comes will press j against something, j goes out of its way in place of where u leads it, with the right of
-way: evasion.py.
+way, and j makes room for who does: evasion.py.
 
 In physics w is scaled down where robots turn, so that it meets these rows while they do; where they retreat, what they
 want besides is: turning.py.
@@ -53,7 +53,7 @@ import numpy as np
 
 from pbrg_mj.governor.certificate.speed import turning_offset
 from pbrg_mj.governor.problem.interface import FORBIDDEN, Problem, Solution
-from pbrg_mj.governor.velocity_filter.evasion import evasive_velocity
+from pbrg_mj.governor.velocity_filter.evasion import evasion_of_team_mates, evasive_velocity
 from pbrg_mj.governor.velocity_filter.nearest_velocity import (
     is_feasible,
     relax_rows,
@@ -174,7 +174,7 @@ def write_driven(half_spaces, state, wheels, numbers, driven):
         evades, x, y = evasive_velocity(half_spaces, q, j, (distance, margin), (heading[j], facets), (x, y))
         scale = scale_for_wheels(x, y, heading[j], facets)
         wx, wy = scale * x, scale * y
-        coming = approach_of_team_mates(half_spaces, q, j, (distance, margin, gain))
+        coming = _approach(half_spaces, q, j, (distance, margin, gain), evades)
         pushed = is_pushed_back(half_spaces, q, j, margin, gain) or makes_room(q, j, coming, (distance, gain))
         beyond = is_beyond_half_space(half_spaces, q, j, margin) or violates_separation(q, j, distance)
         away = pushed or beyond  # perhaps faster than it wants to go
@@ -201,3 +201,17 @@ def write_driven(half_spaces, state, wheels, numbers, driven):
             counted = rows
         share = turning_share(x, y, theta, min_speed, normals[:counted], offsets[:counted])
         driven[j, 0], driven[j, 1] = share * x, share * y
+
+
+@kernel
+def _approach(half_spaces, q, j, numbers, evades):
+    """Return what each other robot (n,) needs of robot j [m/s]: as it is pushed back, and as it goes out of the way.
+
+    For the second only where j does not go out of the way itself. `numbers` (3,) are distance and margin [m], gain
+    [1/s].
+    """
+    distance, margin, _ = numbers
+    approach = approach_of_team_mates(half_spaces, q, j, numbers)
+    if not evades:
+        approach = np.maximum(approach, evasion_of_team_mates(half_spaces, q, j, (distance, margin)))
+    return approach

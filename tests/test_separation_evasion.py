@@ -11,7 +11,7 @@ import pytest
 import pbrg_mj as pbrg
 from pbrg_mj.governor.problem.interface import Problem
 from pbrg_mj.governor.problem.rows import Rows
-from pbrg_mj.governor.velocity_filter.evasion import AHEAD, FASTEST, evasion_of_team_mates, evasive_velocity
+from pbrg_mj.governor.velocity_filter.evasion import AHEAD, FASTEST, evasive_closing_speeds, evasive_velocity
 from pbrg_mj.governor.velocity_filter.separation import SeparationFilter
 from pbrg_mj.loop.simulation import Simulation
 from pbrg_mj.perception.half_spaces import HalfSpaces
@@ -234,20 +234,20 @@ def test_room_is_made_for_who_goes_out_of_the_way(ahead: float, back: float, tur
         tangents = np.stack([-G[..., 1], G[..., 0]], axis=-1)
         spans = spaces.spans + (tangents @ shift)[..., None]
         moved = replace(spaces, G=G, h=spaces.h + G @ shift, spans=spans)
-        found = evasion_of_team_mates(moved.arrays, q @ R.T + shift, 0, (DISTANCE, MARGIN))
+        found = evasive_closing_speeds(moved.arrays, q @ R.T + shift, 0, (DISTANCE, MARGIN))
         np.testing.assert_allclose(found, [0.0, FASTEST * abs(np.cos(turn)) * makes_room], atol=1e-12)
 
 
 def test_no_room_is_made_before_what_rests_or_ends_before_the_robot() -> None:
     spaces, q = beside_a_team_mate(0.1, 0.1, 0.0, 0.25)
-    assert evasion_of_team_mates(spaces.arrays, q, 0, (DISTANCE, MARGIN))[1] == FASTEST
+    assert evasive_closing_speeds(spaces.arrays, q, 0, (DISTANCE, MARGIN))[1] == FASTEST
     for other in (
         replace(spaces, closing=0.0 * spaces.closing),
         replace(spaces, spans=spaces.spans + 1.1),
         replace(spaces, spans=np.where(spaces.spans == 0.3, np.inf, spaces.spans)),
         replace(spaces, active=np.zeros_like(spaces.active)),
     ):
-        assert not evasion_of_team_mates(other.arrays, q, 0, (DISTANCE, MARGIN)).any()
+        assert not evasive_closing_speeds(other.arrays, q, 0, (DISTANCE, MARGIN)).any()
 
 
 @pytest.mark.parametrize(("ahead", "knows"), [(0.1, True), (0.3, True), (0.1, False)])

@@ -20,6 +20,7 @@ import math
 import numpy as np
 
 from pbrg_mj.governor.velocity_filter.nearest_velocity import scale_for_wheels
+from pbrg_mj.governor.velocity_filter.separation_rows import is_in_its_way
 from pbrg_mj.kernel import kernel
 
 NOTHING = (-1, -1)  # no half-space (owner, slot)
@@ -55,8 +56,8 @@ def evasive_velocity(half_spaces, q, j, numbers, wheels, wanted):
 
 
 @kernel
-def evasion_of_team_mates(half_spaces, q, j, numbers):
-    """Return how fast each other robot (n,) may come to robot j as it goes out of the way, by what j knows [m/s].
+def evasive_closing_speeds(half_spaces, q, j, numbers):
+    """Return how fast each other robot (n,) may come to j as it goes out of the way [m/s], by what j knows.
 
     `half_spaces` and `numbers` (2,) are those of `evasive_velocity`.
     """
@@ -67,7 +68,7 @@ def evasion_of_team_mates(half_spaces, q, j, numbers):
             if active[i, k] and binds[i, k, j] and closing[i, k] > 0.0:
                 for other in range(len(q)):
                     far, towards = _way_past(half_spaces, q, (other, j), (i, k), numbers)
-                    if other != j and far < math.inf:
+                    if far < math.inf:
                         pressed, _ = _pressed_after(half_spaces, q, (other, j), (i, k), numbers)
                         if pressed < far / FASTEST + AHEAD:
                             approach[other] = max(approach[other], FASTEST * towards)
@@ -79,18 +80,16 @@ def _way_past(half_spaces, q, who, which, numbers):
     """Return how far it is for a robot to the end of a face on another robot's side [m], and how much that leads to it.
 
     `who` are the numbers of both robots, `which` (i, k) the half-space. Infinite and 0 for who is not in the face's
-    way; the second is the cosine between the way and the direction to the other robot.
+    way, and for a robot and itself; the second is the cosine between the way and the direction to the other robot.
     """
-    (G, h, _, _, _, spans), (one, other), (i, k) = half_spaces, who, which
+    (G, _, _, _, _, spans), (one, other), (i, k) = half_spaces, who, which
     Gx, Gy = G[i, k, 0], G[i, k, 1]
-    along, behind = Gx * q[one, 1] - Gy * q[one, 0], h[i, k] - numbers[1] - (Gx * q[one, 0] + Gy * q[one, 1])
-    low, high = along - spans[i, k, 0], spans[i, k, 1] - along
     x, y = q[other, 0] - q[one, 0], q[other, 1] - q[one, 1]
     apart = math.sqrt(x * x + y * y)
-    if low <= 0.0 or high <= 0.0 or behind < -numbers[0] or apart == 0.0:
+    if apart == 0.0 or not is_in_its_way(half_spaces, q, one, which, numbers):
         return math.inf, 0.0
-    aside = (Gx * y - Gy * x) / apart
-    return high if aside > 0.0 else low, abs(aside)
+    along, aside = Gx * q[one, 1] - Gy * q[one, 0], (Gx * y - Gy * x) / apart
+    return spans[i, k, 1] - along if aside > 0.0 else along - spans[i, k, 0], abs(aside)
 
 
 @kernel

@@ -53,7 +53,7 @@ import numpy as np
 
 from pbrg_mj.governor.certificate.speed import turning_offset
 from pbrg_mj.governor.problem.interface import FORBIDDEN, Problem, Solution
-from pbrg_mj.governor.velocity_filter.evasion import evasion_of_team_mates, evasive_velocity
+from pbrg_mj.governor.velocity_filter.evasion import evasive_closing_speeds, evasive_velocity
 from pbrg_mj.governor.velocity_filter.nearest_velocity import (
     is_feasible,
     relax_rows,
@@ -213,5 +213,5 @@ def _approach(half_spaces, q, j, numbers, evades):
     distance, margin, _ = numbers
     approach = approach_of_team_mates(half_spaces, q, j, numbers)
     if not evades:
-        approach = np.maximum(approach, evasion_of_team_mates(half_spaces, q, j, (distance, margin)))
+        approach = np.maximum(approach, evasive_closing_speeds(half_spaces, q, j, (distance, margin)))
     return approach

@@ -61,12 +61,24 @@ def is_beyond_half_space(half_spaces, q, j, margin):
 
 
 @kernel
+def is_in_its_way(half_spaces, q, robot, which, numbers):
+    """Tell whether a robot is between the ends of the face of half-space `which` (i, k), and not on its other side.
+
+    `numbers` (2,) are distance and margin [m] of SeparationFilter.
+    """
+    (G, h, _, _, _, spans), (i, k), (distance, margin) = half_spaces, which, numbers
+    along = G[i, k, 0] * q[robot, 1] - G[i, k, 1] * q[robot, 0]
+    behind = h[i, k] - margin - (G[i, k, 0] * q[robot, 0] + G[i, k, 1] * q[robot, 1])
+    return spans[i, k, 0] < along < spans[i, k, 1] and behind > -distance
+
+
+@kernel
 def approach_of_team_mates(half_spaces, q, j, numbers):
     """Return what each other robot (n,) needs of robot j, gain times a distance, and how fast it comes to j [m/s].
 
     It is pushed back by what binds j and comes, for which both are small, unless it is beside that.
     """
-    G, h, active, binds, closing, spans = half_spaces
+    G, h, active, binds, closing, _ = half_spaces
     distance, margin, gain = numbers
     approach = np.zeros(len(q))
     for i in range(h.shape[0]):
@@ -77,10 +89,8 @@ def approach_of_team_mates(half_spaces, q, j, numbers):
             for other in range(len(q)):
                 x, y = q[j, 0] - q[other, 0], q[j, 1] - q[other, 1]
                 apart, along = math.sqrt(x * x + y * y), -(Gx * x + Gy * y)
-                behind = h[i, k] - margin - (Gx * q[other, 0] + Gy * q[other, 1])
-                beside = Gx * q[other, 1] - Gy * q[other, 0]
-                in_its_way = spans[i, k, 0] < beside < spans[i, k, 1] and behind > -distance  # not on its other side
-                if in_its_way and along > 0.0:
+                if along > 0.0 and is_in_its_way(half_spaces, q, other, (i, k), (distance, margin)):
+                    behind = h[i, k] - margin - (Gx * q[other, 0] + Gy * q[other, 1])
                     speed = closing[i, k]
                     retreat = min(max(speed - gain * behind, 0.0), speed)
                     room = min(max(2.0 * speed - gain * behind, 0.0), speed)

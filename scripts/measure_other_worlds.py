@@ -46,6 +46,11 @@ GROUPS = {
     "of these, boxes at most half as fast as robots may drive": ("moving", lambda world: world["speed_ratio"] <= 0.5),
     "of these, faster boxes": ("moving", lambda world: world["speed_ratio"] > 0.5),
     "of these, sensors of `families/moving_boxes`": ("moving", lambda world: world["sensor"] in FAMILY_SENSORS),
+    "moving boxes, five other robots, 24 s": ("moving_robots", lambda world: True),
+    "of these, boxes at most half as fast as they may drive": (
+        "moving_robots",
+        lambda world: world["speed_ratio"] <= 0.5,
+    ),
 }
 BY_SENSOR = {  # kind and event
     ("static", "touching"): "all stands still: touches it",

@@ -3,6 +3,7 @@
 - `static`: a generic robot's team among one to three of the shapes of `solids`
 - `moving`: none to two of these, and one to three boxes at 3 to 29 cm/s that rest in between, and touch nothing else
 - `robots`: as `static`, with one of the other five robots
+- `moving_robots`: as `moving`, with one of the other five robots, and boxes at 4 to 40 % of what its wheels can do
 - `indoor`: a team, in two of five worlds of one of the other robots, among one to three shapes of `indoor`, which
   begin 1 cm beyond the clearance; it is sent to and fro for 25 s
 - `conditions`: as `indoor`, with one of `conditions`, by turns
@@ -22,13 +23,18 @@ from other_worlds.geometry import nearer_than, rectangle, signed_distance
 from other_worlds.indoor import INDOOR
 from other_worlds.solids import SHAPES, Solids, number, numbers
 
-KINDS = ("static", "moving", "robots", "indoor", "conditions")
+KINDS = ("static", "moving", "robots", "indoor", "conditions", "moving_robots")
+MOVING = ("moving", "moving_robots")
 INDOORS = ("indoor", "conditions")
 SENSORS = ("generic", "robotarium", "tof_ring", "tof_cones", "lidar", "lds_02")
 ROBOTS = {"khepera4": (1.1, 0.12), "omni": (1.0, 0.06), "turtlebot3_burger": (1.9, 0.215), "epuck2": (0.7, 0.062)}
 ROBOTS |= {"gritsbot": (1.0, 0.105)}  # by what places are scaled, and the clearance [m]
 GENERIC = 1.0, 0.1
-UNTIL = {"static": 8.0, "moving": 8.0, "robots": 16.0, "indoor": 25.0, "conditions": 25.0}  # [s]
+WHEELS = {"khepera4": 1.0, "omni": 0.96, "turtlebot3_burger": 0.21, "epuck2": 0.15, "gritsbot": 0.2}  # [m/s] at most
+SPEEDS = {"generic": (0.03, 0.29)} | {
+    name: (0.04 * most, 0.4 * most) for name, most in WHEELS.items()
+}  # of boxes [m/s]
+UNTIL = {"static": 8.0, "moving": 8.0, "robots": 16.0, "indoor": 25.0, "conditions": 25.0, "moving_robots": 24.0}  # [s]
 
 
 def scenario(kind: str, seed: int, robots: int | None = None) -> dict[str, Any]:
@@ -37,7 +43,7 @@ def scenario(kind: str, seed: int, robots: int | None = None) -> dict[str, Any]:
     With `robots` the team has so many in place of two to six, and where it has more than four as much room for each.
     """
     rng = np.random.default_rng([KINDS.index(kind), seed])
-    others = kind == "robots" or (kind in INDOORS and rng.random() < 0.4)
+    others = kind.endswith("robots") or (kind in INDOORS and rng.random() < 0.4)
     add = CONDITIONS[condition_of(seed)] if kind == "conditions" else None
     models = [one for one in ROBOTS if one != "omni" or add not in ON_WHEELS]
     robot = str(rng.choice(models)) if others else "generic"
@@ -61,7 +67,7 @@ def _drawn(kind: str, rng: np.random.Generator, robot: str, robots: int | None) 
     if start is None or formation is None:
         return None
     solids = Solids(rng, scale, direction)
-    fewest, most = (0, 2) if kind == "moving" else (1, 3)
+    fewest, most = (0, 2) if kind in MOVING else (1, 3)
     known = INDOOR if kind in INDOORS else SHAPES
     shapes = rng.choice(list(known), int(rng.integers(fewest, most + 1)), replace=False)
     for shape in shapes:
@@ -71,7 +77,9 @@ def _drawn(kind: str, rng: np.random.Generator, robot: str, robots: int | None) 
     places = np.concatenate([start, body])
     if any(signed_distance(places, polygon).min() < clearance + beyond for polygon in solids.polygons):
         return None
-    boxes = _moving_boxes(solids, places) if kind == "moving" else []
+    boxes: list[dict[str, Any]] | None = []
+    if kind in MOVING:
+        boxes = _moving_boxes(solids, places, SPEEDS[robot], 2 * clearance, UNTIL[kind])
     if boxes is None:
         return None
     sensor = str(rng.choice(SENSORS))
@@ -142,8 +150,14 @@ def _hardware(rng: np.random.Generator, robot: str, sensor: str, world: dict[str
     return given
 
 
-def _moving_boxes(solids: Solids, places: np.ndarray) -> list[dict[str, Any]] | None:
-    """Return one to three boxes; None if one is at the team's start, or meets what stands or another one."""
+def _moving_boxes(
+    solids: Solids, places: np.ndarray, speeds: tuple[float, float], free: float, until: float
+) -> list[dict[str, Any]] | None:
+    """Return one to three boxes at `speeds` [m/s].
+
+    None if one is nearer than `free` [m] to `places` (k, 2) at the start, or meets what stands or another one within
+    `until` [s].
+    """
     rng, boxes = solids.rng, []
     for _ in range(int(rng.integers(1, 4))):
         center, time = solids.at(solids.uniform(-1.5, 3.0), rng.choice([-1, 1]) * solids.uniform(0.4, 2.0)), 0.0
@@ -153,23 +167,23 @@ def _moving_boxes(solids: Solids, places: np.ndarray) -> list[dict[str, Any]] | 
             waypoints.append({"time": round(time, 3), "center": numbers(center)})
         for _ in range(int(rng.integers(1, 5))):
             near_way = solids.at(solids.uniform(-0.5, 2.5), solids.uniform(-1.0, 1.0))
-            goal = near_way if rng.random() < 0.7 else center + rng.uniform(-1, 1, 2)
-            if np.linalg.norm(goal - center) < 0.1:
+            goal = near_way if rng.random() < 0.7 else center + solids.scale * rng.uniform(-1, 1, 2)
+            if np.linalg.norm(goal - center) < 0.1 * solids.scale:
                 continue
-            time += float(np.linalg.norm(goal - center)) / solids.uniform(0.03, 0.29)
+            time += float(np.linalg.norm(goal - center)) / solids.uniform(*speeds)
             center = goal
             waypoints.append({"time": round(time, 3), "center": numbers(center)})
             if rng.random() < 0.4:
                 time += solids.uniform(0.2, 2.0)
                 waypoints.append({"time": round(time, 3), "center": numbers(center)})
-        boxes.append({"size": numbers(rng.uniform(0.12, 0.9, 2)), "waypoints": waypoints})
-    near_start = any(signed_distance(places, _footprint(box, 0.0)).min() < 0.2 for box in boxes)
-    return None if near_start or _meet(boxes, solids.polygons) else boxes
+        boxes.append({"size": numbers(solids.scale * rng.uniform(0.12, 0.9, 2)), "waypoints": waypoints})
+    near_start = any(signed_distance(places, _footprint(box, 0.0)).min() < free for box in boxes)
+    return None if near_start or _meet(boxes, solids.polygons, until) else boxes
 
 
-def _meet(boxes: list[dict[str, Any]], polygons: list[np.ndarray]) -> bool:
-    """Tell whether a box comes nearer than 2 cm to what stands or to another one."""
-    for time in np.arange(0.0, UNTIL["moving"] + 0.1, 0.2):
+def _meet(boxes: list[dict[str, Any]], polygons: list[np.ndarray], until: float) -> bool:
+    """Tell whether a box comes nearer than 2 cm to what stands or to another one within `until` [s]."""
+    for time in np.arange(0.0, until + 0.1, 0.2):
         prints = [_footprint(box, time) for box in boxes]
         for k, one in enumerate(prints):
             if any(nearer_than(0.02, one, other) for other in [*polygons, *prints[:k]]):

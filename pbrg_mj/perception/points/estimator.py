@@ -18,7 +18,7 @@ from pbrg_mj.perception.points.initial_blind_zone import extrapolate_into_blind_
 from pbrg_mj.perception.points.known_free import edge_of_free
 from pbrg_mj.perception.points.lines import line_at
 from pbrg_mj.perception.points.memory import capacity_after, copy_records, delete_stale, no_points, slots_used
-from pbrg_mj.perception.points.motion import TRACK, TRACKS
+from pbrg_mj.perception.points.motion import TRACK, TRACKS, moves_near
 from pbrg_mj.perception.points.occupancy_grid import OccupancyGrid, empty_grids
 from pbrg_mj.perception.points.parameters import PointParameters
 from pbrg_mj.perception.points.past_scan import PAST_ECHO, PAST_POSE
@@ -129,6 +129,9 @@ def _as_known(before: HalfSpaces) -> HalfSpaces:
 def perceive_points(scans, parameters, robots, targets, before, after):
     """Write what is known `after` the scans of R robots that have beams; return how many places for points are used.
 
+    Beside what moves half-spaces are made for where the robot is, not for its way: a half-space that leaves the way
+    past a box free is nearer to the robot than the box is, and falls with it.
+
     - scans: ranges (R, beams) [m], directions (R or 1, beams, 2), bodies (beams or 1, n, 2) [m]; poses (n, 3) and
       variances (n, 2) of PosesAtScan; time [s] and number of the scan
     - robots (R,), targets (n, 2) [m], NaN before the first tick
@@ -156,7 +159,8 @@ def perceive_points(scans, parameters, robots, targets, before, after):
         q = np.empty(2)
         q[0] = pose.x + parameters.hand_offset * math.cos(pose.heading)
         q[1] = pose.y + parameters.hand_offset * math.sin(pose.heading)
-        target = q if math.isnan(targets[robot, 0]) else targets[robot]
+        stays = math.isnan(targets[robot, 0]) or moves_near(tracks[robot], q)
+        target = q if stays else targets[robot]
         slots = len(h[robot])
         half_spaces = G[robot], h[robot], active[robot], np.empty((slots, 2)), np.zeros((slots, 8))
         separate((points[robot], edge), q, target, parameters, half_spaces)

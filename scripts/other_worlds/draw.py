@@ -25,15 +25,14 @@ from other_worlds.solids import SHAPES, Solids, number, numbers
 
 KINDS = ("static", "moving", "robots", "indoor", "conditions", "moving_robots")
 MOVING = ("moving", "moving_robots")
+OTHER_ROBOTS = ("robots", "moving_robots")
 INDOORS = ("indoor", "conditions")
 SENSORS = ("generic", "robotarium", "tof_ring", "tof_cones", "lidar", "lds_02")
 ROBOTS = {"khepera4": (1.1, 0.12), "omni": (1.0, 0.06), "turtlebot3_burger": (1.9, 0.215), "epuck2": (0.7, 0.062)}
 ROBOTS |= {"gritsbot": (1.0, 0.105)}  # by what places are scaled, and the clearance [m]
 GENERIC = 1.0, 0.1
 WHEELS = {"khepera4": 1.0, "omni": 0.96, "turtlebot3_burger": 0.21, "epuck2": 0.15, "gritsbot": 0.2}  # [m/s] at most
-SPEEDS = {"generic": (0.03, 0.29)} | {
-    name: (0.04 * most, 0.4 * most) for name, most in WHEELS.items()
-}  # of boxes [m/s]
+BOXES = {"generic": (0.03, 0.29)} | {name: (0.04 * most, 0.4 * most) for name, most in WHEELS.items()}  # [m/s]
 UNTIL = {"static": 8.0, "moving": 8.0, "robots": 16.0, "indoor": 25.0, "conditions": 25.0, "moving_robots": 24.0}  # [s]
 
 
@@ -43,7 +42,7 @@ def scenario(kind: str, seed: int, robots: int | None = None) -> dict[str, Any]:
     With `robots` the team has so many in place of two to six, and where it has more than four as much room for each.
     """
     rng = np.random.default_rng([KINDS.index(kind), seed])
-    others = kind.endswith("robots") or (kind in INDOORS and rng.random() < 0.4)
+    others = kind in OTHER_ROBOTS or (kind in INDOORS and rng.random() < 0.4)
     add = CONDITIONS[condition_of(seed)] if kind == "conditions" else None
     models = [one for one in ROBOTS if one != "omni" or add not in ON_WHEELS]
     robot = str(rng.choice(models)) if others else "generic"
@@ -77,9 +76,7 @@ def _drawn(kind: str, rng: np.random.Generator, robot: str, robots: int | None) 
     places = np.concatenate([start, body])
     if any(signed_distance(places, polygon).min() < clearance + beyond for polygon in solids.polygons):
         return None
-    boxes: list[dict[str, Any]] | None = []
-    if kind in MOVING:
-        boxes = _moving_boxes(solids, places, SPEEDS[robot], 2 * clearance, UNTIL[kind])
+    boxes = _moving_boxes(solids, places, BOXES[robot], 2 * clearance, UNTIL[kind]) if kind in MOVING else []
     if boxes is None:
         return None
     sensor = str(rng.choice(SENSORS))

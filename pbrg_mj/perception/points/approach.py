@@ -20,6 +20,7 @@ import numpy as np
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.blind_zone import add_blind_zone_faces
 from pbrg_mj.perception.points.blind_zone_points import blind_zone_margin
+from pbrg_mj.perception.points.face import REACH
 from pbrg_mj.perception.points.face_flow import face_flow
 from pbrg_mj.perception.points.face_span import face_span
 from pbrg_mj.perception.points.lines import echoes_on_lines, line_at
@@ -38,7 +39,6 @@ from pbrg_mj.perception.points.scan_faces import scan_and_faces
 
 FACES = 4  # of a half-space that are looked at
 AGREEING = 3  # flows that make a face of what is left: both ends of what is round seem to move
-AROUND = 1.0  # [m] from where a half-space is nearest, as far as hulls reach: flows of what it keeps off
 
 
 @kernel
@@ -121,12 +121,12 @@ def _approach(echoes, faces, half_space, measured, time, reaction):
 
 @kernel
 def _kept_off(measured, half_space):
-    """Return which flows are of what a half-space keeps off, within `AROUND` of its nearest place."""
+    """Return which flows are of what a half-space keeps off, within `REACH` of its nearest place."""
     (flows, count), (normal, edge, near), size = measured, half_space, 0
     chosen = np.empty(count, np.int64)
     for i in range(count):
         dx, dy = flows.x[i] - near[0], flows.y[i] - near[1]
-        if dx * dx + dy * dy <= AROUND * AROUND and normal[0] * flows.x[i] + normal[1] * flows.y[i] >= edge:
+        if dx * dx + dy * dy <= REACH * REACH and normal[0] * flows.x[i] + normal[1] * flows.y[i] >= edge:
             chosen[size] = i
             size += 1
     return chosen[:size]

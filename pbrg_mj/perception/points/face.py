@@ -12,7 +12,8 @@ from pbrg_mj.perception.points.lines import is_on_line
 from pbrg_mj.perception.points.obstacle_points import copy_point, inset_along, nearest_point, swap_points
 from pbrg_mj.perception.points.parameters import LEAST_FREE
 
-WINDOWS = (1.0, 0.5, 0.25, 0.125)  # [m] around the nearest place
+REACH = 1.0  # [m] of a hull, around the nearest place
+WINDOWS = (REACH, 0.5, 0.25, 0.125)  # [m]
 LEAST_HYSTERESIS, MOST_HYSTERESIS = 0.004, 0.01
 """[m] of distance that may be lost so that a normal does not turn with the noise of every scan: as much as the pose's
 standard deviation at the nearest place, within these.

@@ -25,7 +25,6 @@ TRACKS = 12  # a robot
 BESIDE = 0.4  # [m] from the nearest place of a face: flows that tell of its velocity
 DEPTH = 0.06  # [m] behind it: flows of the same side of a thing
 JUMP = 0.5  # [m] of a nearest place from scan to scan: along a face it is where noise and beams happen to put it
-NEAR = 1.0  # [m] from a hand point: as far as the hull of a face reaches
 UNSEEN = 1.0  # [s] after which a track ends; one that moves does where no flow tells of it
 WALK = 0.1  # [m/s] by which the velocity of what moves walks in a second
 WALK_AT_REST = 0.02  # [m/s] and of what seems to rest: what begins to move fast is outside its gate, and a new track
@@ -80,12 +79,12 @@ def any_moves(tracks):
 
 
 @kernel
-def moves_near(tracks, q):
-    """Tell whether a track that moves is near a hand point q (2,) [m]."""
+def any_moves_within(tracks, q, radius):
+    """Tell whether any track that moves is within a radius [m] around a hand point q (2,) [m]."""
     near = False
     for i in range(len(tracks)):
         dx, dy = tracks[i]["x"] - q[0], tracks[i]["y"] - q[1]
-        near = near or (tracks[i]["live"] and tracks[i]["moves"] and dx * dx + dy * dy <= NEAR * NEAR)
+        near = near or (tracks[i]["live"] and tracks[i]["moves"] and dx * dx + dy * dy <= radius * radius)
     return near
 
 

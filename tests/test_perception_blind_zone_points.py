@@ -5,8 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pbrg_mj.perception.points.blind_zone_points import blind_zone_margin, predict_blind_zone_points
+from pbrg_mj.perception.points.blind_zone_points import (
+    assign_velocities,
+    blind_zone_margin,
+    predict_blind_zone_points,
+)
 from pbrg_mj.perception.points.memory import no_points
+from pbrg_mj.perception.points.motion import TRACK
+from pbrg_mj.perception.points.range_flow import empty_flow
 from pbrg_mj.perception.track.world_frame import ScanPose
 from tests.perceiving import box
 from tests.seeing_points import estimator, sensor
@@ -19,6 +25,19 @@ def test_what_moves_goes_on_where_no_beam_tells_of_it_and_nothing_else_does():
     points["x"], points["vx"], points["live"] = [0.12, 0.1, 0.3, 0.12], [0.3, 0.3, 0.3, 0.0], [True, False, True, True]
     predict_blind_zone_points(points, ScanPose(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.2), parameters)
     np.testing.assert_allclose(points["x"], [0.12 + 0.2 * 0.3, 0.1, 0.3, 0.12], rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("x", "vx", "moves"), [(0.2, -0.027, True), (0.2, 0.027, False), (0.2, -0.02, False), (0.5, -0.027, False)]
+)
+def test_what_comes_slowly_and_is_about_to_vanish_is_taken_to_move(x: float, vx: float, moves: bool):
+    """At 2.7 deviations, not away, not at 2, and not farther off, where later scans tell."""
+    parameters, track = estimator(sensor("lidar"))[0].parameters, np.zeros(1, TRACK)
+    track["x"], track["vx"], track["live"], track["time"] = x, vx, True, 1.0
+    track["cxx"], track["cyy"] = 0.01**2, 0.01**2
+    pose = ScanPose(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.2)
+    assign_velocities(no_points(1, 4)[0], 1, (empty_flow(0), 0), track, pose, parameters)
+    assert track["moves"][0] == moves
 
 
 @pytest.mark.parametrize(("preset", "far"), [("default", 0.01), ("lidar", 0.09)])

@@ -8,7 +8,17 @@ import pytest
 from pbrg_mj.perception.points.beams import SeenBeams
 from pbrg_mj.perception.points.detect import add_scan
 from pbrg_mj.perception.points.memory import no_points
-from pbrg_mj.perception.points.motion import TRACK, WALK_AT_REST, fuse_flows
+from pbrg_mj.perception.points.motion import (
+    CHANGED,
+    TOGETHER,
+    TRACK,
+    UNSEEN,
+    WALK_AT_REST,
+    fuse_flows,
+    has_changed,
+    track_at,
+)
+from pbrg_mj.perception.points.normal_flow import ANY_SPEED
 from pbrg_mj.perception.points.past_scan import PAST_ECHO, PAST_POSE, scans_by_age, store_scan
 from pbrg_mj.perception.points.range_flow import RangeFlow, empty_flow, range_flow
 from pbrg_mj.perception.track.world_frame import ScanPose
@@ -88,6 +98,62 @@ def test_many_flows_of_one_scan_are_no_better_than_its_poses_and_many_scans_are(
         squares.append((found - velocity) @ np.linalg.solve(after, found - velocity))
     assert track["cxx"][0] < 0.03**2
     assert 1.0 < np.mean(squares) < 2.2  # 2 degrees of freedom; less, as the velocity does not walk here
+
+
+def test_a_velocity_has_changed_if_what_all_flows_tell_is_far_from_it():
+    """Against the distance between it and the posterior of a new track, by linear algebra."""
+    rng, told_so = np.random.default_rng(504), 0
+    for _ in range(200):
+        known, poses, variance = covariance(rng, 0.02), covariance(rng, 0.02), 0.05**2
+        before, angles = 0.01 * rng.normal(size=2), rng.uniform(0.0, 2.0 * np.pi, 12)
+        normals = np.column_stack([np.cos(angles), np.sin(angles)])
+        speeds = normals @ (rng.uniform(0.0, 0.3) * np.array([1.0, 0.0]))
+        prior = ANY_SPEED**2 * np.eye(2) + poses
+        after = np.linalg.inv(np.linalg.inv(prior) + normals.T @ normals / variance)
+        off = after @ normals.T @ speeds / variance - before
+        expected = off @ np.linalg.solve(after + known, off) > CHANGED
+        flows = flows_along(normals, speeds, variance, poses)
+        assert has_changed(track_of(before, known)[0], (flows, np.arange(12)), 0.0) == expected
+        assert not has_changed(track_of(before, known)[0], (flows, np.arange(TOGETHER - 1)), 0.0)
+        told_so += expected
+    assert 50 < told_so < 150
+
+
+def updated(track: np.ndarray, speeds: np.ndarray, of_faces: np.ndarray, time: float) -> np.ndarray:
+    """The track at (1, 0) with flows of such speeds along x, of single echoes and of whole faces."""
+    track["x"], track["live"] = 1.0, True
+    flows = [flows_along(np.tile([1.0, 0.0], (len(s), 1)), s, 0.07**2, np.zeros((2, 2))) for s in (speeds, of_faces)]
+    for one in flows:
+        one.shared[:] = 0.0
+    beside, along_faces = ((one, np.arange(len(one.x))) for one in flows)
+    track_at(track, (1.0, 0.0, 0.0), beside, along_faces, time)
+    return track
+
+
+def test_what_has_rested_for_long_is_known_to_move_from_its_first_scan_on():
+    """Flows of 0.2 m/s, each within three of its deviations: the walk alone would take four scans."""
+    track = updated(track_of(np.zeros(2), 0.01**2 * np.eye(2)), np.full(20, -0.2), np.zeros(0), 0.1)
+    assert track["moves"][0]
+    assert track["vx"][0] == pytest.approx(-0.2, abs=0.01)
+
+
+def test_what_moves_goes_on_while_no_flow_tells_of_it():
+    """At 5 cm/s, known to 1: 0.2 s without a scan that tells are enough for it to be a deviation from rest."""
+    nothing = np.zeros(0)
+    for time, moves in ((0.2, True), (UNSEEN, True), (UNSEEN + 0.01, False)):
+        track = track_of(np.array([-0.05, 0.0]), 0.01**2 * np.eye(2))
+        track["moves"] = True
+        assert updated(track, nothing, nothing, time)["moves"][0] == moves
+
+
+@pytest.mark.parametrize(("faces", "speed"), [(3, -0.3), (2, -0.05)])
+def test_what_moves_is_as_fast_as_most_flows_of_its_faces_tell(faces: int, speed: float):
+    """At 5 cm/s until now; of five flows so many tell of 0.3, all outside the gate, the others of nothing new."""
+    track = track_of(np.array([-0.05, 0.0]), 0.005**2 * np.eye(2))
+    track["moves"] = True
+    told_by_faces = np.where(np.arange(5) < faces, -0.3, -0.05)
+    updated(track, np.zeros(0), told_by_faces, 0.1)
+    assert track["vx"][0] == pytest.approx(speed, abs=0.12)
 
 
 @pytest.mark.parametrize("moves", [True, False])

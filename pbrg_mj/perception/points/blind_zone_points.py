@@ -2,15 +2,18 @@
 
 A beam has no echo of what is nearer than its shortest range, and no scan shows such a point gone (memory.py). What
 rests stays there. What moves does not: its points are given the velocity of their face's track (motion.py) while they
-are seen, and are moved by it while they are not.
+are seen, and are moved by it while they are not. What comes slowly has to be less sure to move before it vanishes than
+elsewhere, since no later scan will tell.
 """
 
 from __future__ import annotations
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.memory import blind_zone_radius
-from pbrg_mj.perception.points.motion import BESIDE, any_moves
+from pbrg_mj.perception.points.motion import BESIDE, any_moves, distance_from_rest
 from pbrg_mj.perception.points.normal_flow import FASTEST
+
+MOVES_UNSEEN = 5.0  # squared Mahalanobis distance from rest of what comes and may not be seen again: one in twelve
 
 
 @kernel
@@ -40,15 +43,29 @@ def assign_velocities(points, scan, flows_of_faces, tracks, pose, parameters):
     A point is of a track that moves if the flow of its echo is nearer to the track's than to that of what rests.
     `flows_of_faces` are those of `face_flow`, and how many.
     """
-    if not blind_zone_margin(parameters) > 0.0 or not any_moves(tracks):
+    if not blind_zone_margin(parameters) > 0.0:
         return
     reach = parameters.range_min + FASTEST * pose.elapsed
+    _suspect_what_vanishes(tracks, pose, reach)
+    if not any_moves(tracks):
+        return
     for i in range(len(points)):
         point = points[i]
         if point["live"] and point["scan"] == scan:
             dx, dy = point["x"] - pose.x, point["y"] - pose.y
             if dx * dx + dy * dy <= reach * reach:
                 point["vx"], point["vy"] = _velocity(point, flows_of_faces, tracks)
+
+
+@kernel
+def _suspect_what_vanishes(tracks, pose, reach):
+    """Let tracks move that come and are within reach [m], of which this scan has told, and beyond `MOVES_UNSEEN`."""
+    for t in range(len(tracks)):
+        track = tracks[t]
+        if track["live"] and track["time"] == pose.time and track["cxx"] > 0.0:
+            dx, dy = track["x"] - pose.x, track["y"] - pose.y
+            comes = dx * track["vx"] + dy * track["vy"] < 0.0 and dx * dx + dy * dy <= reach * reach
+            track["moves"] = track["moves"] or (comes and distance_from_rest(track) > MOVES_UNSEEN)
 
 
 @kernel

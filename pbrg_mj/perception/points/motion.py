@@ -2,7 +2,8 @@
 
 A Kalman filter whose velocity walks at random fuses the track of a face with the range flow (range_flow.py) beside the
 place where the face is nearest; once the track moves, with the flow of whole faces (face_flow.py). A face's track is,
-of those near that place, the one that explains most of the flow.
+of those near that place, the one that explains most of the flow. What begins to move, or changes its velocity, does not
+walk: where the flows of a scan tell so together, the velocity is unknown again before they are fused.
 """
 
 from __future__ import annotations
@@ -27,10 +28,12 @@ DEPTH = 0.06  # [m] behind it: flows of the same side of a thing
 JUMP = 0.5  # [m] of a nearest place from scan to scan: along a face it is where noise and beams happen to put it
 UNSEEN = 1.0  # [s] after which a track ends; one that moves does where no flow tells of it
 WALK = 0.1  # [m/s] by which the velocity of what moves walks in a second
-WALK_AT_REST = 0.02  # [m/s] and of what seems to rest: what begins to move fast is outside its gate, and a new track
+WALK_AT_REST = 0.02  # [m/s] and of what seems to rest
 MOVES = 13.8  # squared Mahalanobis distance of a velocity from rest: one face at rest in a thousand is beyond it
 RESTS = 2.0  # and one at which what has moved rests again: half of all that rest are within 1.4
 OTHER = 9.0  # squared innovation of a flow that is not this face's: where a line joins two faces
+CHANGED = 25.0  # squared Mahalanobis distance between a velocity and what the flows of a scan tell of it alone
+TOGETHER = 6  # flows, or more, that may tell so: a corner between beams makes a few
 
 
 @kernel
@@ -90,17 +93,50 @@ def any_moves_within(tracks, q, radius):
 
 @kernel
 def _update(track, beside, along_faces, time):
-    """Fuse the flows beside a face with the velocity of its track; tell whether it moves."""
+    """Fuse the flows beside a face with the velocity of its track; tell whether it moves.
+
+    `beside` and `along_faces` (flows, chosen) are of this scan. Where none tells of it, what moves goes on: that it is
+    less well known by then does not bring it to rest.
+    """
     moves = track["moves"]
     if moves and time - track["told"] > UNSEEN:
         moves, track["vx"], track["vy"], track["cxx"] = False, 0.0, 0.0, 0.0  # a new one
     if moves:
+        if 2 * count_flows_in_gate(track, along_faces, time) < len(along_faces[1]):
+            track["cxx"] = 0.0
         fuse_faces(track, along_faces, time)
     else:
+        if has_changed(track, beside, time):
+            track["vx"], track["vy"], track["cxx"] = 0.0, 0.0, 0.0
         fuse_flows(track, beside, time)
+    if moves:
+        track["moves"] = distance_from_rest(track) > RESTS or track["told"] < time
+    else:
+        track["moves"] = distance_from_rest(track) > MOVES
+
+
+@kernel
+def distance_from_rest(track):
+    """Return the squared Mahalanobis distance of a track's velocity from rest."""
     vx, vy, cxx, cxy, cyy = track["vx"], track["vy"], track["cxx"], track["cxy"], track["cyy"]
-    distance = (cyy * vx * vx - 2.0 * cxy * vx * vy + cxx * vy * vy) / (cxx * cyy - cxy * cxy)
-    track["moves"] = distance > (RESTS if moves else MOVES)
+    return (cyy * vx * vx - 2.0 * cxy * vx * vy + cxx * vy * vy) / (cxx * cyy - cxy * cxy)
+
+
+@kernel
+def has_changed(track, measured, time):
+    """Tell whether flows (flows, chosen) tell of another velocity than a track's, which seems to rest.
+
+    Each alone may be within the gate, since a line of two echoes is noisy. What all of a scan tell is the velocity of a
+    new track, which is compared with this one's. Both have errors of poses, but of different scans.
+    """
+    (flows, chosen), (pxx, pxy, pyy) = measured, _predicted(track, time)
+    if len(chosen) < TOGETHER or track["cxx"] == 0.0:
+        return False
+    anything = _with_poses(flows, chosen, (ANY_SPEED**2, 0.0, ANY_SPEED**2))
+    vx, vy, cxx, cxy, cyy, count = _fused(flows, chosen, (0.0, 0.0), anything)
+    dx, dy, cxx, cxy, cyy = vx - track["vx"], vy - track["vy"], cxx + pxx, cxy + pxy, cyy + pyy
+    squared = cyy * dx * dx - 2.0 * cxy * dx * dy + cxx * dy * dy
+    return count > 0 and squared > CHANGED * (cxx * cyy - cxy * cxy)
 
 
 @kernel
@@ -113,17 +149,9 @@ def fuse_flows(track, measured, time):
     """
     (flows, chosen), (pxx, pxy, pyy) = measured, _predicted(track, time)
     wxx, wxy, wyy = _with_poses(flows, chosen, (pxx, pxy, pyy))
-    ux, uy, cxx, cxy, cyy = track["vx"], track["vy"], wxx, wxy, wyy
-    for i in chosen:
-        fx, fy = flows.nx[i], flows.ny[i]
-        gx, gy = cxx * fx + cxy * fy, cxy * fx + cyy * fy
-        total = fx * gx + fy * gy + flows.variance[i]
-        error = (flows.speed[i] - fx * ux - fy * uy) / total
-        if error * error * total > OTHER:
-            continue
+    ux, uy, cxx, cxy, cyy, count = _fused(flows, chosen, (track["vx"], track["vy"]), (wxx, wxy, wyy))
+    if count > 0:
         track["told"] = time
-        ux, uy = ux + gx * error, uy + gy * error
-        cxx, cxy, cyy = cxx - gx * gx / total, cxy - gx * gy / total, cyy - gy * gy / total
     det = wxx * wyy - wxy * wxy
     axx, axy = (pxx * wyy - pxy * wxy) / det, (pxy * wxx - pxx * wxy) / det
     ayx, ayy = (pxy * wyy - pyy * wxy) / det, (pyy * wxx - pxy * wxy) / det
@@ -132,6 +160,26 @@ def fuse_flows(track, measured, time):
     track["cxx"] = pxx - (axx * axx * dxx + 2.0 * axx * axy * dxy + axy * axy * dyy)
     track["cxy"] = pxy - (axx * ayx * dxx + (axx * ayy + axy * ayx) * dxy + axy * ayy * dyy)
     track["cyy"] = pyy - (ayx * ayx * dxx + 2.0 * ayx * ayy * dxy + ayy * ayy * dyy)
+
+
+@kernel
+def _fused(flows, chosen, mean, covariance):
+    """Return a velocity (x, y), its covariance (xx, xy, yy) once flows are fused with it, and how many within the gate.
+
+    `mean` (x, y) and `covariance` are what it was before [m/s], [m^2/s^2].
+    """
+    (ux, uy), (cxx, cxy, cyy), count = mean, covariance, 0
+    for i in chosen:
+        fx, fy = flows.nx[i], flows.ny[i]
+        gx, gy = cxx * fx + cxy * fy, cxy * fx + cyy * fy
+        total = fx * gx + fy * gy + flows.variance[i]
+        error = (flows.speed[i] - fx * ux - fy * uy) / total
+        if error * error * total > OTHER:
+            continue
+        count += 1
+        ux, uy = ux + gx * error, uy + gy * error
+        cxx, cxy, cyy = cxx - gx * gx / total, cxy - gx * gy / total, cyy - gy * gy / total
+    return ux, uy, cxx, cxy, cyy, count
 
 
 @kernel

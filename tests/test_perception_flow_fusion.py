@@ -131,7 +131,7 @@ def updated(track: np.ndarray, speeds: np.ndarray, of_faces: np.ndarray, time: f
 
 
 def test_what_has_rested_for_long_is_known_to_move_from_its_first_scan_on():
-    """Flows of 0.2 m/s, each within three of its deviations: the walk alone would take four scans."""
+    """Flows of 0.2 m/s, each within three of its deviations from rest, which would draw it to 0.07 m/s in a scan."""
     track = updated(track_of(np.zeros(2), 0.01**2 * np.eye(2)), np.full(20, -0.2), np.zeros(0), 0.1)
     assert track["moves"][0]
     assert track["vx"][0] == pytest.approx(-0.2, abs=0.01)

@@ -105,13 +105,11 @@ def _update(track, beside, along_faces, time):
         if 2 * count_flows_in_gate(track, along_faces, time) < len(along_faces[1]):
             track["cxx"] = 0.0
         fuse_faces(track, along_faces, time)
+        track["moves"] = distance_from_rest(track) > RESTS or track["told"] < time
     else:
         if has_changed(track, beside, time):
             track["vx"], track["vy"], track["cxx"] = 0.0, 0.0, 0.0
         fuse_flows(track, beside, time)
-    if moves:
-        track["moves"] = distance_from_rest(track) > RESTS or track["told"] < time
-    else:
         track["moves"] = distance_from_rest(track) > MOVES
 
 

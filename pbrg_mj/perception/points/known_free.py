@@ -78,7 +78,7 @@ def edge_of_free(echoes, beams, pose, grid, parameters):
 @kernel
 def _edge_at_chords(chords, angles, pose):
     """Return the `Edge` of chords (beams,) [m] alone, those of `_chords`; angles (beams,) [rad] are in the world."""
-    edge, count = _empty_edge(np.count_nonzero(chords)), 0
+    edge, count = _empty_edge(np.count_nonzero(chords > 0.0)), 0
     for k in range(len(chords)):
         if chords[k] > 0.0:
             place = chords[k] * math.cos(angles[k]), chords[k] * math.sin(angles[k])

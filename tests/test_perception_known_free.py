@@ -11,6 +11,8 @@ from pbrg_mj.errors import InputError
 from pbrg_mj.governor.certificate.sight import SightLimit
 from pbrg_mj.governor.certified.governor import CertifiedGovernor
 from pbrg_mj.governor.registry import governor
+from pbrg_mj.perception.points import known_free
+from pbrg_mj.perception.track.world_frame import ScanPose
 from pbrg_mj.scenario.load import load_scenario
 from pbrg_mj.sensing.readings import Readings
 from tests.perceiving import box, rows, together
@@ -217,3 +219,11 @@ def test_what_cannot_be_is_refused() -> None:
         load_scenario("obstacles/box", ["estimator.unknown=closed"])
     with pytest.raises(InputError, match=r"half_spaces_per_robot.*4 or more"):
         load_scenario("obstacles/box", ["estimator.source=points", "estimator.half_spaces_per_robot=3"])
+
+
+def test_a_chord_behind_the_robot_makes_no_place() -> None:
+    """Two echoes so far apart that their line meets a silent beam backwards: nothing of the edge is left unwritten."""
+    chords, angles = np.array([-0.1, 0.2, 0.0]), np.array([0.0, 0.5, 1.0])
+    edge = known_free._edge_at_chords(chords, angles, ScanPose(1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    np.testing.assert_allclose(edge.x, [1.0 + 0.2 * np.cos(0.5)])
+    np.testing.assert_allclose(edge.y, [0.2 * np.sin(0.5)])

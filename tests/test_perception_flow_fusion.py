@@ -9,13 +9,13 @@ from pbrg_mj.perception.points.beams import SeenBeams
 from pbrg_mj.perception.points.detect import add_scan
 from pbrg_mj.perception.points.memory import no_points
 from pbrg_mj.perception.points.motion import (
-    CHANGED,
-    TOGETHER,
+    LEAST_FLOWS,
+    MANEUVER,
     TRACK,
     UNSEEN,
     WALK_AT_REST,
     fuse_flows,
-    has_changed,
+    has_maneuvered,
     track_at,
 )
 from pbrg_mj.perception.points.normal_flow import ANY_SPEED
@@ -111,10 +111,10 @@ def test_a_velocity_has_changed_if_what_all_flows_tell_is_far_from_it():
         prior = ANY_SPEED**2 * np.eye(2) + poses
         after = np.linalg.inv(np.linalg.inv(prior) + normals.T @ normals / variance)
         off = after @ normals.T @ speeds / variance - before
-        expected = off @ np.linalg.solve(after + known, off) > CHANGED
+        expected = off @ np.linalg.solve(after + known, off) > MANEUVER
         flows = flows_along(normals, speeds, variance, poses)
-        assert has_changed(track_of(before, known)[0], (flows, np.arange(12)), 0.0) == expected
-        assert not has_changed(track_of(before, known)[0], (flows, np.arange(TOGETHER - 1)), 0.0)
+        assert has_maneuvered(track_of(before, known)[0], (flows, np.arange(12)), 0.0) == expected
+        assert not has_maneuvered(track_of(before, known)[0], (flows, np.arange(LEAST_FLOWS - 1)), 0.0)
         told_so += expected
     assert 50 < told_so < 150
 

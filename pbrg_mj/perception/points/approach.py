@@ -26,7 +26,7 @@ from pbrg_mj.perception.points.face_span import face_span
 from pbrg_mj.perception.points.lines import echoes_on_lines, line_at
 from pbrg_mj.perception.points.motion import (
     BESIDE,
-    any_moves,
+    any_moving,
     count_flows_in_gate,
     flows_beside,
     flows_outside_gate,
@@ -57,7 +57,7 @@ def move_half_spaces(seen, motion, pose, parameters, half_spaces, coming):
     resting = echoes_on_lines(echoes, lines)
     flows, count = range_flow((echoes, beams.ranges), (ends, resting), (past, past_poses, order), pose, parameters)
     of_faces = flows, 0
-    if any_moves(tracks):
+    if any_moving(tracks):
         scan, faces = scan_and_faces(seen, ends, pose, parameters)
         add_blind_zone_faces(seen, faces, tracks, pose, parameters, half_spaces)
         before = past[order[0]], past_poses[order[0]]  # where a track moves there is one

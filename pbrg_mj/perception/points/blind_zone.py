@@ -18,7 +18,7 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.beams import next_beam
-from pbrg_mj.perception.points.motion import BESIDE
+from pbrg_mj.perception.points.motion import BESIDE, any_moving_within
 
 TURNED = 0.002  # [rad^2] variance of a normal, 2.6 deg, beyond which its line is not known where it is not seen
 ROUNDING = 0.01  # [m] by which a place may be ahead of what keeps it off, for noise
@@ -73,7 +73,7 @@ def _blind_zone_faces(seen, faces, tracks, pose, parameters):
             k = next_beam(i, -1, parameters) if step == 1 else i
             if k < 0 or not faces.found[k] or faces.variance[k] > TURNED or count == most:
                 continue
-            if not _moves_beside(tracks, echoes.x[i], echoes.y[i]):
+            if not any_moving_within(tracks, (echoes.x[i], echoes.y[i]), BESIDE):
                 continue
             nx, ny = faces.nx[k], faces.ny[k]
             away = -(nx * (echoes.x[i] - pose.x) + ny * (echoes.y[i] - pose.y))
@@ -105,17 +105,6 @@ def _without_those_behind(unseen, count, line):
                 member[kept] = member[i]
             kept += 1
     return kept
-
-
-@kernel
-def _moves_beside(tracks, x, y):
-    """Tell whether a track that moves is beside a place."""
-    for t in range(len(tracks)):
-        if tracks[t]["live"] and tracks[t]["moves"]:
-            dx, dy = tracks[t]["x"] - x, tracks[t]["y"] - y
-            if dx * dx + dy * dy <= BESIDE * BESIDE:
-                return True
-    return False
 
 
 @kernel

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.memory import blind_zone_radius
-from pbrg_mj.perception.points.motion import BESIDE, any_moves, distance_from_rest
+from pbrg_mj.perception.points.motion import BESIDE, any_moving, mahalanobis_from_rest
 from pbrg_mj.perception.points.normal_flow import FASTEST
 
 MOVES_UNSEEN = 5.0  # squared Mahalanobis distance from rest of what comes and may not be seen again: one in twelve
@@ -40,14 +40,14 @@ def blind_zone_margin(parameters):
 def assign_velocities(points, scan, flows_of_faces, tracks, pose, parameters):
     """Give the points of a scan that may be too near at the next one the velocity of what they are of.
 
-    A point is of a track that moves if the flow of its echo is nearer to the track's than to that of what rests.
-    `flows_of_faces` are those of `face_flow`, and how many.
+    What comes slowly moves first, if it may not be seen again. A point is of a track that moves if the flow of its echo
+    is nearer to the track's than to that of what rests. `flows_of_faces` are those of `face_flow`, and how many.
     """
     if not blind_zone_margin(parameters) > 0.0:
         return
     reach = parameters.range_min + FASTEST * pose.elapsed
     _suspect_what_vanishes(tracks, pose, reach)
-    if not any_moves(tracks):
+    if not any_moving(tracks):
         return
     for i in range(len(points)):
         point = points[i]
@@ -62,10 +62,10 @@ def _suspect_what_vanishes(tracks, pose, reach):
     """Let tracks move that come and are within reach [m], of which this scan has told, and beyond `MOVES_UNSEEN`."""
     for t in range(len(tracks)):
         track = tracks[t]
-        if track["live"] and track["time"] == pose.time and track["cxx"] > 0.0:
+        if track["live"] and track["time"] == pose.time:
             dx, dy = track["x"] - pose.x, track["y"] - pose.y
             comes = dx * track["vx"] + dy * track["vy"] < 0.0 and dx * dx + dy * dy <= reach * reach
-            track["moves"] = track["moves"] or (comes and distance_from_rest(track) > MOVES_UNSEEN)
+            track["moves"] = track["moves"] or (comes and mahalanobis_from_rest(track) > MOVES_UNSEEN)
 
 
 @kernel

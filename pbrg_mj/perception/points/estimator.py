@@ -19,7 +19,7 @@ from pbrg_mj.perception.points.initial_blind_zone import extrapolate_into_blind_
 from pbrg_mj.perception.points.known_free import edge_of_free
 from pbrg_mj.perception.points.lines import line_at
 from pbrg_mj.perception.points.memory import capacity_after, copy_records, delete_stale, no_points, slots_used
-from pbrg_mj.perception.points.motion import TRACK, TRACKS, any_moves_within
+from pbrg_mj.perception.points.motion import TRACK, TRACKS, any_moving_within
 from pbrg_mj.perception.points.occupancy_grid import OccupancyGrid, empty_grids
 from pbrg_mj.perception.points.parameters import PointParameters
 from pbrg_mj.perception.points.past_scan import PAST_ECHO, PAST_POSE
@@ -160,7 +160,7 @@ def perceive_points(scans, parameters, robots, targets, before, after):
         q = np.empty(2)
         q[0] = pose.x + parameters.hand_offset * math.cos(pose.heading)
         q[1] = pose.y + parameters.hand_offset * math.sin(pose.heading)
-        stays = math.isnan(targets[robot, 0]) or any_moves_within(tracks[robot], q, REACH)
+        stays = math.isnan(targets[robot, 0]) or any_moving_within(tracks[robot], q, REACH)
         target = q if stays else targets[robot]
         slots = len(h[robot])
         half_spaces = G[robot], h[robot], active[robot], np.empty((slots, 2)), np.zeros((slots, 8))

@@ -32,8 +32,8 @@ WALK_AT_REST = 0.02  # [m/s] and of what seems to rest
 MOVES = 13.8  # squared Mahalanobis distance of a velocity from rest: one face at rest in a thousand is beyond it
 RESTS = 2.0  # and one at which what has moved rests again: half of all that rest are within 1.4
 OTHER = 9.0  # squared innovation of a flow that is not this face's: where a line joins two faces
-CHANGED = 25.0  # squared Mahalanobis distance between a velocity and what the flows of a scan tell of it alone
-TOGETHER = 6  # flows, or more, that may tell so: a corner between beams makes a few
+MANEUVER = 25.0  # squared Mahalanobis distance between a velocity and what the flows of a scan tell of it alone
+LEAST_FLOWS = 6  # that may tell of a maneuver: a corner between beams makes a few
 
 
 @kernel
@@ -73,7 +73,7 @@ def flows_beside(flows, chosen, place, normal):
 
 
 @kernel
-def any_moves(tracks):
+def any_moving(tracks):
     """Tell whether any track moves."""
     moving = False
     for i in range(len(tracks)):
@@ -82,8 +82,8 @@ def any_moves(tracks):
 
 
 @kernel
-def any_moves_within(tracks, q, radius):
-    """Tell whether any track that moves is within a radius [m] around a hand point q (2,) [m]."""
+def any_moving_within(tracks, q, radius):
+    """Tell whether any track that moves is within a radius [m] around a place q (2,) [m]."""
     near = False
     for i in range(len(tracks)):
         dx, dy = tracks[i]["x"] - q[0], tracks[i]["y"] - q[1]
@@ -100,41 +100,53 @@ def _update(track, beside, along_faces, time):
     """
     moves = track["moves"]
     if moves and time - track["told"] > UNSEEN:
-        moves, track["vx"], track["vy"], track["cxx"] = False, 0.0, 0.0, 0.0  # a new one
+        moves = False
+        _forget_velocity(track)
     if moves:
         if 2 * count_flows_in_gate(track, along_faces, time) < len(along_faces[1]):
             track["cxx"] = 0.0
         fuse_faces(track, along_faces, time)
-        track["moves"] = distance_from_rest(track) > RESTS or track["told"] < time
+        track["moves"] = mahalanobis_from_rest(track) > RESTS or track["told"] < time
     else:
-        if has_changed(track, beside, time):
-            track["vx"], track["vy"], track["cxx"] = 0.0, 0.0, 0.0
+        if has_maneuvered(track, beside, time):
+            _forget_velocity(track)
         fuse_flows(track, beside, time)
-        track["moves"] = distance_from_rest(track) > MOVES
+        track["moves"] = mahalanobis_from_rest(track) > MOVES
 
 
 @kernel
-def distance_from_rest(track):
+def _forget_velocity(track):
+    """Let a track's velocity be that of a new one: unknown."""
+    track["vx"], track["vy"], track["cxx"], track["cxy"], track["cyy"] = 0.0, 0.0, 0.0, 0.0, 0.0
+
+
+@kernel
+def mahalanobis_from_rest(track):
     """Return the squared Mahalanobis distance of a track's velocity from rest."""
-    vx, vy, cxx, cxy, cyy = track["vx"], track["vy"], track["cxx"], track["cxy"], track["cyy"]
-    return (cyy * vx * vx - 2.0 * cxy * vx * vy + cxx * vy * vy) / (cxx * cyy - cxy * cxy)
+    return _squared_mahalanobis(track["vx"], track["vy"], (track["cxx"], track["cxy"], track["cyy"]))
 
 
 @kernel
-def has_changed(track, measured, time):
+def _squared_mahalanobis(x, y, covariance):
+    """Return the squared Mahalanobis distance of (x, y) from 0, by a covariance (xx, xy, yy)."""
+    xx, xy, yy = covariance
+    return (yy * x * x - 2.0 * xy * x * y + xx * y * y) / (xx * yy - xy * xy)
+
+
+@kernel
+def has_maneuvered(track, measured, time):
     """Tell whether flows (flows, chosen) tell of another velocity than a track's, which seems to rest.
 
     Each alone may be within the gate, since a line of two echoes is noisy. What all of a scan tell is the velocity of a
     new track, which is compared with this one's. Both have errors of poses, but of different scans.
     """
     (flows, chosen), (pxx, pxy, pyy) = measured, _predicted(track, time)
-    if len(chosen) < TOGETHER or track["cxx"] == 0.0:
+    if len(chosen) < LEAST_FLOWS or track["cxx"] == 0.0:
         return False
     anything = _with_poses(flows, chosen, (ANY_SPEED**2, 0.0, ANY_SPEED**2))
-    vx, vy, cxx, cxy, cyy, count = _fused(flows, chosen, (0.0, 0.0), anything)
-    dx, dy, cxx, cxy, cyy = vx - track["vx"], vy - track["vy"], cxx + pxx, cxy + pxy, cyy + pyy
-    squared = cyy * dx * dx - 2.0 * cxy * dx * dy + cxx * dy * dy
-    return count > 0 and squared > CHANGED * (cxx * cyy - cxy * cxy)
+    vx, vy, cxx, cxy, cyy, _ = _fused(flows, chosen, (0.0, 0.0), anything)
+    both = cxx + pxx, cxy + pxy, cyy + pyy
+    return _squared_mahalanobis(vx - track["vx"], vy - track["vy"], both) > MANEUVER
 
 
 @kernel
@@ -252,9 +264,15 @@ def _track_of(tracks, place, beside, time):
     if found < 0:
         found = free
         new = tracks[found]
-        new["x"], new["y"], new["vx"], new["vy"], new["time"], new["live"] = place[0], place[1], 0.0, 0.0, time, True
-        new["moves"], new["told"] = False, time
-        new["cxx"], new["cxy"], new["cyy"] = 0.0, 0.0, 0.0
+        new["x"], new["y"], new["time"], new["live"], new["moves"], new["told"] = (
+            place[0],
+            place[1],
+            time,
+            True,
+            False,
+            time,
+        )
+        _forget_velocity(new)
     return tracks[found]
 
 

@@ -14,7 +14,7 @@ import pytest
 import pbrg_mj as pbrg
 from pbrg_mj.plugins import IN_SCENARIOS, value_at
 from scripts.memory.__main__ import POISONED
-from scripts.memory.runs import RUNS
+from scripts.memory.bundled import RUNS
 
 ROOT = Path(__file__).parents[1]
 CHECKED = {"PYTHONMALLOC": "debug", "NUMBA_BOUNDSCHECK": "1"}

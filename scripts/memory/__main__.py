@@ -1,6 +1,6 @@
 """Run the same scenarios as they are and in memory full of nonsense: every byte written must be the same.
 
-python -m scripts.memory    # exit code 1, and the names of the files that differ, unless it is
+PYTHONPATH=scripts python -m scripts.memory    # exit code 1, and the names of the files that differ, unless it is
 """
 
 from __future__ import annotations

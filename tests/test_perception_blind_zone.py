@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pbrg_mj.perception.points.blind_zone import add_blind_zone_faces
-from pbrg_mj.perception.points.motion import TRACK
+from pbrg_mj.perception.points.face_track import TRACK
 from pbrg_mj.perception.points.scan_faces import scan_and_faces
 from tests.perceiving import HAND, box
 from tests.seeing_points import estimator, sensor

@@ -10,8 +10,8 @@ from pbrg_mj.perception.points.blind_zone_points import (
     blind_zone_margin,
     predict_blind_zone_points,
 )
+from pbrg_mj.perception.points.face_track import TRACK
 from pbrg_mj.perception.points.memory import no_points
-from pbrg_mj.perception.points.motion import TRACK
 from pbrg_mj.perception.points.range_flow import empty_flow
 from pbrg_mj.perception.track.world_frame import ScanPose
 from tests.perceiving import box

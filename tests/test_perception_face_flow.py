@@ -9,8 +9,9 @@ from pbrg_mj.perception.points.beams import SeenBeams
 from pbrg_mj.perception.points.detect import Echoes, add_scan
 from pbrg_mj.perception.points.estimator import PointEstimator
 from pbrg_mj.perception.points.face_flow import face_flow
+from pbrg_mj.perception.points.face_track import TRACK, WALK
+from pbrg_mj.perception.points.fuse_flows import fuse_faces
 from pbrg_mj.perception.points.memory import no_points
-from pbrg_mj.perception.points.motion import TRACK, WALK, fuse_faces
 from pbrg_mj.perception.points.past_scan import PAST_ECHO, PAST_POSE, scans_by_age, store_scan
 from pbrg_mj.perception.points.range_flow import RangeFlow, empty_flow, free_ends, range_flow
 from pbrg_mj.perception.points.scan_faces import faces_of, scan_and_faces

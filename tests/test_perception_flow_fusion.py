@@ -7,17 +7,10 @@ import pytest
 
 from pbrg_mj.perception.points.beams import SeenBeams
 from pbrg_mj.perception.points.detect import add_scan
+from pbrg_mj.perception.points.face_track import TRACK, WALK_AT_REST
+from pbrg_mj.perception.points.fuse_flows import LEAST_FLOWS, MANEUVER, fuse_flows, has_maneuvered
 from pbrg_mj.perception.points.memory import no_points
-from pbrg_mj.perception.points.motion import (
-    LEAST_FLOWS,
-    MANEUVER,
-    TRACK,
-    UNSEEN,
-    WALK_AT_REST,
-    fuse_flows,
-    has_maneuvered,
-    track_at,
-)
+from pbrg_mj.perception.points.motion import UNSEEN, track_at
 from pbrg_mj.perception.points.normal_flow import ANY_SPEED
 from pbrg_mj.perception.points.past_scan import PAST_ECHO, PAST_POSE, scans_by_age, store_scan
 from pbrg_mj.perception.points.range_flow import RangeFlow, empty_flow, range_flow

@@ -24,7 +24,10 @@ normal_flow     how far an echo is off that line, and whether another older scan
 range_flow      what a scan, compared with older ones, tells of velocities
 scan_faces      the faces of a scan, one normal for each
 face_flow       range flow of whole faces, for tracks that move
-motion          tracks of faces, each with a velocity
+face_track      a face that is followed, with a velocity
+gate            which flows may be of what moves as it does
+fuse_flows      flows fused with its velocity
+motion          the track of every face, scan by scan
 blind_zone      faces that move and go on in the blind zone, nearer than beams tell
 blind_zone_points points of what moves there, which go on with it
 initial_blind_zone what a robot starts beside there

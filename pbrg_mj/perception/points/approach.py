@@ -23,16 +23,10 @@ from pbrg_mj.perception.points.blind_zone_points import blind_zone_margin
 from pbrg_mj.perception.points.face import REACH
 from pbrg_mj.perception.points.face_flow import face_flow
 from pbrg_mj.perception.points.face_span import face_span
+from pbrg_mj.perception.points.face_track import any_moving, speed_along
+from pbrg_mj.perception.points.gate import count_flows_in_gate, flows_outside_gate
 from pbrg_mj.perception.points.lines import echoes_on_lines, line_at
-from pbrg_mj.perception.points.motion import (
-    BESIDE,
-    any_moving,
-    count_flows_in_gate,
-    flows_beside,
-    flows_outside_gate,
-    speed_along,
-    track_at,
-)
+from pbrg_mj.perception.points.motion import BESIDE, flows_beside, track_at
 from pbrg_mj.perception.points.past_scan import scans_by_age, store_scan
 from pbrg_mj.perception.points.range_flow import free_ends, range_flow
 from pbrg_mj.perception.points.scan_faces import scan_and_faces

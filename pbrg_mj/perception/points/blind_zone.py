@@ -18,7 +18,8 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.beams import next_beam
-from pbrg_mj.perception.points.motion import BESIDE, any_moving_within
+from pbrg_mj.perception.points.face_track import any_moving_within
+from pbrg_mj.perception.points.motion import BESIDE
 
 TURNED = 0.002  # [rad^2] variance of a normal, 2.6 deg, beyond which its line is not known where it is not seen
 ROUNDING = 0.01  # [m] by which a place may be ahead of what keeps it off, for noise

@@ -1,16 +1,17 @@
 """Points of what moves, where it is nearer than beams tell: they go on with it.
 
 A beam has no echo of what is nearer than its shortest range, and no scan shows such a point gone (memory.py). What
-rests stays there. What moves does not: its points are given the velocity of their face's track (motion.py) while they
-are seen, and are moved by it while they are not. What comes slowly has to be less sure to move before it vanishes than
-elsewhere, since no later scan will tell.
+rests stays there. What moves does not: its points are given the velocity of their face's track (face_track.py) while
+they are seen, and are moved by it while they are not. What comes slowly has to be less sure to move before it vanishes
+than elsewhere, since no later scan will tell.
 """
 
 from __future__ import annotations
 
 from pbrg_mj.kernel import kernel
+from pbrg_mj.perception.points.face_track import any_moving, mahalanobis_from_rest
 from pbrg_mj.perception.points.memory import blind_zone_radius
-from pbrg_mj.perception.points.motion import BESIDE, any_moving, mahalanobis_from_rest
+from pbrg_mj.perception.points.motion import BESIDE
 from pbrg_mj.perception.points.normal_flow import FASTEST
 
 MOVES_UNSEEN = 5.0  # squared Mahalanobis distance from rest of what comes and may not be seen again: one in twelve

@@ -15,11 +15,11 @@ from pbrg_mj.perception.points.beams import SeenBeams
 from pbrg_mj.perception.points.blind_zone_points import assign_velocities, predict_blind_zone_points
 from pbrg_mj.perception.points.detect import add_scan
 from pbrg_mj.perception.points.face import REACH
+from pbrg_mj.perception.points.face_track import TRACK, TRACKS, any_moving_within
 from pbrg_mj.perception.points.initial_blind_zone import extrapolate_into_blind_zone
 from pbrg_mj.perception.points.known_free import edge_of_free
 from pbrg_mj.perception.points.lines import line_at
 from pbrg_mj.perception.points.memory import capacity_after, copy_records, delete_stale, no_points, slots_used
-from pbrg_mj.perception.points.motion import TRACK, TRACKS, any_moving_within
 from pbrg_mj.perception.points.occupancy_grid import OccupancyGrid, empty_grids
 from pbrg_mj.perception.points.parameters import PointParameters
 from pbrg_mj.perception.points.past_scan import PAST_ECHO, PAST_POSE

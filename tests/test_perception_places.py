@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from pbrg_mj.perception.points.face import points_not_separated
-from pbrg_mj.perception.points.lines import Line
+from pbrg_mj.perception.points.lines import line_at, no_lines
 from pbrg_mj.perception.points.memory import no_points
 from pbrg_mj.perception.points.obstacle_points import ObstaclePoints, empty_points, measure_from, nearest_point
 from tests.seeing_points import estimator
 
-NO_LINE = Line(False, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+NO_LINE = line_at(no_lines(1), 0)
 COUNTS = [0, 1, 15, 16, 17, 33, 200]
 
 

@@ -13,7 +13,7 @@ from pbrg_mj.perception.points.beams import SeenBeams
 from pbrg_mj.perception.points.detect import add_scan
 from pbrg_mj.perception.points.estimator import PointEstimator
 from pbrg_mj.perception.points.known_free import Edge
-from pbrg_mj.perception.points.lines import Line, is_on_line, line_at
+from pbrg_mj.perception.points.lines import is_on_line, line_at, no_lines
 from pbrg_mj.perception.points.memory import no_points
 from pbrg_mj.perception.points.obstacle_points import ObstaclePoints
 from pbrg_mj.perception.points.past_scan import store_scan
@@ -142,7 +142,7 @@ def test_one_echo_ahead_that_noise_explains_makes_a_wall_no_less_a_line(echoes: 
         line = straight_face((window, count, path), (1.0, 0.0), made.parameters)
         lines += line.found
         assert not line.found or -2.0 * std <= line.offset - 0.6 <= 4.0 * line.std  # a part has 7 of 120
-        assert not line.found or is_on_line(window, ahead[0], line)
+        assert not line.found or is_on_line(window, ahead[0], line, (-np.inf, np.inf))
     assert lines >= 45 if found else lines == 0
 
 
@@ -173,12 +173,34 @@ def test_what_is_beside_a_line_and_ahead_of_it_is_kept_off_whatever_the_echoes_o
     points["protrusion"][::10] = points["slack"][::10] = 0.2
     points["protrusion"][120:] = points["slack"][120:] = 0.06
     known = HalfSpaces.empty(1, slots)
-    lines, nearest, nothing = np.zeros((slots, 8)), np.empty((slots, 2)), np.zeros(0)
+    lines, nearest, nothing = no_lines(slots), np.empty((slots, 2)), np.zeros(0)
     written = known.G[0], known.h[0], known.active[0], nearest, lines
     separate((points, Edge(nothing, nothing, nothing)), np.zeros(2), np.zeros(2), made.parameters, written)
     assert lines[0, 0] > 0.0  # the wall's
     beyond = np.where(known.active[0], thing @ known.G[0].T - known.h[0], -np.inf).max(axis=1)
     assert np.all(beyond >= ROBOT.clearance)
+
+
+def beside_wall(thing: np.ndarray, std: float) -> np.ndarray:
+    """Return how far a hand point must stay from places (k, 2) [m] beyond the end of a wall that is 0.6 m away [m]."""
+    made, _ = estimator(sensor("robotarium"))
+    rng, slots, nothing = np.random.default_rng(8), 8, np.zeros(0)
+    wall = np.column_stack([np.full(120, 0.6), rng.uniform(-0.7, 0.7, 120)])
+    true = np.concatenate([wall, thing])
+    noise = std * rng.standard_normal((len(true), 1)) * true / np.hypot(*true.T)[:, None]
+    (window, _, _), known = face_of(true + noise, std, 0.001, rng.integers(1, 7, len(true))), HalfSpaces.empty(1, slots)
+    written = known.G[0], known.h[0], known.active[0], np.empty((slots, 2)), no_lines(slots)
+    separate((window.memory, Edge(nothing, nothing, nothing)), np.zeros(2), np.zeros(2), made.parameters, written)
+    assert written[4][0, 0] > 0.0  # the wall's line
+    return np.where(known.active[0], thing @ known.G[0].T - known.h[0], -np.inf).max(axis=1)
+
+
+def test_a_line_goes_on_until_a_beam_passed_it():
+    """A thing whose front is 6 cm ahead of the line, by two deviations, is kept off when echoes of its side tell."""
+    front = np.column_stack([np.full(8, 0.54), np.linspace(1.3, 1.5, 8)])
+    side = np.column_stack([np.linspace(0.57, 1.2, 14), np.full(14, 1.3)])
+    assert beside_wall(front, 0.03).min() < ROBOT.clearance - 0.01  # may be the wall's, for all that its echoes tell
+    assert beside_wall(np.concatenate([front, side]), 0.03).min() > ROBOT.clearance - 0.01
 
 
 @pytest.mark.parametrize(("speed", "bend"), [(0.03, 0.0), (-0.03, 0.0), (0.0, 0.01), (0.0, -0.01)])
@@ -381,4 +403,4 @@ def test_a_face_whose_newest_place_is_left_out_may_be_a_line():
 
 
 def test_no_line_is_remembered_as_none():
-    assert not line_at(np.zeros((1, len(Line._fields))), 0).found
+    assert not line_at(no_lines(1), 0).found

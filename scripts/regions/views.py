@@ -19,6 +19,7 @@ from pbrg_mj.analysis.metrics.obstacles import footprints, outlines
 from pbrg_mj.perception.points.estimator import PointEstimator, PointMemory
 from pbrg_mj.perception.points.face import next_face
 from pbrg_mj.perception.points.known_free import Edge
+from pbrg_mj.perception.points.lines import no_lines
 from pbrg_mj.perception.points.obstacle_points import (
     ObstaclePoints,
     empty_points,
@@ -177,7 +178,7 @@ def timed(memory: PointMemory, hand: np.ndarray, target: np.ndarray, made: Point
     """Return the median time [s] of making half-spaces of the places."""
     known = memory.half_spaces
     slots = known.h.shape[1]
-    before = known.G[0], known.h[0], known.active[0], np.empty((slots, 2)), np.zeros((slots, 7))
+    before = known.G[0], known.h[0], known.active[0], np.empty((slots, 2)), no_lines(slots)
     inputs = [tuple(array.copy() for array in before) for _ in range(REPEATS)]
     return repeated(
         [lambda one=one: separate((memory.points[0], NO_EDGE), hand, target, made.parameters, one) for one in inputs]

@@ -45,7 +45,7 @@ Kernels name their arrays alike, of one robot:
     normal (gx, gy), n (nx, ny)       unit vectors in the world
     G (K, 2), h (K,), active (K,), nearest (K, 2)   half-spaces, and the place of each that is nearest to the path [m]
     half_space (normal, nearest, h)   one of them; here nearest is where the hand point is at its nearest place [m]
-    lines (K, 8), line                the straight faces of half-spaces, and one of them, a `Line`
+    lines (K, FIELDS), line           the straight faces of half-spaces, and one of them, a `Line`
     expected (beams,)                 what echoes are by the scan before, `unexpected_echoes`
     grid                              `OccupancyGrid`
     echoes, beams, pose, parameters   `Echoes`, `SeenBeams`, `ScanPose`, `PointParameters`

@@ -18,7 +18,7 @@ from pbrg_mj.perception.points.face import REACH
 from pbrg_mj.perception.points.face_track import TRACK, TRACKS, any_moving_within
 from pbrg_mj.perception.points.initial_blind_zone import extrapolate_into_blind_zone
 from pbrg_mj.perception.points.known_free import edge_of_free
-from pbrg_mj.perception.points.lines import line_at
+from pbrg_mj.perception.points.lines import line_at, no_lines
 from pbrg_mj.perception.points.memory import capacity_after, copy_records, delete_stale, no_points, slots_used
 from pbrg_mj.perception.points.occupancy_grid import OccupancyGrid, empty_grids
 from pbrg_mj.perception.points.parameters import PointParameters
@@ -163,7 +163,7 @@ def perceive_points(scans, parameters, robots, targets, before, after):
         stays = math.isnan(targets[robot, 0]) or any_moving_within(tracks[robot], q, REACH)
         target = q if stays else targets[robot]
         slots = len(h[robot])
-        half_spaces = G[robot], h[robot], active[robot], np.empty((slots, 2)), np.zeros((slots, 8))
+        half_spaces = G[robot], h[robot], active[robot], np.empty((slots, 2)), no_lines(slots)
         separate((points[robot], edge), q, target, parameters, half_spaces)
         coming = closing[robot], spans[robot]
         of_faces = move_half_spaces((echoes, beams), motion, pose, parameters, half_spaces, coming)

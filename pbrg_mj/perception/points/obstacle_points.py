@@ -47,7 +47,14 @@ def obstacle_points(points, edge, parameters):
         places.inset[count] = parameters.clearance + parameters.sigmas * edge.pose_std[i]
         places.point[count] = -1
         count += 1
-    return places, count
+    return _first(places, count), count
+
+
+@kernel
+def _first(places, count):
+    """Return the first places alone."""
+    x, y, std, inset = places.x[:count], places.y[:count], places.std[:count], places.inset[:count]
+    return ObstaclePoints(x, y, std, inset, places.squared[:count], places.point[:count], places.memory)
 
 
 @kernel

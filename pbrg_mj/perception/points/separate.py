@@ -40,7 +40,7 @@ def separate(seen, q, target, parameters, half_spaces):
     """Write half-spaces for the hand point q (2,) [m] on its way to `target` (2,) [m].
 
     They are G (K, 2), h (K,), active (K,), nearest (K, 2), the place of each that is nearest to the path [m], and
-    lines (K, 8), the `Line`s of their faces as `write_line` writes them.
+    lines (K, FIELDS), the `Line`s of their faces as `write_line` writes them.
 
     `seen` (points, edge) are the memory and the `Edge`. On entry the half-spaces are those of the scan before, whose
     slots and, where they serve as well, normals are taken over. K is four or more.

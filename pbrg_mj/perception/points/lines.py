@@ -56,8 +56,9 @@ def line_at(lines, k):
 def reach_of_line(places, chosen, line):
     """Return how far a `Line` may go on beyond its ends: from where to where no beam passed it [m].
 
-    A beam passed it whose echo is behind it, as one that is left out of its fit. Where it did, its direction tells.
-    Nobody asks where none of the places chosen (size,) is on it beyond the ends.
+    A beam passed it whose echo is behind it, as one that is left out of its fit. Where it did, its direction tells. All
+    `places` are looked at, those that are kept off already, too. Nobody asks where none of the places chosen (size,) is
+    on it beyond the ends.
     """
     first, last, asked = -math.inf, math.inf, False
     if line.found:

@@ -52,7 +52,7 @@ def obstacle_points(points, edge, parameters):
 
 @kernel
 def _first(places, count):
-    """Return the first places alone."""
+    """Return arrays of the first places alone: none is left unwritten."""
     x, y, std, inset = places.x[:count], places.y[:count], places.std[:count], places.inset[:count]
     return ObstaclePoints(x, y, std, inset, places.squared[:count], places.point[:count], places.memory)
 

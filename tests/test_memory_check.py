@@ -128,3 +128,13 @@ def test_the_checked_runs_name_every_part_of_scenarios() -> None:
     assert {one.estimator.unknown for one in scenarios} == {"free", "closed", "strict"}
     assert {one.plant for one in scenarios} == {"physics", "ideal"}
     assert any(one.sensors.odometry.fuse for one in scenarios) and any(one.drive.pwm_levels for one in scenarios)
+
+
+def test_the_drawn_worlds_have_every_sensor(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(ROOT / "scripts")
+    from other_worlds.draw import SENSORS
+
+    from scripts.memory.drawn import drawn_worlds
+
+    drawn = [scenario["sensors"]["beams"]["preset"] for scenario, _ in drawn_worlds().values()]
+    assert sorted(drawn) == sorted(SENSORS)

@@ -162,37 +162,36 @@ def test_a_line_lets_in_no_step_that_noise_hides(step: float, since: float):
     assert np.mean(np.array(near) > 0.01) <= 0.03
 
 
+def kept_off(points: np.ndarray, places: np.ndarray, made: PointEstimator) -> np.ndarray:
+    """Return how far half-spaces of points, the first that of a line, keep the hand point from places (k, 2) [m]."""
+    slots, nothing = 8, np.zeros(0)
+    known, lines = HalfSpaces.empty(1, slots), no_lines(slots)
+    written = known.G[0], known.h[0], known.active[0], np.empty((slots, 2)), lines
+    separate((points, Edge(nothing, nothing, nothing)), np.zeros(2), np.zeros(2), made.parameters, written)
+    assert line_at(lines, 0).found
+    return np.where(known.active[0], places @ known.G[0].T - known.h[0], -np.inf).max(axis=1)
+
+
 def test_what_is_beside_a_line_and_ahead_of_it_is_kept_off_whatever_the_echoes_of_the_line_tell_of_corners():
     """It is farther off than the window of the face; echoes of this that tell nothing of a corner are nearer still."""
     made, _ = estimator()
     rng = np.random.default_rng(8)
     wall = np.column_stack([np.full(120, 0.6), rng.uniform(-0.7, 0.7, 120)])
     thing = np.column_stack([np.full(6, 0.53), np.linspace(1.1, 1.3, 6)])
-    (window, _, _), slots = face_of(np.concatenate([wall, thing]), 0.005, 0.001, rng.integers(1, 7, 126)), 8
-    points = window.memory
+    points = face_of(np.concatenate([wall, thing]), 0.005, 0.001, rng.integers(1, 7, 126))[0].memory
     points["protrusion"][::10] = points["slack"][::10] = 0.2
     points["protrusion"][120:] = points["slack"][120:] = 0.06
-    known = HalfSpaces.empty(1, slots)
-    lines, nearest, nothing = no_lines(slots), np.empty((slots, 2)), np.zeros(0)
-    written = known.G[0], known.h[0], known.active[0], nearest, lines
-    separate((points, Edge(nothing, nothing, nothing)), np.zeros(2), np.zeros(2), made.parameters, written)
-    assert lines[0, 0] > 0.0  # the wall's
-    beyond = np.where(known.active[0], thing @ known.G[0].T - known.h[0], -np.inf).max(axis=1)
-    assert np.all(beyond >= ROBOT.clearance)
+    assert np.all(kept_off(points, thing, made) >= ROBOT.clearance)
 
 
 def beside_wall(thing: np.ndarray, std: float) -> np.ndarray:
     """Return how far a hand point must stay from places (k, 2) [m] beyond the end of a wall that is 0.6 m away [m]."""
     made, _ = estimator(sensor("robotarium"))
-    rng, slots, nothing = np.random.default_rng(8), 8, np.zeros(0)
+    rng = np.random.default_rng(8)
     wall = np.column_stack([np.full(120, 0.6), rng.uniform(-0.7, 0.7, 120)])
     true = np.concatenate([wall, thing])
     noise = std * rng.standard_normal((len(true), 1)) * true / np.hypot(*true.T)[:, None]
-    (window, _, _), known = face_of(true + noise, std, 0.001, rng.integers(1, 7, len(true))), HalfSpaces.empty(1, slots)
-    written = known.G[0], known.h[0], known.active[0], np.empty((slots, 2)), no_lines(slots)
-    separate((window.memory, Edge(nothing, nothing, nothing)), np.zeros(2), np.zeros(2), made.parameters, written)
-    assert written[4][0, 0] > 0.0  # the wall's line
-    return np.where(known.active[0], thing @ known.G[0].T - known.h[0], -np.inf).max(axis=1)
+    return kept_off(face_of(true + noise, std, 0.001, rng.integers(1, 7, len(true)))[0].memory, thing, made)
 
 
 def test_a_line_goes_on_until_a_beam_passed_it():

@@ -23,7 +23,7 @@ from pbrg_mj.perception.points.blind_zone_points import blind_zone_margin
 from pbrg_mj.perception.points.face import REACH
 from pbrg_mj.perception.points.face_flow import face_flow
 from pbrg_mj.perception.points.face_span import face_span
-from pbrg_mj.perception.points.face_track import any_moving, speed_along
+from pbrg_mj.perception.points.face_track import any_moving, closing_speed
 from pbrg_mj.perception.points.gate import count_flows_in_gate, flows_outside_gate
 from pbrg_mj.perception.points.lines import echoes_on_lines, line_at
 from pbrg_mj.perception.points.motion import BESIDE, flows_beside, track_at
@@ -99,7 +99,7 @@ def _approach(echoes, faces, half_space, measured, time, reaction):
             track = track_at(tracks, place, (flows, beside), (face_flows, near_faces), time)
             needed = max(AGREEING, (len(beside) + 1) // 2)
             if face == 0 or count_flows_in_gate(track, (flows, beside), time) >= needed:
-                speed, behind = speed_along(track, normal), normal[0] * place[0] + normal[1] * place[1] - first
+                speed, behind = closing_speed(track, normal), normal[0] * place[0] + normal[1] * place[1] - first
                 slowed = speed - 0.25 * max(behind, 0.0) / reaction
                 if slowed > closing:
                     closing, coming = slowed, (place[0], place[1])

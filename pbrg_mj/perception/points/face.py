@@ -8,7 +8,7 @@ import numpy as np
 
 from pbrg_mj.kernel import kernel
 from pbrg_mj.perception.points.hull import distance_to_hull
-from pbrg_mj.perception.points.lines import is_on_line, reach_of_line
+from pbrg_mj.perception.points.lines import extension_limits, is_on_line
 from pbrg_mj.perception.points.obstacle_points import copy_point, inset_along, nearest_point, swap_points
 from pbrg_mj.perception.points.parameters import LEAST_FREE
 
@@ -116,10 +116,10 @@ def points_not_separated(places, count, half_space_and_line, parameters):
         along = gx * places.x[i] + gy * places.y[i]
         may[candidates] = i
         candidates += along - places.inset[i] < min(nearest, h + parameters.sigmas * places.std[i])
-    reach = reach_of_line(places, may[:candidates], line)
+    limits = extension_limits(places, may[:candidates], line)
     for i in may[:candidates]:
         along = gx * places.x[i] + gy * places.y[i]
-        if is_on_line(places, i, line, reach):
+        if is_on_line(places, i, line, limits):
             continue
         if along - parameters.clearance < near or _is_left(places, i, along, half_space, parameters):
             swap_points(places, i, left)

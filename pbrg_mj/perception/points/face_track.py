@@ -22,7 +22,7 @@ WALK_AT_REST = 0.02  # [m/s] and of what seems to rest
 
 
 @kernel
-def speed_along(track, normal):
+def closing_speed(track, normal):
     """Return how fast a face comes along -normal [m/s]: 0 until it is known to move, then by a deviation more."""
     nx, ny = normal
     speed = -(nx * track["vx"] + ny * track["vy"])
@@ -50,13 +50,13 @@ def any_moving_within(tracks, q, radius):
 
 
 @kernel
-def forget_velocity(track):
+def reset_velocity(track):
     """Let a track's velocity be that of a new one: unknown."""
     track["vx"], track["vy"], track["cxx"], track["cxy"], track["cyy"] = 0.0, 0.0, 0.0, 0.0, 0.0
 
 
 @kernel
-def velocity_covariance(track, time):
+def predicted_covariance(track, time):
     """Return the covariance of a track's velocity at a time."""
     if track["cxx"] == 0.0:  # a new one
         return ANY_SPEED**2, 0.0, ANY_SPEED**2

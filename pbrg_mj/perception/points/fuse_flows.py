@@ -7,8 +7,8 @@ What seems to rest takes in the range flow of single echoes (range_flow.py), wha
 from __future__ import annotations
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.points.face_track import squared_mahalanobis, velocity_covariance
-from pbrg_mj.perception.points.gate import OTHER
+from pbrg_mj.perception.points.face_track import predicted_covariance, squared_mahalanobis
+from pbrg_mj.perception.points.gate import GATE
 from pbrg_mj.perception.points.normal_flow import ANY_SPEED
 
 MANEUVER = 25.0  # squared Mahalanobis distance between a velocity and what the flows of a scan tell of it alone
@@ -22,7 +22,7 @@ def has_maneuvered(track, measured, time):
     Each alone may be within the gate, since a line of two echoes is noisy. What all of a scan tell is the velocity of a
     new track, which is compared with this one's. Both have errors of poses, but of different scans.
     """
-    (flows, chosen), (pxx, pxy, pyy) = measured, velocity_covariance(track, time)
+    (flows, chosen), (pxx, pxy, pyy) = measured, predicted_covariance(track, time)
     if len(chosen) < LEAST_FLOWS or track["cxx"] == 0.0:
         return False
     anything = _with_poses(flows, chosen, (ANY_SPEED**2, 0.0, ANY_SPEED**2))
@@ -39,7 +39,7 @@ def fuse_flows(track, measured, time):
     has the covariance W = P + S, after them U. With A = P W^-1, v becomes v + A (u - v), exactly, and P becomes
     P - A (W - U) A^T. A scan tells of v no better than S, but the next scan has another b.
     """
-    (flows, chosen), (pxx, pxy, pyy) = measured, velocity_covariance(track, time)
+    (flows, chosen), (pxx, pxy, pyy) = measured, predicted_covariance(track, time)
     wxx, wxy, wyy = _with_poses(flows, chosen, (pxx, pxy, pyy))
     ux, uy, cxx, cxy, cyy, count = _fused(flows, chosen, (track["vx"], track["vy"]), (wxx, wxy, wyy))
     if count > 0:
@@ -63,13 +63,13 @@ def fuse_faces(track, measured, time):
     covariance of any gain is P - K (P n)^T - P n K^T + K S K^T (Joseph). In S the error of the pose, which all flows
     share, counts once for each of them. The flow of an end, whose direction is its beam's, has the filter's gain.
     """
-    (flows, chosen), (cxx, cxy, cyy) = measured, velocity_covariance(track, time)
+    (flows, chosen), (cxx, cxy, cyy) = measured, predicted_covariance(track, time)
     vx, vy = track["vx"], track["vy"]
     for i in chosen:
         fx, fy = flows.nx[i], flows.ny[i]
         gx, gy = cxx * fx + cxy * fy, cxy * fx + cyy * fy
         own, error = fx * gx + fy * gy, flows.speed[i] - fx * vx - fy * vy
-        if error * error > OTHER * (own + flows.variance[i] + flows.shared[i]):
+        if error * error > GATE * (own + flows.variance[i] + flows.shared[i]):
             continue
         total = own + flows.variance[i] + len(chosen) * flows.shared[i]
         kx, ky = (gx / total, gy / total) if flows.of_end[i] else (own * fx / total, own * fy / total)
@@ -93,7 +93,7 @@ def _fused(flows, chosen, mean, covariance):
         gx, gy = cxx * fx + cxy * fy, cxy * fx + cyy * fy
         total = fx * gx + fy * gy + flows.variance[i]
         error = (flows.speed[i] - fx * ux - fy * uy) / total
-        if error * error * total > OTHER:
+        if error * error * total > GATE:
             continue
         count += 1
         ux, uy = ux + gx * error, uy + gy * error

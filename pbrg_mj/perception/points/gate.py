@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.points.face_track import velocity_covariance
+from pbrg_mj.perception.points.face_track import predicted_covariance
 
-OTHER = 9.0  # squared innovation of a flow that is not this face's: where a line joins two faces
+GATE = 9.0  # squared innovation beyond which a flow is not this face's: where a line joins two faces
 
 
 @kernel
@@ -36,7 +36,7 @@ def flows_outside_gate(track, beside, time):
 @kernel
 def _gate(track, time):
     """Return a track's velocity (2,) [m/s] and its covariance at a time, xx, xy and yy [m^2/s^2]."""
-    return (track["vx"], track["vy"]), velocity_covariance(track, time)
+    return (track["vx"], track["vy"]), predicted_covariance(track, time)
 
 
 @kernel
@@ -45,4 +45,4 @@ def _is_outside(flows, i, gate):
     ((vx, vy), (cxx, cxy, cyy)), fx, fy = gate, flows.nx[i], flows.ny[i]
     error = flows.speed[i] - fx * vx - fy * vy
     own = cxx * fx * fx + 2.0 * cxy * fx * fy + cyy * fy * fy
-    return error * error > OTHER * (own + flows.variance[i] + flows.shared[i])
+    return error * error > GATE * (own + flows.variance[i] + flows.shared[i])

@@ -53,7 +53,7 @@ def line_at(lines, k):
 
 
 @kernel
-def reach_of_line(places, chosen, line):
+def extension_limits(places, chosen, line):
     """Return how far a `Line` may go on beyond its ends: from where to where no beam passed it [m].
 
     A beam passed it whose echo is behind it, as one that is left out of its fit. Where it did, its direction tells. All
@@ -94,11 +94,11 @@ def _crossing(point, line):
 
 
 @kernel
-def is_on_line(places, i, line, reach):
+def is_on_line(places, i, line, limits):
     """Tell whether place i is one of those that a `Line` goes through, or goes on to.
 
-    `reach` (2,) [m] is its `reach_of_line`, beyond which it does not. A corner beside one of the former lies on the
-    line, as the places around it tell. Of the latter the echo itself has to tell where a corner beside it may be.
+    `limits` (2,) [m] are its `extension_limits`, beyond which it does not. A corner beside one of the former lies on
+    the line, as the places around it tell. Of the latter the echo itself has to tell where a corner beside it may be.
     """
     if not line.found or places.point[i] < 0:
         return False
@@ -106,7 +106,7 @@ def is_on_line(places, i, line, reach):
     if not point["binds"]:  # no more: an outlier
         return True
     on, inside = _place_fits(places, i, line)
-    goes_on = reach[0] <= line.gx * places.y[i] - line.gy * places.x[i] <= reach[1]
+    goes_on = limits[0] <= line.gx * places.y[i] - line.gy * places.x[i] <= limits[1]
     return on and (inside or (goes_on and point["slack"] <= ON_LINE))
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from pbrg_mj.kernel import kernel
-from pbrg_mj.perception.points.face_track import forget_velocity, mahalanobis_from_rest
+from pbrg_mj.perception.points.face_track import mahalanobis_from_rest, reset_velocity
 from pbrg_mj.perception.points.fuse_flows import fuse_faces, fuse_flows, has_maneuvered
 from pbrg_mj.perception.points.gate import count_flows_in_gate
 
@@ -59,7 +59,7 @@ def _update(track, beside, along_faces, time):
     moves = track["moves"]
     if moves and time - track["told"] > UNSEEN:
         moves = False
-        forget_velocity(track)
+        reset_velocity(track)
     if moves:
         if 2 * count_flows_in_gate(track, along_faces, time) < len(along_faces[1]):
             track["cxx"] = 0.0
@@ -67,7 +67,7 @@ def _update(track, beside, along_faces, time):
         track["moves"] = mahalanobis_from_rest(track) > RESTS or track["told"] < time
     else:
         if has_maneuvered(track, beside, time):
-            forget_velocity(track)
+            reset_velocity(track)
         fuse_flows(track, beside, time)
         track["moves"] = mahalanobis_from_rest(track) > MOVES
 
@@ -105,5 +105,5 @@ def _track_of(tracks, place, beside, time):
             False,
             time,
         )
-        forget_velocity(new)
+        reset_velocity(new)
     return tracks[found]
